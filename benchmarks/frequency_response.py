@@ -24,7 +24,7 @@ def year(
     """The Dataset of a year, and wall times of its parts [s]."""
     from stillhook import load_crane
     from stillhook.formats.vessel.open import read_vessel
-    from stillhook.formats.waves.ndbc.spectra import read_spectra
+    from stillhook.formats.waves.buoys import read_spectra
     from stillhook.library.catalogue import read_payload
     from stillhook.response.forcing import forcing_of_series
     from stillhook.response.frequency_domain import frequency_response

@@ -18,9 +18,9 @@ from tests.api import odd_readers
 from stillhook import load_run
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.formats.binary import process as reader_process
-from stillhook.formats.binary import reader as binary_reader
-from stillhook.formats.binary.reader import read_binary
+from stillhook.formats import binary as binary_reader
+from stillhook.formats import binary as reader_process
+from stillhook.formats.binary import read_binary
 from stillhook.formats.table import file as file_module
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import read_columns
@@ -244,7 +244,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
 @pytest.mark.skipif(os.name == "nt", reason="the system ends no process there")
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
-    script = "import sys, pathlib, stillhook.formats.binary.process as r, stillhook.formats.binary.reader as n\n"
+    script = "import sys, pathlib, stillhook.formats.binary as r, stillhook.formats.binary as n\n"
     script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
     done = subprocess.run(
         [sys.executable, "-c", script, tmp_path / "endless.nc"],

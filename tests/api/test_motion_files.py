@@ -363,7 +363,7 @@ def test_units_that_are_off_are_pointed_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("edit", "options", "says"),
     [
-        (lambda line: line.split(" ", 1)[1], {}, "without time 60). Each line needs a time before its $ (ISO 8601, or"),
+        (lambda line: line.split(" ", 1)[1], {}, "without time 60). Lines need a checksum and a time before their $"),
         (lambda line: line.split("*")[0], {}, "no usable $PSXN,23 line (lines 240, $PSXN,23 lines 60, without"),
         (
             lambda line: line.replace("ZDA", "XXX").replace("GGA", "XXX"),

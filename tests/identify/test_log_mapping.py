@@ -5,7 +5,7 @@ import pytest
 from tests.identify.refusals import refused
 
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.table.units import SCALES
+from stillhook.formats.table.dialect import SCALES
 from stillhook.logs.log import mapping_from, read_log, read_mapping
 from stillhook.logs.mapping import factors
 from stillhook.units import KINDS, parse

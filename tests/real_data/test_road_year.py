@@ -7,7 +7,7 @@ import pytest
 from benchmarks.frequency_response import HEADING, X, Y, year
 
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.formats.waves.ndbc.spectra import read_spectra
+from stillhook.formats.waves.buoys import read_spectra
 from stillhook.response.forcing import forcing_of_series
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.tip import tip_response

@@ -9,7 +9,7 @@ import pytest
 
 from stillhook.errors import MotionError
 from stillhook.formats.motion.open import read_ship_motion
-from stillhook.formats.motion.ship_log import within_seconds
+from stillhook.formats.motion.ship_log import evened
 
 RATE, PERIOD = 10, 8.0
 
@@ -72,10 +72,11 @@ def test_a_csv_in_full_seconds_is_spread_too(tmp_path):
 
 def test_a_second_that_begins_or_ends_within_the_log_is_not_stretched():
     t = np.repeat([5.0, 6.0, 7.0, 8.0], [3, 10, 10, 4])
-    spread = within_seconds(t)
+    spread, cautions = evened(t)
+    assert len(cautions) == 1
     assert np.diff(spread) == pytest.approx(np.full(len(t) - 1, 0.1), abs=1e-9)
-    assert within_seconds(np.arange(0.0, 10.0, 0.1)) is None
-    assert within_seconds(np.arange(0.0, 100.0)) is None
+    for other in (np.arange(0.0, 10.0, 0.1), np.arange(0.0, 100.0)):
+        assert evened(other)[1] == ()
 
 
 def test_the_advice_on_dates_is_one_that_works(tmp_path):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stillhook.errors import SeaError
-from stillhook.formats.waves.ndbc.directions import read_directional
-from stillhook.formats.waves.ndbc.spectra import read_spectra, read_states
-from stillhook.formats.waves.ndbc.text import bands
+from stillhook.formats.waves.buoys import read_directional, read_spectra, read_states
+from stillhook.formats.waves.ndbc import bands
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.sea.spectra.measured import Measured
 from stillhook.sea.spectra.text import spectrum_from_dict

@@ -4,12 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import aqwa_text, refused, written
+from tests.sea.other_programs import aqwa_text, one_side, refused, written
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_untested, read_vessel
-from stillhook.sea.vessel.rao_convention import one_side
 
 OMEGA, ROUND = np.linspace(0.1, 1.5, 8), np.arange(-180.0, 181.0, 30.0)
 FOUR_DECIMALS = 1.5e-4  # m/m: half of a digit of an amplitude, and of one of a phase times it
@@ -68,9 +67,7 @@ def test_what_is_not_read_ends_in_one_line(tmp_path: Path) -> None:
     assert f"line {row + 1}: " in line(cut)
     assert "all finite" in line("\n".join([*lines[:row], lines[row][:-7] + "    NaN", *lines[row + 1 :]]))
     assert "all finite" in line("\n".join([*lines[:row], lines[row][:-8] + "********", *lines[row + 1 :]]))
-    assert "is missing: every direction has the same frequencies" in line(
-        "\n".join([*lines[: row + 1], *lines[row + 2 :]])
-    )
+    assert "is missing: every heading has every frequency" in line("\n".join([*lines[: row + 1], *lines[row + 2 :]]))
     assert "ends in a table of motions: the file is cut off" in line("\n".join(lines[: row + 3]))
     block = next(i for i, content in enumerate(lines) if content.startswith("   62.83") and "-150.00" in content)
     assert "the line that begins its block is lost" in line("\n".join([*lines[:block], *lines[block + 1 :]]))

@@ -65,15 +65,11 @@ def assert_same(ship: Rao, tolerance: float = DIGITS) -> None:
     assert np.abs(ship.H - SHIP.H).max() < tolerance
 
 
-@pytest.mark.parametrize("mirror", [False, True])
-def test_a_vessel_comes_back_from_the_file_it_was_written_to(tmp_path: Path, mirror: bool) -> None:
-    path = write_rao_csv(SHIP, tmp_path / "a.csv", source="closed form", notes=("a plank",), mirror=mirror)
-    ship = read_vessel(path)
-    assert_same(ship)
+def test_a_vessel_comes_back_from_the_file_it_was_written_to(tmp_path: Path) -> None:
+    ship = read_vessel(write_rao_csv(SHIP, tmp_path / "a.csv", source="closed form"))
+    assert np.array_equal(ship.H, SHIP.H)
     assert (ship.name, ship.origin) == ("plank", "middle")
     assert "closed form" in ship.source
-    assert "a plank" in ship.notes
-    assert mirror == any(note.startswith("port and starboard mirrored") for note in ship.notes)
 
 
 @pytest.mark.parametrize(
@@ -147,16 +143,16 @@ def test_a_table_that_names_its_first_heading_again_after_a_turn_is_read(tmp_pat
         ({"axes": "x ahead, y port, z up"}, "line 2: axes"),
         ({"time": None}, 'go with one line such as "# time: exp(+i omega t)"'),
         ({"phase": "lag"}, "and none of phase"),
-        ({"time": "exp(i w t)"}, "allowed: exp(+i omega t), exp(i omega t), exp(-i omega t)"),
+        ({"time": "exp(i w t)"}, "Allowed: exp(+i omega t), exp(i omega t), exp(-i omega t)"),
         ({"heading": "from bow"}, "line 4: heading"),
         ({"heading": "waves travel from, clockwise from bow"}, "line 4: heading"),
-        ({"mirror": "both"}, "allowed: port-starboard, none"),
+        ({"mirror": "both"}, "Allowed: port-starboard, none"),
         ({"mirror": "port-starboard"}, "has headings on both"),
         (
             {"headings": "travel to"},
             "headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, depth, source, note; did you",
         ),
-        ({"name": ""}, "line 1: name: nothing is said"),
+        ({"name": ""}, "line 1: name: nothing is stated"),
         ({"depth": "80"}, 'vessel.csv: depth = "80": no unit'),
         ({"depth": "0 m"}, "depth 0 m is not above 0"),
         ({"time": "exp(-i omega t)"}, "It would fit with time the other way"),
@@ -186,8 +182,8 @@ def test_a_missing_motion_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "text"),
     [
-        (lambda rows: rows[:-1], "is missing. Every heading has every omega, once"),
-        (lambda rows: [*rows, rows[3]], "is given twice"),
+        (lambda rows: rows[:-1], "is missing: every heading has every frequency"),
+        (lambda rows: [*rows, rows[3]], "comes twice"),
         (lambda rows: [[*rows[0][:-1], float("nan")], *rows[1:]], '"nan" is not a finite number'),
         (lambda rows: [[-w, *rest] for w, *rest in rows], "must be above 0"),
         (lambda rows: [r for r in rows if r[1] < 200.0], "no heading within"),
@@ -218,14 +214,6 @@ def test_a_ship_that_rolls_in_head_sea_is_no_half_of_a_symmetric_one(tmp_path: P
     assert "roll in head or following sea reaches" in refused(
         written(tmp_path, head(mirror="port-starboard"), columns(), rows)
     )
-
-
-def test_a_ship_whose_sides_differ_is_not_written_as_one_side(tmp_path: Path) -> None:
-    H = SHIP.H.copy()
-    H[:, 2] *= 1.01
-    with pytest.raises(SeaError, match="port and starboard are not mirror images"):
-        write_rao_csv(Rao("crooked", OMEGA, BETA, H), tmp_path / "a.csv", source="", mirror=True)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

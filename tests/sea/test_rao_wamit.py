@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import refused, wamit_text, written
+from tests.sea.other_programs import one_side, refused, wamit_text, written
 from tests.sea.plank import plank_motions
 
 from stillhook.cli import run
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.sea.vessel.rao_convention import one_side
 
 OMEGA, SIDE = np.linspace(0.1, 1.5, 8), np.arange(0.0, 181.0, 30.0)
 ROUND = np.arange(0.0, 360.0, 30.0)

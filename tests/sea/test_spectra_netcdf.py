@@ -63,7 +63,7 @@ def test_attributes_of_directions_and_densities_are_used(tmp_path, how, from_deg
 def test_units_that_are_not_known_and_attributes_that_differ_are_refused(tmp_path):
     with pytest.raises(SeaError, match='efth in "kw/m" is not known'):
         read_sea(written(tmp_path, unit="kW/m"))
-    with pytest.raises(SeaError, match="say both going to and coming from"):
+    with pytest.raises(SeaError, match="both going to and coming from"):
         read_sea(written(tmp_path, direction=TO | {"long_name": "direction waves come from"}))
 
 

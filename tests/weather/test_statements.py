@@ -8,7 +8,7 @@ import xarray
 
 from stillhook.errors import WeatherError
 from stillhook.formats.weather.file import read_weather
-from stillhook.formats.weather.zones import zone_in
+from stillhook.formats.weather.times import zone_in
 from stillhook.sea.spectra.directions import DirectionSense
 
 ROWS = "".join(f"2024-03-11 {h:02d}:00,{1.5 + 0.1 * h:.2f},9.0\n" for h in range(6))

@@ -268,7 +268,7 @@ class TestDirections:
 
     def test_directions_that_look_like_radians_are_noted_and_read_so_on_demand(self, read):
         table = "time,MWD [deg]\n" + "".join(f"2013-12-31 0{i}:00,{i}.2\n" for i in range(6))
-        note = 'MWD [deg]: all directions are within 6.3 deg of north: are they in radians? Then say columns.come_from = "MWD [rad]"'
+        note = 'MWD [deg]: all directions are within 6.3 deg of north. In radians? Then say columns.come_from = "MWD [rad]"'
         assert note in read(table, sense=DirectionSense.FROM_NORTH).notes
         told = read(table, sense=DirectionSense.FROM_NORTH, columns_as={"come_from": "MWD [rad]"})
         assert told.columns["come_from"][3] == pytest.approx(3.2)

@@ -17,7 +17,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError, SimulationError
-from stillhook.formats.table.units import PURE
+from stillhook.formats.table.dialect import PURE
 from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, REFERENCE_FILE, write_csv
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane

@@ -16,7 +16,7 @@ from stillhook.units import KINDS, quote, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from stillhook.formats.out.table import Content
+    from stillhook.formats.out import Content
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
@@ -251,8 +251,7 @@ def convert(
 
     Example: stillhook convert old.toml new.toml
     """
-    from stillhook.formats.out.table import chosen, of_run
-    from stillhook.formats.out.write import format_of, write_table
+    from stillhook.formats.out import chosen, format_of, of_run, write_table
     from stillhook.formats.results import load_run
 
     if target.resolve() == source.resolve():
@@ -308,7 +307,7 @@ def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
 def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
     import pandas as pd
 
-    from stillhook.formats.out.table import TIME, Content
+    from stillhook.formats.out import TIME, Content
     from stillhook.logs.log import read_log
     from stillhook.logs.mapping import read_mapping
 

@@ -138,7 +138,7 @@ def _case(table: TomlTable) -> CaseFile:
     if not file.scenario:
         raise table.missing("scenario")
     crane = load_crane(table.relative_toml(file.crane))
-    case = build_scenario(file.scenario, table.path.parent, table.path.stem)
+    case = Scenario(**scenario_fields(file.scenario, table.path.parent, table.path.stem))
     return CaseFile(crane, with_usual_controller(crane, case), file.step, file.every)
 
 
@@ -159,13 +159,8 @@ def stored_cases(path: str | Path) -> list[CaseFile]:
     return [CaseFile(crane, case, step, every) for crane, case in zip(cranes, cases, strict=True)]
 
 
-def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:
-    """A Scenario from a TOML table; files are looked for next to the case file."""
-    return Scenario(**scenario_fields(table, folder, name))
-
-
 def scenario_fields(table: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
-    """Fields of a Scenario from a TOML table, its tip read."""
+    """Fields of a Scenario from a TOML table, its tip read; files are looked for in the folder."""
     values = {"name": name, **table}
     if "tip" in values:
         values["tip"] = read_tip(values["tip"], folder)

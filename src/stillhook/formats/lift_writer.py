@@ -129,7 +129,7 @@ def _vessel(rao: Rao, folder: Path) -> str:
     if known is not None:
         return known
     named = Rao(rao.name or "vessel", rao.omega, rao.beta, rao.H, origin=rao.origin or "not stated", depth=rao.depth)
-    write_rao_csv(named, folder / VESSEL, source=rao.source or "not stated", exact=True)
+    write_rao_csv(named, folder / VESSEL, source=rao.source or "not stated")
     return VESSEL
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from stillhook.base.atomic import atomic_file, atomic_folder
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.formats.binary.reader import read_dataset
+from stillhook.formats.binary import read_dataset
 from stillhook.library import crane_from_toml
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.stored import LARGEST, stored_lowerings
@@ -123,14 +123,8 @@ def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
     lowerings (`lowerings_of`)."""
     if "scenarios" not in run.attrs:
         raise StillhookError("the file holds lowerings, not scenarios. Run them again with rerun, or stillhook lower.")
-    try:
-        stored = json.loads(str(run.attrs["scenarios"]))
-    except ValueError:
-        raise StillhookError("stored scenarios: not JSON. Simulate again.") from None
-    if not isinstance(stored, list) or not stored:
-        raise StillhookError("stored scenarios: not a list. Simulate again.")
-    cases, texts = [Scenario.from_dict(s) for s in stored], _stored_cranes(run)
-    cranes = [crane_from_toml(text, "stored crane") for text in texts]
+    cases = [Scenario.from_dict(s) for s in _stored_list(run, "scenarios")]
+    cranes = _stored_cranes(run)
     n = max(len(cases), len(cranes))
     if not {len(cases), len(cranes)} <= {1, n}:
         raise StillhookError(f"stored run: {len(cranes)} cranes and {len(cases)} scenarios. Simulate again.")
@@ -145,8 +139,7 @@ def lowerings_of(run: xarray.Dataset) -> tuple[list[Crane], list[Lowering | InSe
             "the file holds lowerings without what repeats them: it is of Stillhook 0.10 or older, or their water is"
             f" more than {LARGEST / 1e6:.0f} MB. Run the lift file again: stillhook lower."
         )
-    cases = stored_lowerings(str(run.attrs["lowerings"]))
-    cranes = [crane_from_toml(text, "stored crane") for text in _stored_cranes(run)]
+    cases, cranes = stored_lowerings(str(run.attrs["lowerings"])), _stored_cranes(run)
     try:
         places = np.ravel(run.attrs.get("crane_of_case", [0] * len(cases))).astype(int).tolist()
         of_case = [cranes[i] for i in places]
@@ -162,17 +155,21 @@ def _several(run: xarray.Dataset) -> bool:
     return str(run.attrs["crane"]).startswith("[")
 
 
-def _stored_cranes(run: xarray.Dataset) -> list[str]:
-    text = str(run.attrs["crane"])
-    if not _several(run):
-        return [text]
+def _stored_cranes(run: xarray.Dataset) -> list[Crane]:
+    texts = _stored_list(run, "crane") if _several(run) else [str(run.attrs["crane"])]
+    if not all(isinstance(text, str) for text in texts):
+        raise StillhookError("stored crane: not a list of crane files. Simulate again.")
+    return [crane_from_toml(text, "stored crane") for text in texts]
+
+
+def _stored_list(run: xarray.Dataset, name: str) -> list[Any]:
     try:
-        texts = json.loads(text)
+        stored = json.loads(str(run.attrs[name]))
     except ValueError:
-        raise StillhookError("stored cranes: not JSON. Simulate again.") from None
-    if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
-        raise StillhookError("stored cranes: not a list of crane files. Simulate again.")
-    return texts
+        stored = None
+    if not isinstance(stored, list) or not stored:
+        raise StillhookError(f"stored {name}: not a list in JSON. Simulate again.")
+    return stored
 
 
 def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
@@ -195,34 +192,16 @@ def rerun(run: xarray.Dataset) -> xarray.Dataset:
     """The same run again from its own record, of scenarios or lowerings; the same version on the same machine gives the
     same bits."""
     step, every = stored_steps(run)
-    if "scenarios" not in run.attrs:
-        return _lowered_again(run, step, every)
-    cranes, cases = origin(run)
-    one_for_all = run.attrs.get("single", 1) or (_several(run) and all(c is cases[0] for c in cases))
-    case = cases[0] if one_for_all else cases
-    return simulate(
-        cranes if _several(run) else cranes[0],
-        case,
-        step=step,
-        every=every,
-        series=every is not None,
-        on_failure="mark",
-    )
-
-
-def _lowered_again(run: xarray.Dataset, step: str, every: str | None) -> xarray.Dataset:
-    cranes, cases = lowerings_of(run)
-    sampling, end = stored_sampling(run, cranes[0])
-    return simulate(
-        cranes if _several(run) else cranes[0],
-        cases[0] if run.attrs.get("single", 1) else cases,
-        step=step,
-        every=every,
-        series=every is not None,
-        sampling=sampling,
-        end=end,
-        on_failure="mark",
-    )
+    more: dict[str, Any] = {"step": step, "every": every, "series": every is not None, "on_failure": "mark"}
+    one_for_all = run.attrs.get("single", 1)
+    cases: list[Any]
+    if "scenarios" in run.attrs:
+        cranes, cases = origin(run)
+        one_for_all = one_for_all or (_several(run) and all(c is cases[0] for c in cases))
+    else:
+        cranes, cases = lowerings_of(run)
+        more["sampling"], more["end"] = stored_sampling(run, cranes[0])
+    return simulate(cranes if _several(run) else cranes[0], cases[0] if one_for_all else cases, **more)
 
 
 def save_json(data: Any, path: str | Path) -> Path:

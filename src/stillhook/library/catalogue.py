@@ -4,7 +4,7 @@ weather."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -37,6 +37,7 @@ from stillhook.winches.load_path.interface import JointUnit
 from stillhook.winches.load_path.registry import unit_of
 
 _Table = TypeVar("_Table", bound=Spec)
+Result = TypeVar("Result")
 
 
 class LeakTable(Spec):
@@ -105,12 +106,9 @@ def _read(model: type[_Table], name: str, data: dict[str, Any]) -> _Table:
         raise explain(error, model, f"{name}.toml", data) from None
 
 
-SHELF = "payloads"
-
-
 def payloads() -> tuple[str, ...]:
     """Names of the library's payloads."""
-    return shelf(SHELF)
+    return shelf("payloads")
 
 
 def read_payload(name_or_path: str | Path) -> Payload:
@@ -140,39 +138,44 @@ def read_payload(name_or_path: str | Path) -> Payload:
     >>> stillhook.read_payload("template-120t").mass
     120000.0
     """
-    name = str(name_or_path)
-    if name in payloads():
-        return _payload(library_table(SHELF, name, "payload"), f"{name}.toml", user=False)
+    return _described(
+        "payloads", name_or_path, FileKind.PAYLOAD, _payload, "Give name, mass and a shape with its dimensions."
+    )
+
+
+def _described(
+    shelf_name: str,
+    name_or_path: str | Path,
+    kind: FileKind,
+    read: Callable[[Mapping[str, Any], str, bool], Result],
+    start: str,
+) -> Result:
+    """What `read` makes of a table of the library, by its name, or of a user's file; start: what an empty one needs.
+    Errors: LiftError of one line that names the file."""
+    name, noun = str(name_or_path), shelf_name.removesuffix("s")
+    if name in shelf(shelf_name):
+        return read(library_table(shelf_name, name, noun), f"{name}.toml", False)
     path = Path(name)
     if path.suffix != ".toml":
-        raise LiftError(unknown_name("payload", name, payloads(), FileKind.PAYLOAD))
+        raise LiftError(unknown_name(noun, name, shelf(shelf_name), kind))
     try:
-        text = toml_text(path)
-        if not text.strip():
-            raise LiftError(f"{path.name}: empty. Give name, mass and a shape with its dimensions.")
-        return _payload(parsed(text, path.name, FileKind.PAYLOAD), path.name, user=True)
+        return read(parsed(toml_text(path), path.name, kind, start=start), path.name, True)
     except StillhookError as problem:
-        raise LiftError(str(problem)) from None
+        line = str(problem)
+        raise LiftError(line if line.startswith((path.name, quote(name))) else f"{path.name}: {line}") from None
 
 
-def _payload(table: Mapping[str, Any], label: str, *, user: bool) -> Payload:
+def _payload(table: Mapping[str, Any], label: str, user: bool) -> Payload:
     fields = tree(_without_lists(table), label, user=user)
     plain_values = values(fields)
-    stated_source = plain_values.get("source")
-    plain, text = (
-        (f"given in {label}", stated_source)
-        if user and isinstance(stated_source, str) and stated_source.strip()
-        else ("", "")
-    )
+    text = plain_values.get("source")
+    whole_file = f"given in {label}" if user and isinstance(text, str) and text.strip() else ""
     stated = {
-        path: Source(text=text, kind=source.kind) if plain and source.text == plain else source
+        path: Source(text=str(text), kind=source.kind) if whole_file and source.text == whole_file else source
         for path, source in sources(fields)
         if path not in LABELS and path != "source"
     }
-    try:
-        return Payload(**{"name": Path(label).stem, **plain_values, "sources": stated})
-    except StillhookError as problem:
-        raise LiftError(f"{label}: {problem}") from None
+    return Payload(**{"name": Path(label).stem, **plain_values, "sources": stated})
 
 
 def _without_lists(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -185,12 +188,9 @@ def _without_lists(table: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-COMPENSATORS = "compensators"
-
-
 def compensators() -> tuple[str, ...]:
     """Names of the library's passive heave compensators."""
-    return shelf(COMPENSATORS)
+    return shelf("compensators")
 
 
 def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> JointUnit:
@@ -219,33 +219,20 @@ def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None
     >>> stillhook.read_compensator("phc-150t", {"p_0": "90 bar"}).stroke
     4.0
     """
-    name = str(name_or_path)
-    if name in compensators():
-        return _compensator(library_table(COMPENSATORS, name, "compensator"), f"{name}.toml", changes, user=False)
-    path = Path(name)
-    if path.suffix != ".toml":
-        raise LiftError(unknown_name("compensator", name, compensators(), FileKind.COMPENSATOR))
-    try:
-        table = parsed(toml_text(path), path.name, FileKind.COMPENSATOR, start="Give its stroke, area, p_0 and V_0.")
-        return _compensator(table, path.name, changes, user=True)
-    except StillhookError as problem:
-        raise LiftError(str(problem)) from None
-
-
-def _compensator(table: Mapping[str, Any], label: str, changes: Mapping[str, Any] | None, *, user: bool) -> JointUnit:
+    start = "Give its stroke, area, p_0 and V_0."
     changed = dict(changes or {})
-    fields = tree(table, label, user=user)
-    stated = {
-        path: source
-        for path, source in sources(fields)
-        if path not in (*LABELS, "type", "source") and path not in changed
-    }
-    own = {"name": Path(label).stem, **values(fields), "sources": stated}
-    try:
-        unit = unit_of(own)
-    except StillhookError as problem:
-        line = str(problem)
-        raise LiftError(line if line.startswith(label) else f"{label}: {line}") from None
+
+    def read(table: Mapping[str, Any], label: str, user: bool) -> tuple[JointUnit, dict[str, Any]]:
+        fields = tree(table, label, user=user)
+        stated = {
+            path: source
+            for path, source in sources(fields)
+            if path not in (*LABELS, "type", "source") and path not in changed
+        }
+        own = {"name": Path(label).stem, **values(fields), "sources": stated}
+        return unit_of(own), own
+
+    unit, own = _described("compensators", name_or_path, FileKind.COMPENSATOR, read, start)
     return unit_of({**own, **changed}) if changed else unit
 
 

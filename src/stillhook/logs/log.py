@@ -24,7 +24,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.table.units import SCALES, STAMPS, hint, our_unit
+from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit
 from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.findings import Checked, checked, counted, limit_of
 from stillhook.logs.formats.open import open_log

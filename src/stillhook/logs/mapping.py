@@ -25,7 +25,7 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.base.choice import nearest
 from stillhook.errors import LogError, SpecError, UnitError
-from stillhook.formats.table.units import PURE, STAMPS, hint, our_unit
+from stillhook.formats.table.dialect import PURE, STAMPS, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal

@@ -10,8 +10,7 @@ from scipy.io import loadmat
 
 import stillhook
 from stillhook.cli import run as command
-from stillhook.formats.out.table import of_run
-from stillhook.formats.out.write import FORMATS, write_table
+from stillhook.formats.out import FORMATS, of_run, write_table
 from stillhook.logs.formats.open import open_log
 from stillhook.logs.log import read_log
 

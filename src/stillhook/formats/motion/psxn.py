@@ -29,23 +29,20 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
-from stillhook.formats.motion.ship_log import (
-    HeaveSign,
-    RawLog,
-    evened,
-    head_of,
-)
+from stillhook.formats.motion.ship_log import HeaveSign, RawLog, evened, head_of
 
 INVALID = b"2"  # quality flag in $PSXN,20: 0 normal, 1 reduced performance, 2 invalid
 AGREEMENT = 0.5  # correlation of altitude and heave steps beyond which their relative sign is beyond doubt
 HALF_A_DAY = 43200.0  # s: a time of day that falls back by more has passed midnight
 DAY = 86400.0  # s
-COUNTED = (
-    *("lines", "$PSXN,23 lines", "checksum errors", "without checksum"),
-    *("missing fields", "flagged invalid", "without time"),
-)
+TAIL = 4096  # bytes at the end of a log in which dates are looked at
+COUNTED = ("lines", "$PSXN,23 lines")
+LEFT_OUT = ("checksum errors", "without checksum", "missing fields", "flagged invalid", "without time")
 _CLOCK = re.compile(rb"(\d\d)(\d\d)(\d\d(?:\.\d*)?)")
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)")
+_SLASHED = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})(?=T)")
+"""A date as the SCS of NOAA's ships writes it, month first; day first where a number above 12 says so."""
+_DAY_FIRST = re.compile(rb"(?m)^\D{0,12}(1[3-9]|2\d|3[01])/\d{1,2}/\d{4}")
 
 
 @dataclass
@@ -54,7 +51,7 @@ class _Scan:
 
     instrument: bool
     rows: array[float] = field(default_factory=lambda: array("d"))
-    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTED, 0))
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*COUNTED, *LEFT_OUT), 0))
     day_first: bool = False
     slashed: bool = False
     clock: float = float("nan")
@@ -131,11 +128,6 @@ class _Scan:
         return float("nan")
 
 
-_SLASHED = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})(?=T)")
-"""A date as the SCS of NOAA's ships writes it, month first; day first where a number above 12 says so."""
-_DAY_FIRST = re.compile(rb"(?m)^\D{0,12}(1[3-9]|2\d|3[01])/\d{1,2}/\d{4}")
-
-
 def raw_psxn(path: str | os.PathLike[str], heave: HeaveSign, time: Literal["logger", "instrument"]) -> RawLog:
     """The samples of a log of $PSXN,23 lines.
 
@@ -172,22 +164,14 @@ def _tail_of(file: Path) -> bytes:
         return b"\n" + stream.read(TAIL).partition(b"\n")[2]
 
 
-TAIL = 4096
-"""Bytes at the end of a log in which dates are looked at."""
-
-
 def _no_samples_message(counts: Mapping[str, int], time: str) -> str:
     if not counts["$PSXN,23 lines"]:
         return f"no $PSXN,23 line in {counts['lines']} lines. Give a Seapath log, or a CSV with heave [m]."
     sentences = ", ".join(f"{name} {count}" for name, count in counts.items() if count)
-    way_out = {
-        "logger": (
-            "Each line needs a time before its $ (ISO 8601, or 11/04/2017 07:00:00.1) and a checksum; or use"
-            ' time="instrument".'
-        ),
-        "instrument": 'Lines need a checksum and a $..ZDA or $..GGA before them; or use time="logger".',
-    }
-    return f"no usable $PSXN,23 line ({sentences}). {way_out[time]}"
+    needed, other = "a $..ZDA or $..GGA before them", "logger"
+    if time == "logger":
+        needed, other = "a time before their $ (ISO 8601, or 11/04/2017 07:00:00.1)", "instrument"
+    return f'no usable $PSXN,23 line ({sentences}). Lines need a checksum and {needed}; or use time="{other}".'
 
 
 def _in_order(
@@ -213,37 +197,26 @@ def _in_order(
         roll=np.radians(roll),
         pitch=np.radians(pitch),
         line_of=lambda i: int(number[i]),
-        counts={name: counts[name] for name in COUNTED[:2]},
-        left_out={
-            **{name: counts[name] for name in COUNTED[2:]},
-            "duplicates": doubles,
-            "times running backwards": backwards,
-        },
+        counts={name: counts[name] for name in COUNTED},
+        left_out={name: counts[name] for name in LEFT_OUT}
+        | {"duplicates": doubles, "times running backwards": backwards},
         cautions=_doubts(heave, altitude, sign),
     )
 
 
-def altitude_agreement(heave_up: FloatArray, altitude: FloatArray) -> float | None:
-    """Correlation of the steps of GGA altitude and of heave counted up; None where the log allows no decision.
+def _doubts(heave: FloatArray, altitude: FloatArray, sign: HeaveSign) -> tuple[str, ...]:
+    """A line where the steps of GGA altitude go against those of heave.
 
     Steps from sample to sample, because the altitude of a satellite receiver drifts over minutes and heave does not.
-    Near +1 the sign of heave is right, near -1 it is wrong; near 0 the altitude does not see the waves.
+    Correlation near +1: the sign of heave is right; near -1: wrong; near 0: the altitude does not see the waves.
     """
-    a, h = np.diff(altitude), np.diff(heave_up)
+    a, h = np.diff(altitude), np.diff(-heave if sign == "down" else heave)
     finite = np.isfinite(a)
     if finite.sum() < 30 or np.ptp(a[finite]) == 0.0 or np.ptp(h[finite]) == 0.0:
-        return None
-    return float(np.corrcoef(a[finite], h[finite])[0, 1])
-
-
-def _doubts(heave: FloatArray, altitude: FloatArray, sign: HeaveSign) -> tuple[str, ...]:
-    agreement = altitude_agreement(-heave if sign == "down" else heave, altitude)
-    if agreement is None or agreement > -AGREEMENT:
+        return ()
+    agreement = float(np.corrcoef(a[finite], h[finite])[0, 1])
+    if agreement > -AGREEMENT:
         return ()
     other = "up" if sign == "down" else "down"
-    return (
-        (
-            f"the $..GGA altitude moves against the heave (correlation {agreement:.2f}): the log counts heave {other},"
-            f' so use heave="{other}"'
-        ),
-    )
+    against = f"the $..GGA altitude moves against the heave (correlation {agreement:.2f})"
+    return (f'{against}: the log counts heave {other}, so use heave="{other}"',)

@@ -32,6 +32,7 @@ JITTERY = 0.1  # medians: above, the jitter of the times shows as acceleration
 SLACK = 0.1  # medians: jitter that does not count when a gap is held against its limit
 HARDLY = 0.01  # m: a standard deviation of heave below this is a harbour, or another unit
 HARDLY_TURNS = 0.05  # deg: a standard deviation of an angle below this in a seaway is perhaps in another unit
+MOST_REPEAT = 0.5  # share of samples that repeat the time of the one before: from it on times are full seconds
 STANDSTILL = 10.0  # s: a heave that keeps its last digit so long was not measured in a seaway
 _HEAD = 65536  # bytes looked at to distinguish one kind of file from another
 _CONTROL = bytes((*range(9), *range(14, 32)))  # more than one in a hundred of these is not a text file
@@ -79,31 +80,21 @@ def sign_of(heave: str, place: str) -> HeaveSign:
     raise MotionError(f'{place}: heave = {quote(heave)} is not one of "up", "down" (which way the file counts heave).')
 
 
-MOST_REPEAT = 0.5
-"""Share of the samples that repeat the time of the one before, from which times are those of full seconds."""
-
-
-def within_seconds(t: FloatArray) -> FloatArray | None:
-    """Times (n,) of samples that are stamped in full seconds, several in each: spread evenly within their seconds,
-    those of the first at its end. None for times that are not so: with fractions, or few that repeat."""
+def evened(t: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times (n,) of samples, and what to say of them. Those that are stamped in full seconds, several in each, are
+    spread evenly within their seconds, those of the first at its end; others, with fractions or few that repeat, stay
+    as they are."""
     if len(t) < FEWEST_POINTS or (t != np.round(t)).any() or np.mean(np.diff(t) == 0.0) < MOST_REPEAT:
-        return None
+        return t, ()
     starts = np.flatnonzero(np.concatenate(([True], np.diff(t) != 0.0)))
     counts = np.diff(np.append(starts, len(t)))
     usual = float(np.median(counts[1:-1])) if len(counts) > 2 else float(counts.max())
     place = np.arange(len(t)) - np.repeat(starts, counts)
     of = np.repeat(np.maximum(counts, usual), counts)
     first = np.where(np.repeat(np.arange(len(counts)) == 0, counts), of - np.repeat(counts, counts), 0.0)
-    return np.asarray(t + (place + first) / of)
-
-
-def evened(t: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Times (n,), those of full seconds spread (`within_seconds`), and what to say of that."""
-    spread = within_seconds(t)
-    if spread is None:
-        return t, ()
     n = float(np.median(np.unique(t, return_counts=True)[1]))
-    return spread, (f"times are full seconds with {n:g} samples in each: spread evenly within their seconds",)
+    caution = f"times are full seconds with {n:g} samples in each: spread evenly within their seconds"
+    return np.asarray(t + (place + first) / of), (caution,)
 
 
 def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, duration: str | None) -> ShipMotion:
@@ -119,10 +110,8 @@ def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, du
         if angle is not None:
             _refuse_beyond(raw, piece, name, np.degrees(angle), LARGEST_ANGLE, "deg")
     if np.ptp(z) == 0.0:
-        raise MotionError(
-            f"{raw.source}: {raw.column} stays at {z[0]:g} m throughout: the sensor was stuck or off. Choose another"
-            " piece or log."
-        )
+        problem = f"{raw.column} stays at {z[0]:g} m throughout: the sensor was stuck or off"
+        raise MotionError(f"{raw.source}: {problem}. Choose another piece or log.")
     return ShipMotion(t, -z if heave == "down" else z, roll, pitch, report)
 
 
@@ -132,24 +121,20 @@ def _piece(raw: RawLog, start: str | None, duration: str | None) -> slice:
     begin = 0.0 if start is None else parse(start, "time", f"{raw.source}: start")
     length = math.inf if duration is None else parse(duration, "time", f"{raw.source}: duration")
     if begin < 0.0 or length <= 0.0 or begin > last or (duration is not None and begin + length > last + 1e-6):
-        raise MotionError(
-            f"{raw.source}: start {begin:g} s and duration {'to its end' if duration is None else f'{length:g} s'} are "
-            f"not within the record of {last:g} s. Choose another piece."
-        )
+        piece = f"start {begin:g} s and duration {'to its end' if duration is None else f'{length:g} s'}"
+        raise MotionError(f"{raw.source}: {piece} are not within the record of {last:g} s. Choose another piece.")
     low = int(np.searchsorted(t, begin - 1e-6))
     high = int(np.searchsorted(t, begin + length + 1e-6, side="right"))
     if high - low < FEWEST_POINTS:
-        raise MotionError(
-            f"{raw.source}: {high - low} samples{_omission_note(raw)}. A motion needs {FEWEST_POINTS} or more."
-        )
+        count = f"{high - low} samples{_omission_note(raw)}"
+        raise MotionError(f"{raw.source}: {count}. A motion needs {FEWEST_POINTS} or more.")
     return slice(low, high)
 
 
 def _omission_note(raw: RawLog) -> str:
     """What the reader left out, for errors about what is missing."""
-    return (
-        f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
-    )
+    omitted = ", ".join(f"{name} {n}" for name, n in raw.left_out.items() if n)
+    return f" ({omitted})" if omitted else ""
 
 
 def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tuple[FloatArray, ReadReport]:

@@ -13,8 +13,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, UnitError
+from stillhook.formats.table.dialect import PURE, STAMPS
 from stillhook.formats.table.text import TextTable
-from stillhook.formats.table.units import PURE, STAMPS
 from stillhook.units import KINDS, parse, quote
 
 
@@ -61,10 +61,8 @@ def place_of(table: TextTable, spec: ColumnSpec, chosen: Mapped | None = None) -
             i for i, h in enumerate(table.headings) if split_heading(h)[0] == chosen.column.strip().lower()
         ]
         if not matches:
-            raise table.error(
-                f"{table.name}: no column {quote(chosen.column)} for {spec.name}; it has {table.shown}. Correct the"
-                " mapping."
-            )
+            problem = f"no column {quote(chosen.column)} for {spec.name}; it has {table.shown}"
+            raise table.error(f"{table.name}: {problem}. Correct the mapping.")
     else:
         names = {spec.name.lower(), *spec.aliases}
         matches = [i for i, h in enumerate(table.headings) if split_heading(h)[0].replace(" ", "_") in names]
@@ -99,18 +97,11 @@ def si_values(
         raise UnitError(f"{where}: unit {quote(unit)} is not one of {', '.join(spec.units)}.")
     if unit == STAMPS:
         return _stamps(table, place)
-    scale = 1.0 if chosen is None else chosen.scale
+    scale = parse(f"1 {unit}", spec.kind, where) if spec.kind else PURE[unit]
     with np.errstate(over="ignore"):
-        x = table.numbers(place, missing) * (
-            scale * (parse(f"1 {unit}", spec.kind, where) if spec.kind else PURE[unit])
-        )
-    if np.isinf(x).any():
-        raise table.wrong(
-            np.flatnonzero(np.isinf(x)).tolist(),
-            place,
-            "a finite number",
-            "Correct it, or empty the cell if it is missing.",
-        )
+        x = table.numbers(place, missing) * ((1.0 if chosen is None else chosen.scale) * scale)
+    if bad := np.flatnonzero(np.isinf(x)).tolist():
+        raise table.wrong(bad, place, "a finite number", "Correct it, or empty the cell if it is missing.")
     return x
 
 

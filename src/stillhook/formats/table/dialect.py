@@ -2,6 +2,7 @@
 
 Found from the first part of a file by its rows of numbers (`dialect_of`), or by its header, the first line that is no
 comment (`header_of`).
+Units as other programs spell them, and what they are in ours.
 """
 
 from __future__ import annotations
@@ -11,8 +12,50 @@ from collections import Counter
 from dataclasses import dataclass
 
 from stillhook.errors import LogError, StillhookError
-from stillhook.formats.table.units import our_unit
 from stillhook.units import KINDS, quote
+
+STAMPS = "UTC"  # the unit of a column of times that holds ISO 8601 stamps
+PURE = {"1": 1.0, "%": 0.01}  # units of pure numbers
+SCALES = {
+    "psi": ("bar", 0.0689476),
+    "psig": ("bar", 0.0689476),
+    "in": ("mm", 25.4),
+    "in/s": ("mm/s", 25.4),
+    "ft": ("m", 0.3048),
+    "lbs": ("N", 4.448222),
+    "lbf": ("N", 4.448222),
+    "mbar": ("bar", 0.001),
+    "V": (None, None),
+    "mA": (None, None),
+}
+"""What people write, the unit of ours that comes nearest, and the factor between them; None for raw sensor values."""
+_SAME = {
+    **dict.fromkeys(("rpm", "r/min", "1/min"), "rev/min"),
+    **dict.fromkeys(("°c", "c"), "degC"),
+    **dict.fromkeys(("l/min", "lpm"), "L/min"),
+    **dict.fromkeys(("cc/rev", "cm3/rev"), "cm^3/rev"),
+    **dict.fromkeys(("tonne", "te"), "t"),
+} | {"°": "deg", "sec": "s", "nm": "N m", "kg·m": "kg m", "m/s2": "m/s^2"}
+"""Spellings found in files, in lower case, and ours."""
+
+
+def our_unit(unit: str, kind: str) -> str | None:
+    """The unit as Stillhook spells it, where it is one of the kind; spellings such as rpm are known. None otherwise."""
+    allowed_units = KINDS[kind].allowed if kind else tuple(PURE)
+    tidy = " ".join(unit.strip().strip("[]()").split())
+    if not kind and tidy in ("", "-"):
+        return "1"
+    return next((ours for ours in (tidy, _SAME.get(tidy.lower())) if ours in allowed_units), None)
+
+
+def hint(unit: str, kind: str) -> str:
+    """What to write for a unit that is not ours."""
+    unit_name, factor = SCALES.get(unit.strip(), (None, None))
+    if unit_name is not None and kind and unit_name in KINDS[kind].allowed:
+        return f' Write unit = "{unit_name}", scale = {factor}.'
+    example = f'unit = "{KINDS[kind].display if kind else "1"}", scale = 0.1'
+    return f" Choose one of these and the factor to it as scale, such as {example}."
+
 
 COMMENTS = (b"#", b"//", b"%")
 COLUMN_SEPARATORS = (";", "\t", "|", ",", " ")  # " ": runs of blanks
@@ -63,22 +106,13 @@ def dialect_of(
         lines.pop()  # the last one is cut off
     if not any(line.strip() for line in lines):
         raise error(f"{name}: is empty. Give a {noun} with a header and rows of numbers.")
-    best: tuple[int, list[int], str] | None = None
-    for separator in COLUMN_SEPARATORS:
-        rows = _data_rows(lines, separator)
-        if rows and (
-            best is None
-            or len(rows[1]) > len(best[1])
-            or (len(rows[1]) == len(best[1]) and rows[0] > best[0] and separator != " ")
-        ):
-            best = (*rows, separator)
-    if best is None:
-        shown = next((line for line in lines if line.strip()), "")
-        raise error(
-            f"{name}: holds no table: no rows of numbers below a header, separated by ; tab | , or blanks. It begins"
-            f" with {quote(shown)}."
-        )
-    fields, rows_at, separator = best
+    ways = [(*rows, separator) for separator in COLUMN_SEPARATORS if (rows := _data_rows(lines, separator))]
+    if not ways:
+        begin = quote(next((line for line in lines if line.strip()), ""))
+        problem = "holds no table: no rows of numbers below a header, separated by ; tab | , or blanks"
+        raise error(f"{name}: {problem}. It begins with {begin}.")
+    # most rows, then most fields; blanks last
+    fields, rows_at, separator = max(ways, key=lambda way: (len(way[1]), way[0] if way[2] != " " else 0))
     first = rows_at[0]
     cells = [split_row(lines[i], separator) for i in rows_at]
     header, units = _header(lines, first, fields, separator)
@@ -109,10 +143,8 @@ def _refuse_other_width(
     if names <= len(cells[0]) and not any(cell for row in cells for cell in row[names:]):
         return
     comma = ' A decimal comma needs ";" between columns.' if separator == "," else ""
-    raise error(
-        f"{name}: line {line}: the header names {names} columns and the rows below hold {len(cells[0])} fields.{comma}"
-        " Correct the header or the export."
-    )
+    problem = f"the header names {names} columns and the rows below hold {len(cells[0])} fields"
+    raise error(f"{name}: line {line}: {problem}.{comma} Correct the header or the export.")
 
 
 def head_text(head: bytes) -> tuple[str, str]:
@@ -182,9 +214,7 @@ def _data_rows(lines: list[str], separator: str) -> tuple[int, list[int]] | None
     if not rows:
         return None
     fields = Counter(n for _, n, _ in rows).most_common(1)[0][0]
-    full = max(
-        values for _, n, values in rows if n == fields
-    )  # a padded line such as "Date;2020-01-01;;;;" holds fewer
+    full = max(values for _, n, values in rows if n == fields)  # a padded line, Date;2020-01-01;;;;, holds fewer
     return fields, [i for i, n, values in rows if n == fields and values >= MAJORITY * full]
 
 
@@ -236,9 +266,7 @@ def decimal_of(
     if comma is None:
         return "."
     if point is not None:
-        raise error(
-            f"{name}: numbers with a decimal comma ({quote(comma[1])}, line {comma[0]}) and with a point"
-            f" ({quote(point[1])}, line {point[0]}). Export the {noun} with one decimal sign and no sign between"
-            " thousands."
-        )
+        both = f"comma ({quote(comma[1])}, line {comma[0]}) and with a point ({quote(point[1])}, line {point[0]})"
+        do = f"Export the {noun} with one decimal sign and no sign between thousands."
+        raise error(f"{name}: numbers with a decimal {both}. {do}")
     return ","

@@ -47,10 +47,8 @@ def opened(path: str | os.PathLike[str], noun: str, error: type[StillhookError])
     except FileNotFoundError:
         raise error(f"{quote(str(file))}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError) as problem:
-        raise error(
-            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and"
-            " your rights."
-        ) from None
+        reason = getattr(problem, "strerror", None) or problem
+        raise error(f"{quote(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
 
 
 def first_bytes(path: str | os.PathLike[str], size: int, noun: str, error: type[StillhookError]) -> tuple[Path, bytes]:

@@ -8,30 +8,110 @@ A heading carries its unit, `D_m [cm^3/rev]`, or a mapping file says which colum
 
 A unit is never guessed. CSV: separator comma, semicolon or tab; decimal comma with the latter two, or in quotes;
 comments begin with #; a byte-order mark, CRLF and quotes do no harm.
+Tables in Excel and Parquet become cells of text; each is read in a process of its own.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 from pydantic import Field, field_validator
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
-from stillhook.errors import LogError, SpecError, StillhookError, UnitError
+from stillhook.base.extras import how_to_get, installed
+from stillhook.errors import LogError, SpecError, StillhookError, UnitError, UnreadableError
+from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.file import unpacked
-from stillhook.formats.table.text import TextTable, decoded, headed_table
-from stillhook.formats.table.workbook import READERS, read_workbook
+from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, toml_instead
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
+
+LARGEST_CELLS = 5_000_000
+"""What a header may claim, far above every map."""
+LARGEST_UNPACKED = 500_000_000
+"""Bytes of all parts of an Excel file; the sheet of a million cells takes some 50 MB."""
+READERS = {
+    ".xlsx": ("openpyxl", "Excel"),
+    ".xlsm": ("openpyxl", "Excel"),
+    ".parquet": ("polars", "Parquet"),
+    ".pq": ("polars", "Parquet"),
+}
+"""Endings of files, the library that reads them, and what they are."""
+
+
+def read_workbook(path: Path, error: type[StillhookError], start: str) -> TextTable:
+    """The table of a Parquet file, or of the first sheet of an Excel file: lines of remarks that begin with #, a line
+    of headings, rows. Errors: one line."""
+    library, content = READERS[path.suffix.lower()]
+    if not installed(library):
+        do = f"{how_to_get(library)}. Or save it as CSV."
+        raise error(f"{path.name}: is {content}, which takes the reader {library}: {do}")
+    try:
+        cells = read_binary(_parquet_cells if content == "Parquet" else _excel_cells, path)
+    except UnreadableError as problem:
+        raise error(f"{path.name}: not a readable {content} file ({problem}). Save it again.") from None
+    first = 0 if content == "Parquet" else 1  # the headings of Parquet are no row
+    numbered = [(number, line) for number, line in enumerate(cells, start=first) if any(line)]
+    comments = tuple(line[0] for _, line in numbered if line[0].startswith(COMMENT))
+    body = [(number, line) for number, line in numbered if not line[0].startswith(COMMENT)]
+    return table_of(path.name, body, error, start, comments=comments, row="row")
+
+
+def _text(cell: Any) -> str:
+    """A cell as text that reads back to the same number, without a decimal sign where it is a number, as that of text
+    cells may be a comma; empty where it holds none."""
+    if cell is None or (isinstance(cell, float) and not math.isfinite(cell)):
+        return ""
+    if isinstance(cell, float):
+        sign, digits, exponent = Decimal(repr(cell)).as_tuple()
+        return f"{'-' * sign}{''.join(map(str, digits))}e{exponent}"
+    return str(cell).strip().strip('"').strip()
+
+
+def _parquet_cells(path: Path) -> list[list[str]]:
+    """In the process that reads: headings and rows."""
+    import polars as pl
+
+    scan = pl.scan_parquet(path, glob=False)
+    _refuse_cells(int(scan.select(pl.len()).collect().item()) * len(scan.collect_schema()))
+    frame = scan.collect()
+    return [list(frame.columns), *([_text(cell) for cell in row] for row in frame.rows())]
+
+
+def _excel_cells(path: Path) -> list[list[str]]:
+    """In the process that reads: rows of the first sheet."""
+    import zipfile
+
+    import openpyxl
+
+    with zipfile.ZipFile(path) as archive:
+        refuse_bomb(path, sum(part.file_size for part in archive.infolist()), allowed=LARGEST_UNPACKED)
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    lines, count = [], 0
+    for row in book.worksheets[0].iter_rows(values_only=True):
+        count += max(1, len(row))
+        _refuse_cells(count)
+        lines.append([_text(cell) for cell in row])
+    book.close()
+    return lines
+
+
+def _refuse_cells(count: int) -> None:
+    if count > LARGEST_CELLS:
+        raise UnreadableError(f"claims {count} cells; up to {LARGEST_CELLS} make a map")
+
 
 LARGEST_TABLE = 50_000_000
 """Bytes; a million cells. Logs are read elsewhere, streamed."""
@@ -102,11 +182,8 @@ def read_columns(
             raise missing_column(table, spec, "Name it so, or map it in a mapping file.")
     _one_decimal_sign(table, sorted(places.values()))
     table = replace(table, comma=True, row="row")
-    values = {
-        spec.name: si_values(table, spec, places[spec.name], MISSING, chosen.get(spec.name))
-        for spec in specs
-        if spec.name in places
-    }
+    read = [spec for spec in specs if spec.name in places]
+    values = {s.name: si_values(table, s, places[s.name], MISSING, chosen.get(s.name)) for s in read}
     unused = tuple(h for i, h in enumerate(table.headings) if i not in places.values() and h)
     return Columns(table, values, {name: table.headings[i] for name, i in places.items()}, unused)
 
@@ -150,14 +227,12 @@ def _one_decimal_sign(table: TextTable, places: Sequence[int]) -> None:
     texts = [(table.headings[i], cell) for i in places for cell in table.column(i)]
     comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
     if comma is not None and point is not None:
-        raise table.error(
-            f"{table.name}: {quote(comma[1])} in column {quote(comma[0])} has a comma and {quote(point[1])} in column"
-            f" {quote(point[0])} a point. Write one decimal sign and no thousands sign."
-        )
+        both = " and ".join(f"{quote(cell)} in column {quote(heading)}" for heading, cell in (comma, point))
+        problem = f"{both} have a decimal comma and a point"
+        raise table.error(f"{table.name}: {problem}. Write one decimal sign and no thousands sign.")
     for heading in () if table.comma else dict.fromkeys(h for h, c in texts if "," in c):
         with_comma = [c for h, c in texts if h == heading and "," in c]
         if all(_THOUSANDS.fullmatch(c) for c in with_comma):
-            raise table.error(
-                f"{table.name}: column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma. "
-                "Write numbers without a thousands sign, with a decimal point."
-            )
+            problem = f"column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma"
+            do = "Write numbers without a thousands sign, with a decimal point."
+            raise table.error(f"{table.name}: {problem}. {do}")

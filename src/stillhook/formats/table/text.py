@@ -168,9 +168,8 @@ def fitted(
             hint = ' A decimal comma needs ";" or a tab between columns.' if separator == "," else ""
             hint = "" if len(line) < width else hint
             hint = " The file seems cut off there." if last and len(line) < width else hint
-            raise error(
-                f"{name}: {row} {number}: {len(line)} fields where the header has {width}.{hint} Correct the {row}."
-            )
+            problem = f"{len(line)} fields where the header has {width}"
+            raise error(f"{name}: {row} {number}: {problem}.{hint} Correct the {row}.")
     return [line[:width] for _, line in filled], [number for number, _ in filled]
 
 
@@ -192,9 +191,8 @@ def table_found(
     try:
         text = data.decode(dialect.encoding).removeprefix("\ufeff")
     except UnicodeDecodeError as problem:
-        raise error(
-            f"{name}: byte {problem.start} is no text in {dialect.encoding}. Save the {noun} as CSV UTF-8."
-        ) from None
+        where = f"byte {problem.start} is no text in {dialect.encoding}"
+        raise error(f"{name}: {where}. Save the {noun} as CSV UTF-8.") from None
     if not dialect.header_line:
         raise error(f"{name}: has no line of headings. {start}")
     comments: list[str] = []

@@ -16,16 +16,14 @@ rotations are within 0.00005 deg/m.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.errors import SeaError
-from stillhook.formats.vessel.supplement import NOTHING, Supplement
+from stillhook.formats.vessel.supplement import NOTHING, Supplement, finite_numbers, gridded, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
 from stillhook.units import quote
@@ -47,12 +45,8 @@ SAME_WAVE = 0.02  # share by which 2 pi over the period may differ from the freq
 ROUNDED = (0.006, 0.0006)  # s, rad/s: half of the last digit of period and frequency, and a little
 
 
-class _Line(NamedTuple):
-    """A line of a table: direction [deg], frequency [rad/s], amplitudes and phases (12,)."""
-
-    degrees: float
-    omega: float
-    values: FloatArray
+_Lines = list[tuple[tuple[float, float], FloatArray]]
+"""Lines of tables: direction [deg] and frequency [rad/s]; amplitudes and phases (12,)."""
 
 
 def is_aqwa(text: str) -> bool:
@@ -70,7 +64,8 @@ def read_aqwa(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     tables = _tables(path.name, text.splitlines())
     body = stated.body_of(path.name, "structures", sorted(tables))
     lines = tables[body]
-    omega, degrees, H, again = _grid(path.name, lines)
+    omega, degrees, H = _grid(path.name, dict(lines))
+    again = sum(not np.array_equal(values, dict(lines)[place]) for place, values in lines)
     convention = replace(INSIDE, time=-1, mirror=within_one_side(np.radians(degrees)))
     centres = _CENTRE.findall(text)
     where = "centre of gravity of the structure"
@@ -98,17 +93,15 @@ def read_aqwa(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
 def _refuse_units(file: str, text: str) -> None:
     gravity, speed = _GRAVITY.search(text), _SPEED.search(text)
     if gravity is not None and not METRIC[0] < float(gravity[1]) < METRIC[1]:
-        raise SeaError(
-            f"{file}: gravity is {gravity[1]}, and metres are read (9.81 m/s^2). Run AQWA in metric units (kg, m, N)."
-        )
+        raise wrong(file, f"gravity is {gravity[1]}, and metres are read (9.81 m/s^2)", "Run AQWA in kg, m, N.")
     if speed is not None and float(speed[1]) != 0.0:
-        raise SeaError(f"{file}: is for a forward speed of {speed[1]}. Run AQWA at zero speed: vessels at work stand.")
+        raise wrong(file, f"is for a forward speed of {speed[1]}", "Run AQWA at zero speed: vessels at work stand.")
 
 
-def _tables(file: str, lines: Sequence[str]) -> dict[int, list[_Line]]:
+def _tables(file: str, lines: Sequence[str]) -> dict[int, _Lines]:
     """Lines of motions of each structure, by its number: by frequency where the file has these tables, else by
     direction."""
-    tables: tuple[dict[int, list[_Line]], ...] = ({}, {})
+    tables: tuple[dict[int, _Lines], ...] = ({}, {})
     structure = 1
     for i, line in enumerate(lines):
         if match := _STRUCTURE.search(line):
@@ -118,13 +111,15 @@ def _tables(file: str, lines: Sequence[str]) -> dict[int, list[_Line]]:
             tables[order].setdefault(structure, []).extend(_table(file, lines, i + 1, left_out=2 - order))
     result = next((by_structure for by_structure in tables if any(by_structure.values())), None)
     if result is None:
-        raise SeaError(
-            f"{file}: holds no table of motions ({TITLES[0]}). Run AQWA-LINE to its stage 5, and give its .lis."
+        raise wrong(
+            file, f"holds no table of motions ({TITLES[0]})", "Run AQWA-LINE to its stage 5, and give its .lis."
         )
     return {body: table for body, table in result.items() if table}
 
 
-def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterator[_Line]:
+def _table(
+    file: str, lines: Sequence[str], start: int, left_out: int
+) -> Iterator[tuple[tuple[float, float], FloatArray]]:
     """Lines of a table, from the one below its title to the next page; left_out: numbers that stand before the motions
     of every line but the first of a block (2: period and frequency, 1: direction)."""
     first: FloatArray | None = None
@@ -137,12 +132,10 @@ def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterat
             return  # the next page
         fields = head.split()
         before = len(fields) - NUMBERS
-        values = _finite(fields)
+        values = finite_numbers(fields)
         if values is None or before not in (3, left_out) or (before < 3 and first is None):
-            raise SeaError(
-                f"{file}: line {number + 1}: {quote(head)} is not period, frequency, direction, and amplitude and"
-                " phase of six motions, all finite. Correct the run, or export the file again."
-            )
+            expected = "period, frequency, direction, and amplitude and phase of six motions, all finite"
+            raise wrong(file, f"{quote(head)} is not {expected}", line=number + 1)
         if before == 3 or first is None:
             first = values[:3]
         period, omega, degrees = first
@@ -150,54 +143,32 @@ def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterat
             period, omega = values[:2]
         elif before == 1:
             degrees = values[0]
-        line = _Line(float(degrees), _omega(file, number + 1, float(period), float(omega)), values[-NUMBERS:])
-        if line[:2] in seen:
-            raise SeaError(
-                f"{file}: line {number + 1}: {quote(head)} comes again in its table, or the line that begins its block"
-                " is lost. Export the file again."
-            )
-        seen.add(line[:2])
-        yield line
-    raise SeaError(f"{file}: ends in a table of motions: the file is cut off. Export it again.")
-
-
-def _finite(fields: Sequence[str]) -> FloatArray | None:
-    """Numbers of a line; None where one is none, or not finite."""
-    try:
-        values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in fields])
-    except ValueError:
-        return None
-    return values if np.isfinite(values).all() else None
+        place = float(degrees), _omega(file, number + 1, float(period), float(omega))
+        if place in seen:
+            problem = "comes again in its table, or the line that begins its block is lost"
+            raise wrong(file, f"{quote(head)} {problem}", line=number + 1)
+        seen.add(place)
+        yield place, values[-NUMBERS:]
+    raise wrong(file, "ends in a table of motions: the file is cut off")
 
 
 def _omega(file: str, number: int, period: float, omega: float) -> float:
     """The frequency [rad/s] by the column that is rounded less."""
     if period <= 0.0 or omega <= 0.0:
-        raise SeaError(f"{file}: line {number}: period {period:g} s and frequency {omega:g} rad/s must be above 0.")
+        raise wrong(file, f"period {period:g} s and frequency {omega:g} rad/s must be above 0", line=number)
     rounding = ROUNDED[0] / period + ROUNDED[1] / omega
     if abs(period * omega / (2.0 * np.pi) - 1.0) > SAME_WAVE + rounding:
-        raise SeaError(
-            f"{file}: line {number}: period {period:g} s is not that of {omega:g} rad/s. Export the file again."
-        )
+        raise wrong(file, f"period {period:g} s is not that of {omega:g} rad/s", line=number)
     return omega if omega > SHORT_WAVE else 2.0 * np.pi / period
 
 
-def _grid(file: str, lines: Sequence[_Line]) -> tuple[FloatArray, FloatArray, ComplexArray, int]:
-    """Frequencies [rad/s], directions [deg] and motions (6, directions, frequencies) as written; how many came again
-    with other numbers."""
-    omega, k = np.unique([line.omega for line in lines], return_inverse=True)
-    degrees, j = np.unique([line.degrees for line in lines], return_inverse=True)
-    values = np.full((NUMBERS, len(degrees), len(omega)), np.nan)
-    again = 0
-    for line, b, t in zip(lines, j, k, strict=True):
-        before = values[:, b, t]
-        again += int(np.isfinite(before).all() and not np.array_equal(before, line.values))
-        values[:, b, t] = line.values
-    if np.isnan(values).any():
-        b, t = np.argwhere(np.isnan(values[0]))[0]
-        raise SeaError(
-            f"{file}: frequency {omega[t]:.4g} rad/s in direction {degrees[b]:g} deg is missing: every direction has"
-            " the same frequencies. Export the file again."
-        )
-    scale = np.array([1.0] * 3 + [np.pi / 180.0] * 3)[:, None, None]
-    return omega, degrees, scale * values[::2] * np.exp(1j * np.radians(values[1::2])), again
+def _grid(file: str, lines: Mapping[tuple[float, float], FloatArray]) -> tuple[FloatArray, FloatArray, ComplexArray]:
+    """Frequencies [rad/s], directions [deg] and motions (6, directions, frequencies) as written."""
+    degrees, omega = (np.tile(x, len(DOFS)) for x in zip(*lines, strict=True))
+    values = np.array(list(lines.values())).T
+    scale = np.array([1.0] * 3 + [np.pi / 180.0] * 3)[:, None]
+    H = scale * values[::2] * np.exp(1j * np.radians(values[1::2]))
+    dof = np.repeat(np.arange(len(DOFS)), len(lines))
+    return gridded(
+        file, lambda w, b, d: f"frequency {w:.4g} rad/s in direction {b:g} deg", omega, degrees, dof, H.ravel()
+    )

@@ -25,8 +25,8 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import read_dataset
-from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
+from stillhook.formats.binary import read_dataset
+from stillhook.formats.vessel.supplement import NOTHING, Supplement, description, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
 
@@ -42,6 +42,9 @@ SQUARE = ("influenced_dof", "radiating_dof")
 OF_MASS = ("mass", "radii", "centre_of_gravity")
 """What may be stated of a file without inertia_matrix."""
 SAME_POINT = 1e-3  # m: centres of gravity nearer than this are one
+APART = 0.05
+"""Difference of a ready motion from that of the matrices beyond which they contradict each other, over the largest
+amplitude of that motion."""
 
 
 def read_capytaine(path: Path, stated: Supplement = NOTHING) -> Rao:
@@ -62,15 +65,12 @@ def read_capytaine(path: Path, stated: Supplement = NOTHING) -> Rao:
     omega, heading = _axis(path.name, data, "omega"), _axis(path.name, data, "wave_direction")
     usable = np.isfinite(omega) & (omega > 0.0)
     if (bad & usable).any():
-        first = omega[bad & usable][0]
-        raise SeaError(
-            f"{path.name}: motions at omega {first:g} rad/s are not finite. Solve that frequency again or leave it out."
-        )
+        problem = f"motions at omega {omega[bad & usable][0]:g} rad/s are not finite"
+        raise wrong(path.name, problem, "Solve that frequency again or leave it out.")
     centre = _point(data, "rotation_center")
     origin, crest = _origin(data, centre)
     convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
     notes = (inertia, contradiction, _damping(data, variable), f"read as Capytaine: {convention.describe()}")
-    depth = _scalar(data, "water_depth", np.inf)
     source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
     name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
     return to_rao(
@@ -82,7 +82,7 @@ def read_capytaine(path: Path, stated: Supplement = NOTHING) -> Rao:
         source=source,
         origin=origin,
         notes=tuple(n for n in notes if n),
-        depth=depth,
+        depth=_scalar(data, "water_depth", np.inf),
         crest=crest,
     )
 
@@ -91,12 +91,10 @@ def _opened(path: Path) -> xarray.Dataset:
     try:
         data = read_dataset(path)
     except UnreadableError as problem:
-        raise SeaError(f"{path.name}: not a complete NetCDF file ({problem}). Export it again.") from None
+        raise wrong(path.name, f"not a complete NetCDF file ({problem})") from None
     if "complex" in data.coords:
         if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
-            raise SeaError(
-                f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine."
-            )
+            raise wrong(path.name, "its dimension complex does not name re and im")
         split = {str(n): v for n, v in data.items() if "complex" in v.dims}
         joined = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
         data = data.drop_dims("complex").assign(joined)
@@ -104,9 +102,7 @@ def _opened(path: Path) -> xarray.Dataset:
     data = data.squeeze([str(d) for d in single])
     speed = _scalar(data, "forward_speed", 0.0)
     if speed != 0.0:
-        raise SeaError(
-            f"{path.name}: is for {speed:g} m/s forward. Solve at zero speed: vessels at work are stationary."
-        )
+        raise wrong(path.name, f"is for {speed:g} m/s forward", "Solve at zero speed: vessels at work are stationary.")
     return data
 
 
@@ -115,26 +111,20 @@ def _with_inertia(file: str, data: xarray.Dataset, stated: Supplement) -> tuple[
     if not stated.stated:
         return data, ""
     if "inertia_matrix" in data:
-        raise SeaError(
-            f"{file}: holds inertia_matrix, and {', '.join(stated.stated)} would be a second answer. Leave one of them"
-            " out."
-        )
+        problem = f"holds inertia_matrix, and {', '.join(stated.stated)} would be a second answer"
+        raise wrong(file, problem, "Leave one of them out.")
     if missing := [name for name in OF_MASS[:2] if name not in stated.stated]:
-        raise SeaError(f"{file}: {missing[0]} is missing. Inertia is stated by {', '.join(OF_MASS)}. Add it.")
+        raise wrong(file, f"{missing[0]} is missing", f"Inertia is stated by {', '.join(OF_MASS)}. Add it.")
     inside, G = _point(data, "center_of_mass"), stated.centre_of_gravity
     if G is not None and inside is not None and np.abs(inside - G).max() > SAME_POINT:
         x, y, z = inside
-        raise SeaError(
-            f"{file}: holds the centre of gravity x {x:g} m, y {y:g} m, z {z:g} m, and centre_of_gravity states"
-            " another. Correct it, or leave it out."
-        )
+        problem = f"holds the centre of gravity x {x:g} m, y {y:g} m, z {z:g} m, and centre_of_gravity states another"
+        raise wrong(file, problem, "Correct it, or leave it out.")
     centre = _point(data, "rotation_center")
     gravity = inside if G is None else np.array(G)
     if gravity is None:
-        raise SeaError(
-            f"{file}: holds no center_of_mass. State centre_of_gravity as well, x, y, z of the mesh, such as"
-            ' ["0 m", "0 m", "2.5 m"].'
-        )
+        do = 'State centre_of_gravity as well, x, y, z of the mesh, such as ["0 m", "0 m", "2.5 m"].'
+        raise wrong(file, "holds no center_of_mass", do)
     assert stated.mass is not None
     assert stated.radii is not None
     M = inertia_matrix(stated.mass, np.array(stated.radii), gravity - (0.0 if centre is None else centre))
@@ -146,9 +136,7 @@ def _with_inertia(file: str, data: xarray.Dataset, stated: Supplement) -> tuple[
         f" centre of gravity {', '.join(f'{v:g} m' for v in gravity)} of the mesh"
     )
     if 2.0 * max(kxx, kyy, kzz) ** 2 > kxx**2 + kyy**2 + kzz**2:
-        note += (
-            "; no rigid body has these radii: the square of the largest is more than those of the two others together"
-        )
+        note += "; no rigid body has these radii: the square of the largest is more than those of the others together"
     return data.assign(inertia_matrix=(SQUARE, matrix), center_of_mass=("space", gravity)), note
 
 
@@ -161,11 +149,11 @@ def _of(file: str, data: xarray.Dataset, name: str, dims: tuple[str, ...]) -> An
         raise SeaError(f"{file}: has no inertia_matrix, which motions need. {description(file, *lines, *point)}")
     if name not in data:
         others = ", ".join(n for n in (*MATRICES, *FORCES) if n != name)
-        raise SeaError(f"{file}: has no {name}, which motions need in addition to {others}. Add it.")
+        raise wrong(file, f"has no {name}, which motions need in addition to {others}", "Add it.")
     variable = data[name]
     over = [str(d) for d in variable.dims if d not in dims]
     if over:
-        raise SeaError(f"{file}: {name} has {', '.join(f'{data.sizes[d]} values of {d}' for d in over)}. Select one.")
+        raise wrong(file, f"{name} has {', '.join(f'{data.sizes[d]} values of {d}' for d in over)}", "Select one.")
     for dim in SQUARE:
         if dim in variable.dims:
             variable = variable.isel({dim: _order(file, variable[dim].values)})
@@ -179,7 +167,7 @@ def _order(file: str, names: Any) -> list[int]:
     missing = [dof for dof in DOFS if plain.count(dof) != 1]
     if missing or len(plain) != len(DOFS):
         have = ", ".join(str(n) for n in names)
-        raise SeaError(f"{file}: degrees of freedom {have}. One rigid body is read: {', '.join(DOFS)}, each once.")
+        raise wrong(file, f"degrees of freedom {have}", f"One rigid body is read: {', '.join(DOFS)}, each once.")
     return [plain.index(dof) for dof in DOFS]
 
 
@@ -204,9 +192,8 @@ def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
     try:
         H[good] = np.linalg.solve(-(w**2) * (M + A[good]) - 1j * w * (B[good] + more[0]) + C + more[1], force[good])
     except np.linalg.LinAlgError:
-        raise SeaError(
-            f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness."
-        ) from None
+        do = "Check inertia_matrix and hydrostatic_stiffness."
+        raise wrong(file, "the equation of motion has no solution", do) from None
     return np.asarray(np.moveaxis(H, (1, 2, 0), (0, 1, 2)))
 
 
@@ -231,17 +218,11 @@ def inertia_matrix(mass: float, radii: FloatArray, lever: FloatArray) -> FloatAr
     return M
 
 
-APART = 0.05
-"""Difference of a ready motion from that of the matrices beyond which they contradict each other, over the largest
-amplitude of that motion."""
-ROLL = DOFS.index("roll")
-
-
 def _reconciled(data: xarray.Dataset, name: str, ready: ComplexArray, solved: ComplexArray) -> tuple[ComplexArray, str]:
     """The ready motions; those of the matrices, and a note, where they contradict the ready ones in more than roll."""
     apart = np.nan_to_num(np.abs(ready - solved))
     share = apart / np.nanmax(np.abs(solved), axis=(1, 2), keepdims=True)
-    share[ROLL] = 0.0
+    share[DOFS.index("roll")] = 0.0
     worst = int(np.argmax(share))
     if share.ravel()[worst] <= APART:
         return ready, ""
@@ -255,7 +236,7 @@ def _reconciled(data: xarray.Dataset, name: str, ready: ComplexArray, solved: Co
 
 def _axis(file: str, data: xarray.Dataset, name: str) -> FloatArray:
     if name not in data.coords or data[name].ndim != 1:
-        raise SeaError(f"{file}: has no list of {name}. Give a data set over {' and '.join(AXES)}.")
+        raise wrong(file, f"has no list of {name}", f"Give a data set over {' and '.join(AXES)}.")
     return np.asarray(data[name].values, dtype=np.float64)
 
 
@@ -272,18 +253,14 @@ def _point(data: xarray.Dataset, name: str) -> FloatArray | None:
 def _origin(data: xarray.Dataset, centre: FloatArray | None) -> tuple[str, tuple[float, float]]:
     """Where the reference point is, and where from there (x, y) [m] the crest of phase 0 passes."""
     if centre is None:
-        return "rotation centre of the degrees of freedom (not in the file), taken to be at x = y = 0 of the mesh", (
-            0.0,
-            0.0,
-        )
+        text = "rotation centre of the degrees of freedom (not in the file), taken to be at x = y = 0 of the mesh"
+        return text, (0.0, 0.0)
     x, y, z = centre
     text = f"x = {x:g} m, y = {y:g} m, z = {z:g} m of the mesh (rotation centre; z = 0 is the still waterline)"
     mass = _point(data, "center_of_mass")
     if mass is not None and np.isfinite(mass).all():
-        text += (
-            f"; centre of gravity {mass[0] - x:+.4g} m forward, {mass[1] - y:+.4g} m to port, {mass[2] - z:+.4g} m up"
-            " of it"
-        )
+        away = f"{mass[0] - x:+.4g} m forward, {mass[1] - y:+.4g} m to port, {mass[2] - z:+.4g} m up"
+        text += f"; centre of gravity {away} of it"
     return text, (-float(x), -float(y))
 
 

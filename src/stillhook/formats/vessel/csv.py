@@ -34,7 +34,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,8 +47,9 @@ from stillhook.errors import SeaError
 from stillhook.formats.table.columns import split_heading
 from stillhook.formats.table.dialect import one_newline
 from stillhook.formats.table.text import TextTable, headed_table
+from stillhook.formats.vessel.supplement import gridded, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
+from stillhook.sea.vessel.rao_convention import Convention, to_rao
 from stillhook.units import parse, quote
 
 FIRST = "# stillhook vessel motions"
@@ -77,12 +78,12 @@ class _Head:
 
     def wrong(self, key: str, allowed: str) -> SeaError:
         line, text = self.declared[key]
-        return SeaError(f"{self.table.name}: line {line}: {key}: {quote(text)}: {allowed}")
+        return wrong(self.table.name, f"{key}: {quote(text)}", allowed, line=line)
 
     def choice(self, key: str, choices: Mapping[str, int]) -> int:
         value = " ".join(self.declared[key][1].lower().split())
         if value not in choices:
-            raise self.wrong(key, f"allowed: {', '.join(choices)}.")
+            raise self.wrong(key, f"Allowed: {', '.join(choices)}.")
         return choices[value]
 
 
@@ -109,44 +110,32 @@ def read_rao_csv(path: Path, text: str) -> Rao:
     )
 
 
-def write_rao_csv(
-    rao: Rao,
-    path: str | os.PathLike[str],
-    *,
-    source: str,
-    notes: Sequence[str] = (),
-    mirror: bool = False,
-    exact: bool = False,
-) -> Path:
-    """Write a vessel in Stillhook's own convention, with six digits; the file appears under its name only when it is
-    complete. exact: with all digits, so that the same numbers are read.
+def write_rao_csv(rao: Rao, path: str | os.PathLike[str], *, source: str) -> Path:
+    """Write a vessel in Stillhook's own convention with all digits, so that the same numbers are read; the file appears
+    under its name only when it is complete.
 
-    source: one line on where the numbers are from; notes: lines that stay with the vessel (those of rao stay behind: a
-    reader makes its own). mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
-    Errors: SeaError where the sides are not the same.
+    source: one line on where the numbers are from. The notes of rao stay behind: a reader makes its own.
     """
-    beta, H = one_side(rao) if mirror else (rao.beta, rao.H)
-    sides = "port-starboard" if mirror else "none"
-    declared = [("name", rao.name), ("axes", "x forward, y port, z up"), ("time", "exp(+i omega t)")]
-    declared += [
-        ("heading", "waves travel to, counter-clockwise from bow"),
-        ("mirror", sides),
-        ("origin", rao.origin),
-        *([("depth", f"{rao.depth!r} m")] if np.isfinite(rao.depth) else []),
-        ("source", source),
-    ]
-    declared += [("note", note) for note in notes]
-    head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in declared)]
+    declared = {
+        "name": rao.name,
+        "axes": "x forward, y port, z up",
+        "time": "exp(+i omega t)",
+        "heading": "waves travel to, counter-clockwise from bow",
+        "mirror": "none",
+        "origin": rao.origin,
+        **({"depth": f"{rao.depth!r} m"} if np.isfinite(rao.depth) else {}),
+        "source": source,
+    }
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
-    unit, angles = ("rad", beta) if exact else ("deg", np.degrees(beta))
-    body = [",".join(("omega [rad/s]", f"heading [{unit}]", *columns))]
-    for j, angle in enumerate(angles):
+    lines = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in declared.items())]
+    lines.append(",".join(("omega [rad/s]", "heading [rad]", *columns)))
+    for j, beta in enumerate(rao.beta):
         for k, w in enumerate(rao.omega):
-            parts = np.column_stack([H[:, j, k].real, H[:, j, k].imag]).ravel()
-            body.append(",".join(repr(float(v)) if exact else f"{v:.6g}" for v in (w, angle, *parts)))
+            parts = np.column_stack([rao.H[:, j, k].real, rao.H[:, j, k].imag]).ravel()
+            lines.append(",".join(repr(float(v)) for v in (w, beta, *parts)))
     target = Path(path)
     with atomic_file(target) as part:
-        part.write_text("\n".join((*head, *body)) + "\n", encoding="utf-8")
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return target
 
 
@@ -156,18 +145,14 @@ def _declared(file: str, text: str) -> _Head:
     notes: list[str] = []
     for number, line in enumerate(text.split("\n"), start=1):
         if line.startswith(FIRST) and line[len(FIRST) :].strip() != str(VERSION):
-            raise SeaError(
-                f"{file}: line {number}: version {quote(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer"
-                " Stillhook."
-            )
+            version = quote(line[len(FIRST) :].strip())
+            raise wrong(file, f"version {version}, {VERSION} is read", "Get a newer Stillhook.", line=number)
         if not line.startswith(FIRST) and (match := _KEY.fullmatch(line.rstrip().rstrip(",;\t"))):
             _declare(file, number, match[1].lower(), match[2], declared, notes)
     missing = [k for k in ("name", "axes", "heading", "mirror", "origin") if k not in declared]
     if missing:
-        example = EXAMPLES[missing[0]]
-        raise SeaError(
-            f"{file}: does not state its {', '.join(missing)}. Begin with lines such as {example}; nothing is assumed."
-        )
+        do = f"Begin with lines such as {EXAMPLES[missing[0]]}; nothing is assumed."
+        raise wrong(file, f"does not state its {', '.join(missing)}", do)
     return _Head(declared, tuple(notes), headed_table(file, text, SeaError, "Give a header of columns and rows below."))
 
 
@@ -184,16 +169,15 @@ def _declare(
     file: str, number: int, key: str, value: str, declared: dict[str, tuple[int, str]], notes: list[str]
 ) -> None:
     if key not in KEYS:
-        raise SeaError(
-            f"{file}: line {number}: {quote(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
-        )
+        do = f"Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
+        raise wrong(file, f"{quote(key)[1:-1]}: unknown key", do, line=number)
     if key == "note":
         notes.append(value)
         return
     if key in declared:
-        raise SeaError(f"{file}: line {number}: {key} is given twice, first in line {declared[key][0]}. Keep one.")
+        raise wrong(file, f"{key} is given twice, first in line {declared[key][0]}", "Keep one.", line=number)
     if not value:
-        raise SeaError(f"{file}: line {number}: {key}: nothing is said. Say it.")
+        raise wrong(file, f"{key}: nothing is stated", "State it.", line=number)
     declared[key] = (number, value)
 
 
@@ -238,8 +222,8 @@ def _motions(head: _Head, rotation: str) -> tuple[ComplexArray, int]:
     if key not in head.declared or other in head.declared:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
-        raise SeaError(
-            f"{table.name}: columns of {columns} go with one line such as {line}, and none of {other}. Say it."
+        raise wrong(
+            table.name, f"columns of {columns} go with one line such as {line}, and none of {other}", "State it."
         )
     H = np.empty((len(DOFS), len(table.rows)), dtype=np.complex128)
     for d, dof in enumerate(DOFS):
@@ -258,13 +242,11 @@ def _motions(head: _Head, rotation: str) -> tuple[ComplexArray, int]:
 def _convention(head: _Head, sign: int) -> Convention:
     axes = _AXES.fullmatch(" ".join(head.declared["axes"][1].lower().split()))
     if axes is None:
-        raise head.wrong(
-            "axes", 'write "x forward, y port, z up", with aft, starboard and down in their place where they are so.'
-        )
+        raise head.wrong("axes", 'Write "x forward, y port, z up", with aft, starboard, down where they are so.')
     heading = _HEADING.fullmatch(" ".join(head.declared["heading"][1].lower().split()))
     if heading is None or heading[1] + heading[2] not in ("travelto", "goingto", "comefrom", "comingfrom"):
         raise head.wrong(
-            "heading", 'write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.'
+            "heading", 'Write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.'
         )
     mirror = bool(head.choice("mirror", _MIRRORS))
     x, y, z = axes.groups()
@@ -284,16 +266,9 @@ def _grid(table: TextTable, H: ComplexArray) -> tuple[FloatArray, FloatArray, Co
     factor = FREQUENCIES[name]
     column_name, degrees = _column(table, "heading [deg]", "heading [rad]")
     unit = column_name[-4:-1]
-    waves, k = np.unique(column, return_inverse=True)
-    headings, j = np.unique(degrees, return_inverse=True)
-    count = np.zeros((len(headings), len(waves)), dtype=np.intp)
-    np.add.at(count, (j, k), 1)
-    for problem, holes in (("is missing", count == 0), ("is given twice", count > 1)):
-        if holes.any():
-            a, b = np.argwhere(holes)[0]
-            place = f"{name.split()[0]} {waves[b]:g} at heading {headings[a]:g} {unit}"
-            raise SeaError(f"{table.name}: {place} {problem}. Every heading has every {name.split()[0]}, once.")
-    grid = np.empty((len(DOFS), len(headings), len(waves)), dtype=np.complex128)
-    grid[:, j, k] = H
+    place = lambda w, b, d: f"{name.split()[0]} {w:g} at heading {b:g} {unit}"
+    dof = np.repeat(np.arange(len(DOFS)), len(column))
+    of_waves, of_headings = (np.tile(x, len(DOFS)) for x in (column, degrees))
+    waves, headings, grid = gridded(table.name, place, of_waves, of_headings, dof, H.ravel())
     omega = factor * waves if factor > 0.0 else -factor / waves
     return omega, headings * ANGLES[unit], grid

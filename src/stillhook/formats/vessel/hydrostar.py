@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.errors import SeaError
+from stillhook.formats.vessel.supplement import finite_numbers, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
 from stillhook.units import quote
@@ -70,27 +70,23 @@ def read_hydrostar(path: Path, text: str) -> Rao:
     for d, result in by_dof.items():
         if len(result) > 1:
             twice = " and ".join(m.file for m in result[:2])
-            raise SeaError(f"{path.name}: {DOFS[d]} is in {twice} of its folder. Keep the six files of one run there.")
+            raise wrong(path.name, f"{DOFS[d]} is in {twice} of its folder", "Keep the six files of one run there.")
     if missing := [DOFS[d] for d, result in by_dof.items() if not result]:
-        raise SeaError(
-            f"{path.name}: {', '.join(missing)} is missing: no other .rao file of its folder holds it. Put the files of"
-            " all six motions in one folder."
-        )
+        problem = f"{', '.join(missing)} is missing: no other .rao file of its folder holds it"
+        raise wrong(path.name, problem, "Put the files of all six motions in one folder.")
     six = [result[0] for result in by_dof.values()]
     for m in six[1:]:
         if not (np.array_equal(m.omega, six[0].omega) and np.array_equal(m.degrees, six[0].degrees)):
-            raise SeaError(f"{m.file}: has other frequencies or headings than {six[0].file}. Export all six together.")
+            raise wrong(m.file, f"has other frequencies or headings than {six[0].file}", "Export all six together.")
         if _constants(m) != _constants(six[0]):
-            raise SeaError(f"{m.file}: has another depth, speed or point than {six[0].file}. Export all six together.")
+            raise wrong(m.file, f"has another depth, speed or point than {six[0].file}", "Export all six together.")
     return _vessel(path, six)
 
 
 def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
     speed, depth, wave, point = _constants(six[0])
     if speed:
-        raise SeaError(
-            f"{path.name}: is for {speed:g} m/s forward. Run HydroStar at zero speed: vessels at work stand."
-        )
+        raise wrong(path.name, f"is for {speed:g} m/s forward", "Run HydroStar at zero speed: vessels at work stand.")
     degrees = six[0].degrees
     convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))
     x, y, z = point
@@ -127,14 +123,13 @@ def _constants(m: _Motion) -> tuple[float, float, tuple[float, float], tuple[flo
     speed, depth, wave, point = (key.search(m.head) for key in (_SPEED, _DEPTH, _WAVE, _POINT))
     if point is None or wave is None:
         what = "Reference point of body" if point is None else "Ref.pt incident wave"
-        raise SeaError(f'{m.file}: does not state "{what}", about which the motions are. Export it again.')
-    try:
-        numbers = [float(v) for v in (*wave.groups(), *point.groups())]
-        h = np.inf if depth is None else float(depth[1])
-        v = 0.0 if speed is None else float(speed[1])
-    except ValueError:
-        raise SeaError(f"{m.file}: a depth, speed or point is not a number. Export it again.") from None
-    return v, h if h > 0.0 else np.inf, (numbers[0], numbers[1]), (numbers[2], numbers[3], numbers[4])
+        raise wrong(m.file, f'does not state "{what}", about which the motions are')
+    depth_and_speed = ("0" if depth is None else depth[1], "0" if speed is None else speed[1])  # 0, -1: deep
+    numbers = finite_numbers((*depth_and_speed, *wave.groups(), *point.groups()))
+    if numbers is None:
+        raise wrong(m.file, "a depth, speed or point is not a number")
+    h, v, *places = map(float, numbers)
+    return v, h if h > 0.0 else np.inf, (places[0], places[1]), (places[2], places[3], places[4])
 
 
 def _motion(file: str, text: str) -> _Motion:
@@ -144,22 +139,19 @@ def _motion(file: str, text: str) -> _Motion:
     kind = _TYPE.search(head)
     if not _MOTION.search(head):
         came = quote(kind[1]) if kind else "none"
-        raise SeaError(f"{file}: RAOTYPE {came}. Give a file of the motions (RAOTYPE Motion).")
+        raise wrong(file, f"RAOTYPE {came}", "Give a file of the motions (RAOTYPE Motion).")
     result = {key: pattern.search(head) for key, pattern in _KEYS.items()}
     if missing := [key for key, match in result.items() if match is None]:
-        raise SeaError(f"{file}: does not state {', '.join(missing)}. Export it again.")
+        raise wrong(file, f"does not state {', '.join(missing)}")
     component, unit, heading = (match[1].strip() for match in result.values() if match is not None)
     if len(set(component)) != 1 or len(component) > 2 or component[0] not in "123456":
-        raise SeaError(f"{file}: COMPONENT {component} is not a motion. Allowed: 1 to 6. Export it again.")
+        raise wrong(file, f"COMPONENT {component} is not a motion, 1 to 6")
     if unit not in UNITS or (unit == "m/m") != (int(component[0]) <= 3):
         allowed = "m/m" if int(component[0]) <= 3 else "deg/m or rad/m"
-        raise SeaError(
-            f"{file}: UNIT {quote(unit)} of {DOFS[int(component[0]) - 1]}, {allowed} is read. Export it again."
-        )
-    try:
-        degrees = np.array([float(v) for v in heading.split()])
-    except ValueError:
-        raise SeaError(f"{file}: HEADING {quote(heading[:60])} is not a list of numbers. Export it again.") from None
+        raise wrong(file, f"UNIT {quote(unit)} of {DOFS[int(component[0]) - 1]}, {allowed} is read")
+    degrees = finite_numbers(heading.split())
+    if degrees is None:
+        raise wrong(file, f"HEADING {quote(heading[:60])} is not a list of numbers")
     rows = _rows(file, lines, len(degrees))
     count = len(degrees)
     H = UNITS[unit] * rows[:, 1 : 1 + count] * np.exp(1j * np.radians(rows[:, 1 + count :]))
@@ -174,21 +166,14 @@ def _rows(file: str, lines: Sequence[str], count: int) -> FloatArray:
             continue
         fields = line.split()
         if len(fields) != 1 + 2 * count:
-            raise SeaError(
-                f"{file}: line {number}: {len(fields)} numbers, {1 + 2 * count} are needed: frequency, {count}"
-                f" amplitudes and {count} phases. Export it again."
-            )
-        try:
-            values = [float(v) for v in fields]
-        except ValueError:
-            raise SeaError(
-                f"{file}: line {number}: {quote(line.strip()[:60])} is not numbers. Export it again."
-            ) from None
-        if values[0] <= 0.0:
+            expected = f"{1 + 2 * count} are needed: frequency, {count} amplitudes and {count} phases"
+            raise wrong(file, f"{len(fields)} numbers, {expected}", line=number)
+        omega, values = finite_numbers(fields[:1]), finite_numbers(fields)
+        if omega is not None and omega[0] <= 0.0:
             continue  # the ends of the scale: zero and infinite frequency
-        if not np.isfinite(values).all():
-            raise SeaError(f"{file}: line {number}: not finite numbers at {values[0]:g} rad/s. Correct the run.")
+        if values is None:
+            raise wrong(file, f"{quote(line.strip()[:60])} is not finite numbers", line=number)
         rows.append(values)
     if len(rows) < 2:
-        raise SeaError(f"{file}: holds {len(rows)} frequencies, two and more are needed. Export it again.")
+        raise wrong(file, f"holds {len(rows)} frequencies, two and more are needed")
     return np.array(rows)

@@ -17,7 +17,7 @@ from stillhook.formats.vessel.csv import read_rao_csv
 from stillhook.formats.vessel.hydrostar import is_hydrostar, read_hydrostar
 from stillhook.formats.vessel.orcaflex import read_orcaflex
 from stillhook.formats.vessel.re1 import read_re1
-from stillhook.formats.vessel.supplement import NOTHING, read_description
+from stillhook.formats.vessel.supplement import NOTHING, read_description, wrong
 from stillhook.formats.vessel.wamit import is_wamit, read_wamit
 from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
@@ -25,9 +25,9 @@ from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_li
 from stillhook.sea.vessel.rao import Rao
 from stillhook.units import quote
 
-FORMS = (
-    "ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text files (.yml), AQWA .lis, WAMIT"
-    " .4, HydroStar .rao and vessel descriptions (TOML)"
+SUPPORTED = (
+    "Supported: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text files (.yml), AQWA"
+    " .lis, WAMIT .4, HydroStar .rao and vessel descriptions (TOML)."
 )
 LARGEST_FILE = 200_000_000  # bytes
 
@@ -75,11 +75,11 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
         return read_capytaine(file, stated)
     text = _text(file)
     if kind := kind_of_toml(text):
-        raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
+        raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. {SUPPORTED}")
     ending = file.suffix.lower()
     form = next((form for form in TEXT_FORMS if form.recognises(text) or ending == form.ending), None)
     if form is None:
-        raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
+        raise wrong(file.name, "is not a known vessel file", SUPPORTED)
     stated.allow(file.name, form.noun, *form.open)
     return form.read(file, text, stated) if form.open else form.read(file, text)
 
@@ -118,16 +118,10 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
     if not file.exists() and str(path) in vessels():
         return vessel_file(str(path))
     if not file.exists():
-        near = nearest(str(path), vessels())
-        raise SeaError(
-            f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has"
-            f" {', '.join(vessels())}{near}"
-        )
-    if file.stat().st_size > LARGEST_FILE:
-        raise SeaError(
-            f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the"
-            " file."
-        )
+        have = f"{', '.join(vessels())}{nearest(str(path), vessels())}"
+        raise SeaError(f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has {have}")
+    if (size := file.stat().st_size) > LARGEST_FILE:
+        raise wrong(file.name, f"{size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read", "Check the file.")
     return file
 
 
@@ -135,9 +129,9 @@ def _text(file: Path) -> str:
     data = file.read_bytes()
     refuse_foreign(file.name, data, SeaError, "Unpack it, or export the motions as text.")
     if not data.strip():
-        raise SeaError(f"{file.name}: is empty. Supported: {FORMS}.")
+        raise wrong(file.name, "is empty", SUPPORTED)
     if b"\0" in data:
-        raise SeaError(f"{file.name}: is not a text file. Supported: {FORMS}.")
+        raise wrong(file.name, "is not a text file", SUPPORTED)
     data = data.replace(b"\r\r\n", b"\n")
     try:
         return data.decode("utf-8-sig")

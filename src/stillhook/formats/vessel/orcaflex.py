@@ -24,7 +24,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
-from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
+from stillhook.formats.vessel.supplement import NOTHING, Supplement, description, wrong
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, mirrored_fore_and_aft, to_rao, within_one_side
@@ -60,6 +60,13 @@ DEFAULTS = {
 }
 """OrcaFlex's own."""
 FIRST, LAST = "RAOPeriodOrFreq", 13  # name of a table begins so; numbers in a row of it
+SAVE = "Save the model again as a text data file."
+MOST_NAMED = 20  # names that a line lists
+SAME_G = 0.05  # m/s^2: how far g may be from 9.81 m/s^2 on earth
+MIRRORED_QUARTER = (
+    "fore and aft mirrored about the RAO origin: the table holds one quarter, and surge, pitch and yaw change sign in"
+    " waves from the other end"
+)
 
 
 def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
@@ -72,31 +79,23 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     draught = _chosen(path.name, place, kind, "Draughts", "draught", stated.draught)
     raos = draught.get("DisplacementRAOs")
     if not isinstance(raos, Mapping) or not isinstance(raos.get("RAOs"), list) or not raos["RAOs"]:
-        raise SeaError(f"{place}: has no DisplacementRAOs. Give the draught a table of them.")
+        raise wrong(place, "has no DisplacementRAOs", "Give the draught a table of them.")
     _choice(place, kind, "RAOWaveUnit", {"amplitude": 1})
-    rotation, phase = (
-        _choice(place, kind, "RAOResponseUnits", ANGLES),
-        _choice(place, kind, "RAOPhaseUnitsConvention", ANGLES),
-    )
+    rotation, phase = (_choice(place, kind, f"RAO{key}", ANGLES) for key in ("ResponseUnits", "PhaseUnitsConvention"))
     factor, sign = _choice(place, kind, "WavesReferredToBy", WAVES), _choice(place, kind, "RAOPhaseConvention", PHASES)
     after = _choice(place, kind, "RAOPhaseRelativeToConvention", AFTER_CREST)
     signs = np.array([_choice(place, kind, key, words) for key, words in POSITIVE])
     degrees, columns, H = _tables(place, raos["RAOs"], phase)
-    H = (
-        (signs * np.array([1.0] * 3 + [rotation / length] * 3))[:, None, None]
-        * H
-        * np.exp(1j * after * (1 if sign < 0 else -1))
-    )
+    scale = signs * np.array([1.0] * 3 + [rotation / length] * 3)
+    H = scale[:, None, None] * H * np.exp(1j * after * (1 if sign < 0 else -1))
     omega = factor * columns if factor > 0.0 else -factor / columns
     planes = _choice(place, kind, "Symmetry", MIRRORS)
     origin = _point(place, raos, "RAOOrigin", None, length)
     crest = _point(place, raos, "PhaseOrigin", origin, length)
     quarter = planes == 2 and float(np.ptp(degrees)) <= 90.0
     if quarter and crest[0] != origin[0]:
-        raise SeaError(
-            f"{place}: Symmetry xz and yz planes, and PhaseOrigin is not at the x of RAOOrigin: the motions are not"
-            " mirrored about one plane. Give directions from 0 to 180 deg, or one x."
-        )
+        problem = "Symmetry xz and yz planes, and PhaseOrigin is not at the x of RAOOrigin: no plane mirrors both"
+        raise wrong(place, problem, "Give directions from 0 to 180 deg, or one x.")
     heading = np.radians(degrees)
     if quarter:
         heading, H = mirrored_fore_and_aft(heading, H, path.name)
@@ -120,12 +119,6 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     )
 
 
-MIRRORED_QUARTER = (
-    "fore and aft mirrored about the RAO origin: the table holds one quarter, and surge, pitch and yaw change sign in"
-    " waves from the other end"
-)
-
-
 def _model(file: str, text: str) -> Mapping[str, Any]:
     """The document of a file that holds vessel types."""
     try:
@@ -136,12 +129,10 @@ def _model(file: str, text: str) -> Mapping[str, Any]:
     try:
         documents = list(yaml.load_all(text, Loader=loader))
     except (yaml.YAMLError, ValueError, RecursionError) as e:
-        raise SeaError(
-            f"{file}: is not YAML ({' '.join(str(e).split())[:120]}). Save the model again as a text data file."
-        ) from None
+        raise wrong(file, f"is not YAML ({' '.join(str(e).split())[:120]})", SAVE) from None
     model = next((d for d in documents if isinstance(d, Mapping) and "VesselTypes" in d), None)
     if model is None:
-        raise SeaError(f"{file}: has no VesselTypes. Save a model with a vessel type as a text data file.")
+        raise wrong(file, "has no VesselTypes", "Save a model with a vessel type as a text data file.")
     return model
 
 
@@ -151,24 +142,20 @@ def _length(file: str, model: Mapping[str, Any]) -> tuple[float, str]:
     general = general if isinstance(general, Mapping) else {}
     system = str(general.get("UnitsSystem", "SI"))
     if system.lower() not in ("si", "us", "user"):
-        raise SeaError(f"{file}: UnitsSystem {quote(system)} is not read. Allowed: SI, US, User. Save the model again.")
+        raise wrong(file, f"UnitsSystem {quote(system)} is not read", "Allowed: SI, US, User.")
     if system.lower() != "user":
         return (1.0, "m") if system.lower() == "si" else (LENGTHS["ft"], "ft")
     time = str(general.get("TimeUnits", "s"))
     if time != "s":
-        raise SeaError(f"{file}: TimeUnits {quote(time)}, s is read. Change it in OrcaFlex and save the model again.")
+        raise wrong(file, f"TimeUnits {quote(time)}, s is read", "Change it in OrcaFlex.")
     unit = str(general.get("LengthUnits", ""))
     if unit not in LENGTHS:
         came = f"LengthUnits {quote(unit)} is not read" if unit else "UnitsSystem User without LengthUnits"
-        raise SeaError(
-            f"{file}: {came}. Allowed: {', '.join(LENGTHS)}. Change it in OrcaFlex and save the model again."
-        )
+        raise wrong(file, came, f"Allowed: {', '.join(LENGTHS)}. Change it in OrcaFlex.")
     g = general.get("g", G / LENGTHS[unit])
     if isinstance(g, bool) or not isinstance(g, int | float) or not abs(g * LENGTHS[unit] - G) < SAME_G:
-        raise SeaError(
-            f"{file}: g {quote(g)} is not that of the earth in {unit}/s^2, {G / LENGTHS[unit]:.6g}. Correct"
-            " LengthUnits or g."
-        )
+        of_earth = f"that of the earth in {unit}/s^2, {G / LENGTHS[unit]:.6g}"
+        raise wrong(file, f"g {quote(g)} is not {of_earth}", "Correct LengthUnits or g.")
     return LENGTHS[unit], unit
 
 
@@ -179,7 +166,7 @@ def _chosen(
     description."""
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
-        raise SeaError(f"{place}: {key} is not a list of tables. Save the model again.")
+        raise wrong(place, f"{key} is not a list of tables", SAVE)
     names = [str(e.get("Name", "?")) for e in entries]
     have = f"{place}: holds {len(names)} {key} ({', '.join(names[:MOST_NAMED])}{', ...' * (len(names) > MOST_NAMED)})"
     if name is None and len(names) > 1:
@@ -191,19 +178,13 @@ def _chosen(
     return entry
 
 
-MOST_NAMED = 20
-"""Names that a line lists."""
-SAME_G = 0.05  # m/s^2: how far g may be from 9.81 m/s^2 on earth
-
-
 def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str, float]) -> float:
     value = table.get(key, DEFAULTS[key])
     value = "None" if value is None else str(value)
     match = next((v for name, v in choices.items() if name.lower() == value.lower()), None)
     if match is None:
-        raise SeaError(
-            f"{place}: {key} {quote(value)} is not read. Allowed: {', '.join(choices)}. Change it in OrcaFlex."
-        )
+        do = f"Allowed: {', '.join(choices)}. Change it in OrcaFlex."
+        raise wrong(place, f"{key} {quote(value)} is not read", do)
     return match
 
 
@@ -220,49 +201,39 @@ def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, 
     for entry in raos:
         key = next((k for k in entry if str(k).startswith(FIRST)), None) if isinstance(entry, Mapping) else None
         if key is None or "RAODirection" not in entry:
-            raise SeaError(
-                f"{place}: a displacement RAO without RAODirection or without a table {FIRST}... . Save the model"
-                " again."
-            )
+            raise wrong(place, f"a displacement RAO without RAODirection or without a table {FIRST}...", SAVE)
         where = f"{place}: RAODirection {entry['RAODirection']}"
         rows = _rows(where, entry[key])
         if first is None:
             first = rows[:, 0]
         elif not np.array_equal(first, rows[:, 0]):
-            raise SeaError(
-                f"{where}: has other periods or frequencies than the first direction. Give every direction the same."
-            )
-        degrees.append(_direction(where, entry["RAODirection"]))
+            problem = "has other periods or frequencies than the first direction"
+            raise wrong(where, problem, "Give every direction the same.")
+        degree = entry["RAODirection"]
+        if isinstance(degree, bool) or not isinstance(degree, int | float) or not np.isfinite(degree):
+            raise wrong(where, "is not a number of degrees", "Correct it.")
+        degrees.append(float(degree))
         grids.append((rows[:, 1::2] * np.exp(1j * phase * rows[:, 2::2])).T)
     first = np.asarray(first)
     usable = np.isfinite(first) & (first > 0.0)
     return np.array(degrees), first[usable], np.stack(grids, axis=1)[:, :, usable]
 
 
-def _direction(where: str, value: Any) -> float:
-    """A direction [deg]."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise SeaError(f"{where}: is not a number of degrees. Correct it.")
-    return float(value)
-
-
 def _rows(where: str, table: Any) -> FloatArray:
     if not isinstance(table, list) or not table:
-        raise SeaError(f"{where}: has no rows. Save the model again.")
+        raise wrong(where, "has no rows", SAVE)
     for number, row in enumerate(table, start=1):
         if not isinstance(row, list) or len(row) != LAST:
             count = len(row) if isinstance(row, list) else 1
-            needed = f"period or frequency, then amplitude and phase of {', '.join(DOFS)}"
-            raise SeaError(f"{where}: row {number} has {count} numbers, {LAST} are needed: {needed}.")
+            do = f"Give period or frequency, then amplitude and phase of {', '.join(DOFS)}."
+            raise wrong(where, f"row {number} has {count} numbers, {LAST} are needed", do)
     try:
-        rows = np.array(
-            [[float("inf") if str(v) == "Infinity" else float(v) for v in row] for row in table], dtype=np.float64
-        )
+        rows = np.array([[float(v) for v in row] for row in table])  # float reads Infinity as well
     except (TypeError, ValueError):
-        raise SeaError(f"{where}: holds something that is not a number. Save the model again.") from None
+        raise wrong(where, "holds something that is not a number", SAVE) from None
     used = rows[np.isfinite(rows[:, 0]) & (rows[:, 0] > 0.0)]
     if not np.isfinite(used).all():
-        raise SeaError(f"{where}: holds a number that is not finite. Correct the table.")
+        raise wrong(where, "holds a number that is not finite", "Correct the table.")
     return rows
 
 
@@ -279,6 +250,6 @@ def _point(
         or len(point) != 3
         or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
     ):
-        raise SeaError(f"{place}: {key} {quote(point)} is not a point. Give it as [x, y, z].")
+        raise wrong(place, f"{key} {quote(point)} is not a point", "Give it as [x, y, z].")
     x, y, z = (length * float(v) for v in point)
     return x, y, z

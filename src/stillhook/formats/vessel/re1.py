@@ -19,6 +19,7 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
+from stillhook.formats.vessel.supplement import EXPORT, finite_numbers, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import SHIPX, to_rao
 from stillhook.units import quote
@@ -36,35 +37,30 @@ class _Reader:
     name: str
     lines: Iterator[tuple[int, str]]
     last: int = 0
+    line: str = ""
 
     def numbers(self, count: int, content: str, *, exact: bool = False) -> list[float]:
-        for number, line in self.lines:
-            if not line.strip():
-                continue
-            self.last = number
-            fields = line.split()
-            if len(fields) < count or (exact and len(fields) != count):
-                text = quote(line.strip())
-                raise SeaError(
-                    f"{self.name}: line {number}: {text} where {content} should be ({count} numbers). Export the file"
-                    " again."
-                )
-            try:
-                return [self._finite(text, number) for text in fields[:count]]
-            except ValueError:
-                raise SeaError(
-                    f"{self.name}: line {number}: {quote(line.strip())} is not {content}. Export the file again."
-                ) from None
-        raise SeaError(
-            f"{self.name}: ends after line {self.last}, where {content} should follow: the file is cut off. Export it"
-            " again."
-        )
+        if not self.goes_on():
+            problem = f"ends after line {self.last}, where {content} should follow: the file is cut off"
+            raise wrong(self.name, problem)
+        fields = self.line.split()
+        if len(fields) < count or (exact and len(fields) != count):
+            raise self.wrong(f"{quote(self.line.strip())} where {content} should be ({count} numbers)")
+        values = finite_numbers(fields[:count])
+        if values is None:
+            raise self.wrong(f"{quote(self.line.strip())} is not {content}, all finite")
+        return [float(v) for v in values]
 
-    def _finite(self, text: str, number: int) -> float:
-        value = float(text.replace("D", "E").replace("d", "e"))
-        if not np.isfinite(value):
-            raise SeaError(f"{self.name}: line {number}: {quote(text)} is not a finite number. Export the file again.")
-        return value
+    def goes_on(self) -> bool:
+        """Whether there is a line that is not blank; it is taken."""
+        for number, line in self.lines:
+            if line.strip():
+                self.last, self.line = number, line
+                return True
+        return False
+
+    def wrong(self, problem: str, do: str = EXPORT) -> SeaError:
+        return wrong(self.name, problem, do, line=self.last)
 
 
 def read_re1(path: Path, text: str) -> Rao:
@@ -73,17 +69,11 @@ def read_re1(path: Path, text: str) -> Rao:
     lines = text.splitlines()
     r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]), min(len(lines), TITLES))
     if lines and "TRANSFER FUNCTION" in lines[0].upper() and "MOTION" not in lines[0].upper():
-        raise SeaError(
-            f"{path.name}: {quote(lines[0].strip())}: not the motions. Give the .re1, not the forces (.re8)."
-        )
+        raise wrong(path.name, f"{quote(lines[0].strip())}: not the motions", "Give the .re1, not the forces (.re8).")
     r.numbers(2, "density and gravity")
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
     if not (L <= LONGEST_SHIP and B <= L and T <= L and min(L, B, T) > 0.0):
-        raise SeaError(
-            f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are not those of a ship."
-            " Lengths are"
-            " in m."
-        )
+        raise r.wrong(f"Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are not those of a ship", "Lengths are in m.")
     _, VCG = r.numbers(2, "LCG and VCG")
     speeds, headings, frequencies = _counts(r)
     for _ in range(speeds):
@@ -92,17 +82,15 @@ def read_re1(path: Path, text: str) -> Rao:
         if abs(speed) <= STANDSTILL:
             break
     else:
-        raise SeaError(
-            f"{path.name}: holds no zero speed, only up to {speed:g} m/s. Run ShipX at zero speed: vessels at work"
-            " are stationary."
-        )
-    if _has_more(r) and speeds == 1:
-        raise SeaError(
-            f"{path.name}: line {r.last}: goes on where its {headings} headings end. Check the counts in its line 10."
-        )
+        problem = f"holds no zero speed, only up to {speed:g} m/s"
+        raise wrong(path.name, problem, "Run ShipX at zero speed: vessels at work are stationary.")
+    if r.goes_on() and speeds == 1:
+        raise r.wrong(f"goes on where its {headings} headings end", "Check the counts in its line 10.")
+    above = z_keel - T
+    waterline = "in" if abs(above) < 0.005 else f"{abs(above):.4g} m {'above' if above > 0.0 else 'below'}"
     origin = (
         f"{abs(x_aft):.6g} m {'aft' if x_aft >= 0.0 else 'forward'} of Lpp/2, centreline, {z_keel:.6g} m above the keel"
-        f" ({_against(z_keel, T)})"
+        f" ({waterline} the still waterline)"
     )
     notes = (
         f"Lpp {L:.6g} m, breadth {B:.6g} m, draught {T:.6g} m, centre of gravity {VCG:.4g} m above the keel",
@@ -121,15 +109,9 @@ def _counts(r: _Reader) -> tuple[int, int, int]:
     raw = r.numbers(4, "numbers of speeds, headings, frequencies and degrees of freedom")
     speeds, headings, frequencies, dofs = (int(v) for v in raw)
     if min(raw) < 1 or any(v != int(v) for v in raw) or speeds * headings * frequencies * dofs > LARGEST_TABLE:
-        raise SeaError(
-            f"{r.name}: line {r.last}: {', '.join(f'{v:g}' for v in raw)} are not counts of a table. Export the file"
-            " again."
-        )
+        raise r.wrong(f"{', '.join(f'{v:g}' for v in raw)} are not counts of a table")
     if dofs != len(DOFS):
-        raise SeaError(
-            f"{r.name}: line {r.last}: {dofs} degrees of freedom, six are needed ({', '.join(DOFS)}). Export all of"
-            " them."
-        )
+        raise r.wrong(f"{dofs} degrees of freedom, six are needed ({', '.join(DOFS)})")
     return speeds, headings, frequencies
 
 
@@ -140,35 +122,15 @@ def _table(r: _Reader, headings: int, frequencies: int) -> tuple[FloatArray, Flo
     for j in range(headings):
         degrees[j] = r.numbers(1, f"heading {j + 1} of {headings}", exact=True)[0]
         if j and degrees[j] <= degrees[j - 1]:
-            out_of_order = f"heading {degrees[j]:g} deg after {degrees[j - 1]:g} deg"
-            raise SeaError(f"{r.name}: line {r.last}: {out_of_order}: headings must ascend. Export it again.")
+            raise r.wrong(f"heading {degrees[j]:g} deg after {degrees[j - 1]:g} deg: headings must ascend")
         for k in range(frequencies):
             w = r.numbers(1, f"frequency {k + 1} of {frequencies} at heading {degrees[j]:g} deg", exact=True)[0]
             if (j and w != omega[k]) or (j == 0 and k and w <= omega[k - 1]) or w <= 0.0:
-                raise SeaError(
-                    f"{r.name}: line {r.last}: frequency {w:g} rad/s: every heading has the same, ascending. Export it"
-                    " again."
-                )
+                raise r.wrong(f"frequency {w:g} rad/s: every heading has the same, ascending")
             omega[k] = w
             for d, dof in enumerate(DOFS):
                 number, re, im = r.numbers(3, f"degree of freedom {d + 1} ({dof}), real and imaginary part", exact=True)
                 if number != d + 1:
-                    instead = f"degree of freedom {number:g} where {d + 1} ({dof}) should be"
-                    raise SeaError(f"{r.name}: line {r.last}: {instead}. Export all six, in order.")
+                    raise r.wrong(f"degree of freedom {number:g} where {d + 1} ({dof}) should be")
                 H[d, j, k] = complex(re, im)
     return degrees, omega, H
-
-
-def _has_more(r: _Reader) -> bool:
-    for number, line in r.lines:
-        if line.strip():
-            r.last = number
-            return True
-    return False
-
-
-def _against(z_keel: float, T: float) -> str:
-    above = z_keel - T
-    if abs(above) < 0.005:
-        return "in the still waterline"
-    return f"{abs(above):.4g} m {'above' if above > 0.0 else 'below'} the still waterline"

@@ -1,4 +1,5 @@
-"""What a file of motions leaves open, stated by the user in a vessel description: a TOML beside the file.
+"""What readers of vessel files share: refusals, tables on a grid, and what a file of motions leaves open, stated by the
+user in a vessel description, a TOML beside the file.
 
     motions = "hull.nc"                                # the file, seen from the description
     mass = "9000 t"                                    # Capytaine without inertia_matrix
@@ -15,16 +16,61 @@ The description stands wherever a vessel file is named: on the command line, in 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from stillhook import units as u
+from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.sea.vessel.rao import DOFS
 from stillhook.tables.table import Count, Spec, Text
+
+EXPORT = "Export the file again."
+
+
+def wrong(file: str, problem: str, do: str = EXPORT, *, line: int | None = None) -> SeaError:
+    """The refusal of a file, or of one of its lines."""
+    return SeaError(f"{file}: {'' if line is None else f'line {line}: '}{problem}. {do}")
+
+
+def finite_numbers(fields: Sequence[str]) -> FloatArray | None:
+    """Numbers of a line, those of Fortran too; None where one is none, or not finite."""
+    try:
+        values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in fields])
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
+
+
+def gridded(
+    file: str,
+    place: Callable[[float, float, int], str],
+    waves: FloatArray,
+    headings: FloatArray,
+    dof: NDArray[np.intp],
+    values: ComplexArray,
+) -> tuple[FloatArray, FloatArray, ComplexArray]:
+    """Waves (n,) and headings (m,), ascending, and values (6, m, n) of rows in any order, each of a wave, a heading and
+    a degree of freedom. place: words for these three. Errors: SeaError where one is missing, or comes twice."""
+    w, k = np.unique(waves, return_inverse=True)
+    b, j = np.unique(headings, return_inverse=True)
+    count = np.zeros((len(DOFS), len(b), len(w)), dtype=np.intp)
+    np.add.at(count, (dof, j, k), 1)
+    for problem, bad in (("is missing", count == 0), ("comes twice", count > 1)):
+        if bad.any():
+            d, m, n = np.argwhere(bad)[0]
+            raise wrong(
+                file, f"{place(w[n], b[m], int(d))} {problem}: every heading has every frequency and motion, once"
+            )
+    H = np.empty(count.shape, dtype=np.complex128)
+    H[dof, j, k] = values
+    return w, b, H
 
 
 class Supplement(Spec):

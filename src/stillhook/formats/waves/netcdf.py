@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, magic, read_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -71,10 +71,8 @@ def form_of(path: Path) -> str | None:
     if any(str(v.attrs.get("standard_name", "")) == SPECTRUM for v in data.data_vars.values()):
         return NATIVE
     have = ", ".join(map(str, data.data_vars))
-    raise SeaError(
-        f"{path.name}: no directional spectra among {have}. Give a file with efth over freq and dir, or weather of one"
-        " place to a command of weather."
-    )
+    do = "Give a file with efth over freq and dir, or weather of one place to a command of weather."
+    raise SeaError(f"{path.name}: no directional spectra among {have}. {do}")
 
 
 def read_native(path: Path) -> tuple[xarray.Dataset, list[str]]:
@@ -85,14 +83,11 @@ def read_native(path: Path) -> tuple[xarray.Dataset, list[str]]:
     """
     notes: list[str] = []
     data = read_dataset(path)
-    result = next(
-        (n for n, v in data.data_vars.items() if n == "efth" or v.attrs.get("standard_name") == SPECTRUM), "efth"
-    )
-    renamed = {str(result): "efth"} if result in data and result != "efth" else {}
+    spectra = [n for n, v in data.data_vars.items() if n == "efth" or v.attrs.get("standard_name") == SPECTRUM]
+    renamed = {str(spectra[0]): "efth"} if spectra else {}
     for ours, theirs in NAMES.items():
-        name = next((n for n in theirs if n in data.dims), ours)
-        renamed |= {name: ours} if name in data.dims and name != ours else {}
-    data = data.rename(renamed)
+        renamed |= dict.fromkeys([n for n in theirs if n in data.dims][:1], ours)
+    data = data.rename({theirs: ours for theirs, ours in renamed.items() if theirs != ours})
     if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
         return data, notes
     unit = _tidy(data["efth"].attrs.get("units", ""))
@@ -119,9 +114,7 @@ def _in_degrees(data: xarray.Dataset, name: str, notes: list[str]) -> xarray.Dat
     elif unit and not unit.startswith(("deg", "°")):
         raise SeaError(f'{name}: dir in "{unit}" is not known. Convert it to degrees.')
     if _GOING_TO.search(said) and _COMING_FROM.search(said):
-        raise SeaError(
-            f"{name}: the attributes of dir say both going to and coming from ({said}). Correct one of them."
-        )
+        raise SeaError(f"{name}: dir is both going to and coming from by its attributes ({said}). Correct one of them.")
     if _GOING_TO.search(said):
         degrees = (degrees + 180.0) % 360.0
         notes.append("directions are those that waves go to, as the file says")

@@ -9,21 +9,18 @@ Opens a file of measured waves by its content.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import read_binary, refuse_bomb
-from stillhook.formats.waves.ndbc.directions import companions, has_companions, missing_companions, read_directional
-from stillhook.formats.waves.ndbc.spectra import is_spectra, read_spectra, read_states
-from stillhook.formats.waves.ndbc.text import bands, read_records
+from stillhook.formats.binary import read_binary, refuse_bomb
+from stillhook.formats.waves.buoys import companions, is_spectra, read_directional, read_spectra, read_states
+from stillhook.formats.waves.ndbc import bands, read_records
 from stillhook.formats.waves.netcdf import NATIVE, form_of, read_native
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import FULL, Directional, DirectionSense, coming_from
@@ -35,20 +32,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-FORMATS: Mapping[str, str] = MappingProxyType(
-    {
-        "era5": "read_era5",
-        "ww3": "read_ww3",
-        "swan": "read_swan",
-        "ncswan": "read_ncswan",
-        "ndbc": "read_ndbc",
-        "spotter": "read_spotter",
-        "octopus": "read_octopus",
-        "triaxys": "read_triaxys",
-        "wavespectra": "read_wavespectra",
-    }
-)
-"""Formats that can be requested, and wavespectra's reader of each."""
+FORMATS = ("era5", "ww3", "swan", "ncswan", "ndbc", "spotter", "octopus", "triaxys", "wavespectra")
+"""Formats that can be requested; wavespectra's reader of each is read_ and its name."""
 EVEN = 1e-3
 """Part of their spacing by which directions may be off an even circle, and within which two directions are the same
 one."""
@@ -72,11 +57,10 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
         if form == NATIVE:
             data, notes = read_native(file)
         elif find_spec("wavespectra") is None:
-            raise SeaError(
-                f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'
-            )
+            do = 'Install it: pip install "stillhook[sea]".'
+            raise SeaError(f"{file.name}: reading {form} needs the library wavespectra. {do}")
         else:
-            data = read_binary(_dataset, file, FORMATS[form])
+            data = read_binary(_dataset, file, f"read_{form}")
     except UnreadableError as problem:
         raise SeaError(f"{file.name}: cannot be read as {form} ({problem}). Check the format.") from None
     series = from_wavespectra(data, file.name, point)
@@ -107,17 +91,14 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
     f = efth["freq"].values.astype(np.float64)
     density = efth.values.astype(np.float64)
     if np.any(density < 0.0):
-        raise SeaError(
-            f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file."
-        )
+        count = int(np.sum(np.any(density < 0.0, axis=(1, 2))))
+        raise SeaError(f"{source}: negative energy in {count} records. Correct the file.")
     theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
     theta, density, notes = _each_once(theta, density)
     step = FULL / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
-        raise SeaError(
-            f"{source}: {len(theta)} directions that are not even over the full circle. Give the complete directional"
-            " spectrum."
-        )
+        problem = f"{len(theta)} directions that are not even over the full circle"
+        raise SeaError(f"{source}: {problem}. Give the complete directional spectrum.")
     if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it
         f, density = f[1:], density[:, 1:]
     return _series(source, f, theta, density * np.degrees(step), efth["time"].values.astype("datetime64[s]"), notes)
@@ -131,10 +112,8 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     near = EVEN * FULL / max(len(theta), 1)
     if len(theta) > 1 and theta[-1] > theta[0] + FULL - near:  # just below the full circle: the same as just above 0
         closing = theta > theta[0] + FULL - near
-        theta, density = (
-            np.roll(np.where(closing, theta - FULL, theta), closing.sum()),
-            np.roll(density, closing.sum(), axis=2),
-        )
+        theta = np.roll(np.where(closing, theta - FULL, theta), closing.sum())
+        density = np.roll(density, closing.sum(), axis=2)
     first = np.flatnonzero(np.concatenate(([True], np.diff(theta) > near)))
     if len(first) == len(theta):
         return theta, density, []
@@ -143,10 +122,8 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
     unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
     several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
-    note = f"{several}: each is counted once" + (
-        f", with the mean of densities that differ in {unequal} records" if unequal else ""
-    )
-    return theta[first], mean, [note]
+    differ = f", with the mean of densities that differ in {unequal} records" if unequal else ""
+    return theta[first], mean, [f"{several}: each is counted once{differ}"]
 
 
 def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:
@@ -197,14 +174,15 @@ def read_sea(
         return read_wavespectra(path, form, point)
     if point is not None:
         raise SeaError("--point: leave it out for texts of NDBC, which hold one place.")
-    if has_companions(path):
+    files = companions(path)
+    missing = [file.name for file in files if not file.exists()]
+    if files and not missing:
         return read_directional(path)
     records = read_records(path)
     if not is_spectra(records.header):
         return read_states(records)
-    series, missing = read_spectra(records), missing_companions(path) or ()
-    if 0 < len(missing) < len(companions(path)):
-        series = replace(
-            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing next to the others")
-        )
+    series = read_spectra(records)
+    if 0 < len(missing) < len(files):
+        note = f"no directions: {' and '.join(missing)} are missing next to the others"
+        series = replace(series, notes=(*series.notes, note))
     return series

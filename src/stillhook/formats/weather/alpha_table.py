@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 from stillhook.base.choice import nearest
@@ -51,22 +51,18 @@ def _table(columns: Columns) -> AlphaTable:
         where = f"{columns.source}: row {number}"
         if math.isnan(T_POP) or math.isnan(Hs) or math.isnan(alpha):
             raise WeatherError(f"{where}: a cell is empty. Write T_POP, Hs and alpha in every row.")
+        cell = f"T_POP {T_POP / 3600.0:g} h, Hs {show(float(Hs), 'length')}"
         if not (T_POP > 0.0 and Hs > 0.0 and 0.0 < alpha <= 1.0):
-            raise WeatherError(
-                f"{where}: T_POP {T_POP / 3600.0:g} h, Hs {show(float(Hs), 'length')}, alpha {alpha:g}: times and"
-                " heights are above 0, factors above 0 and at most 1. Check numbers and units."
-            )
+            allowed = "times and heights are above 0, factors above 0 and at most 1"
+            raise WeatherError(f"{where}: {cell}, alpha {alpha:g}: {allowed}. Check numbers and units.")
         if (T_POP, Hs) in cells:
-            raise WeatherError(f"{where}: T_POP {T_POP / 3600.0:g} h and Hs {show(float(Hs), 'length')} come twice.")
+            raise WeatherError(f"{where}: {cell} comes twice.")
         cells[float(T_POP), float(Hs)] = float(alpha)
     times, heights = (sorted({cell[i] for cell in cells}) for i in (0, 1))
-    for T in times:
-        for H in heights:
-            if (T, H) not in cells:
-                raise WeatherError(
-                    f"{columns.source}: no alpha for T_POP {T / 3600.0:g} h at Hs {show(H, 'length')}. Every time has"
-                    " every height."
-                )
+    for T, H in product(times, heights):
+        if (T, H) not in cells:
+            missing = f"no alpha for T_POP {T / 3600.0:g} h at Hs {show(H, 'length')}"
+            raise WeatherError(f"{columns.source}: {missing}. Every time has every height.")
     texts = _remarks(columns.table.comments, columns.source)
     ends = {
         name: parse(texts.pop(name, usual), "hours", f"{columns.source}: {name}") for name, usual in RESTRICTED.items()
@@ -101,9 +97,7 @@ def _remarks(comments: Sequence[str], source: str) -> dict[str, str]:
         if not colon or not text.strip() or len(name.split()) != 1:
             continue
         if name.strip() not in allowed:
-            raise WeatherError(
-                f"{source}: remark {quote(name.strip())}: unknown{nearest(name.strip(), allowed)} Allowed:"
-                f" {', '.join(allowed)}."
-            )
+            near = nearest(name.strip(), allowed)
+            raise WeatherError(f"{source}: remark {quote(name.strip())}: unknown{near} Allowed: {', '.join(allowed)}.")
         said[name.strip()] = " ".join(text.split())
     return said

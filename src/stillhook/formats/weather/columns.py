@@ -33,21 +33,14 @@ HEADINGS: Mapping[str, Any] = MappingProxyType(
 )
 """What headings of weather tables are, by tables: columns, times."""
 KINDS: Mapping[str, str] = MappingProxyType({name: row["kind"] for name, row in HEADINGS["columns"].items()})
+_DEGREES = ("deg", "degree", "degrees", "degree_true", "degree true", "degrees true", "°", "degt", "degn")
 UNITS: Mapping[str, Mapping[str, float]] = {
-    "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
-    "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
-    "speed": (
-        dict.fromkeys(("m/s", "m s-1", "m s**-1", "ms-1", "m.s-1"), 1.0)
-        | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
-        | {"km/h": 1.0 / 3.6, "cm/s": 0.01}
-    ),
-    "direction": (
-        dict.fromkeys(
-            ("deg", "degree", "degrees", "degree_true", "degree true", "degrees true", "°", "degt", "degn"),
-            math.pi / 180.0,
-        )
-        | {"rad": 1.0}
-    ),
+    "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048} | dict.fromkeys(("metre", "meter", "metres", "meters"), 1.0),
+    "period": dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
+    "speed": dict.fromkeys(("m/s", "m s-1", "m s**-1", "ms-1", "m.s-1"), 1.0)
+    | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
+    | {"km/h": 1.0 / 3.6, "cm/s": 0.01},
+    "direction": dict.fromkeys(_DEGREES, math.pi / 180.0) | {"rad": 1.0},
 }
 PLAIN = {"height": "m", "period": "s", "speed": "m/s", "direction": "deg"}
 """Units that numbers without any are taken for; the reader says so."""
@@ -56,14 +49,9 @@ LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 2.0 * ma
 most."""
 OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), "direction": ("deg", "rad")}
 """Units that numbers may be in which are too large for those that they are in by the file."""
-FREQUENCIES: Mapping[str, float] = {
-    "hz": 1.0,
-    "1/s": 1.0,
-    "s-1": 1.0,
-    "s^-1": 1.0,
-    "rad/s": 2.0 * math.pi,
-    "rad s-1": 2.0 * math.pi,
-}
+FREQUENCIES: Mapping[str, float] = dict.fromkeys(("hz", "1/s", "s-1", "s^-1"), 1.0) | dict.fromkeys(
+    ("rad/s", "rad s-1"), 2.0 * math.pi
+)
 """Units of a frequency, and the period times the frequency."""
 FREQUENCY_HEADINGS = ("fp", "f_p", "peak_frequency", "fpeak")
 """Headings of a frequency, for which Hz is taken where there is no unit."""
@@ -118,33 +106,23 @@ def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[s
     what is recognised."""
     recognised = []
     for key, kind in KINDS.items():
-        place = (
-            _requested(headings, columns_as[key], key, name) if key in columns_as else _recognised(headings, key, name)
-        )
+        wanted = columns_as.get(key)
+        place = _recognised(headings, key, name) if wanted is None else _requested(headings, wanted, key, name)
         if place is None:
             continue
-        explicit = (
-            bare(columns_as[key])[1]
-            if key in columns_as and _BRACKET.search(columns_as[key]) and columns_as[key] not in headings
-            else ""
-        )
-        by_user = key in columns_as and bool(_BRACKET.search(columns_as[key]))
-        unit = explicit or bare(headings[place])[1] or (units[place] if place < len(units) else "")
+        heading, stated = bare(headings[place]), "" if wanted is None or wanted in headings else bare(wanted)[1]
+        unit = stated or heading[1] or (units[place] if place < len(units) else "")
         tidy = " ".join(unit.lower().split())
-        inverse = kind == "period" and (
-            tidy in FREQUENCIES or (not tidy and bare(headings[place])[0] in FREQUENCY_HEADINGS)
-        )
-        if inverse:
-            recognised.append(Column(key, place, headings[place], tidy or "hz", bool(tidy), by_user))
-            continue
-        if tidy and tidy not in UNITS[kind]:
+        frequency = kind == "period" and (tidy in FREQUENCIES or (not tidy and heading[0] in FREQUENCY_HEADINGS))
+        if tidy and not frequency and tidy not in UNITS[kind]:
             plain = f'columns.{key} = "{without_unit(headings[place])} [{PLAIN[kind]}]"'
-            do = f"Convert its numbers, or say {plain} where that is what they are in."
             raise WeatherError(
                 f"{name}: column {quote(headings[place])}: unit {quote(unit)} is not one of {', '.join(UNITS[kind])}."
-                f" {do}"
+                f" Convert its numbers, or say {plain} where that is what they are in."
             )
-        recognised.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy), by_user))
+        by_user = wanted is not None and bool(_BRACKET.search(wanted))
+        usual = "hz" if frequency else PLAIN[kind]
+        recognised.append(Column(key, place, headings[place], tidy or usual, bool(tidy), by_user))
     return recognised
 
 
@@ -156,9 +134,7 @@ def _requested(headings: Sequence[str], wanted: str, key: str, name: str) -> int
         if len(places) == 1:
             return places[0]
     have = ", ".join(h for h in headings if h)
-    raise WeatherError(
-        f"{name}: columns.{key} = {quote(wanted)}: no column {quote(wanted)}, or several. It has {have}."
-    )
+    raise WeatherError(f"{name}: columns.{key} = {quote(wanted)}: no column, or several. It has {have}.")
 
 
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
@@ -173,10 +149,8 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
         places = places or [i for i, n in enumerate(names) if n in row.get("otherwise", ())]
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
-            raise WeatherError(
-                f"{name}: columns {both} both read as {key}. Choose one, columns.{key} ="
-                f" {quote(headings[places[0]])} {WHERE}."
-            )
+            do = f"Choose one, columns.{key} = {quote(headings[places[0]])} {WHERE}."
+            raise WeatherError(f"{name}: columns {both} both read as {key}. {do}")
         if places:
             return places[0]
     return None
@@ -208,10 +182,8 @@ def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bo
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        raise WeatherError(
-            f"{place(i)} is no {kind} of weather. Correct the line or empty the"
-            f" cell{_in_another_unit(float(x[i]), column)}."
-        )
+        do = f"Correct the line or empty the cell{_in_another_unit(float(x[i]), column)}."
+        raise WeatherError(f"{place(i)} is no {kind} of weather. {do}")
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
     return np.asarray(sign * x), marks + noughts
@@ -223,9 +195,8 @@ def _in_another_unit(x: float, column: Column) -> str:
     for unit in OTHERS[kind]:
         factor = UNITS[kind][unit] / UNITS[kind][column.unit]
         if factor < 1.0 and 0.0 < abs(x) * factor <= LARGEST[kind] and (x > 0.0 or kind == "direction"):
-            return (
-                f'; if the numbers are in {unit}, say columns.{column.name} = "{without_unit(column.heading)} [{unit}]"'
-            )
+            said = f'columns.{column.name} = "{without_unit(column.heading)} [{unit}]"'
+            return f"; if the numbers are in {unit}, say {said}"
     return ""
 
 
@@ -267,10 +238,13 @@ def weather_of(
         have = ", ".join(quote(heading) for heading in headings if heading)
         raise WeatherError(f"{name}: no column of weather among {have}. Name it: columns.Hs, columns.wind {WHERE}.")
     values, more = assembled([(column, *read(column)) for column in recognised], comments, name, sense)
-    for u, v in wind_parts(headings) if "wind" not in values else ():
-        parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
-        values |= wind_of(*(read(part, signed=True)[0] for part in parts))
-        more.append(f"wind from its parts {names[u]} and {names[v]}")
+    plain = [bare(heading)[0] for heading in headings]
+    pair = next((pair for pair in WIND_PARTS if set(pair) <= set(plain)), None)
+    if pair is not None and "wind" not in values:
+        parts = [Column("wind", i, headings[i], "m/s", False) for i in map(plain.index, pair)]
+        east, north = (read(part, signed=True)[0] for part in parts)
+        values |= {"wind": np.hypot(east, north), "wind_from": np.asarray(np.arctan2(-east, -north) % FULL)}
+        more.append(f"wind from its parts {' and '.join(names[part.place] for part in parts)}")
         recognised += parts
     places = {column.place for column in recognised}
     if unread := [names[i] for i, heading in enumerate(headings) if heading and i not in places]:
@@ -294,9 +268,7 @@ def assembled(
             notes.append(f"{column.heading}: {missing} of {len(x)} missing{marked}")
         if KINDS[column.name] == "direction" and _like_radians(x, column):
             say = f'columns.{column.name} = "{without_unit(column.heading)} [rad]"'
-            notes.append(
-                f"{column.heading}: all directions are within 6.3 deg of north: are they in radians? Then say {say}"
-            )
+            notes.append(f"{column.heading}: all directions are within 6.3 deg of north. In radians? Then say {say}")
         _check_plausible(x, column, name)
         if column.inverse:
             notes.append(f"{column.heading} is a frequency in {column.unit}: read as the period")
@@ -305,10 +277,10 @@ def assembled(
         elif (meant := _meant(column, comments, name, sense)) is not None:
             values[column.name] = coming_from(x, meant)
         else:
+            senses = f"{', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]}"
             notes.append(
                 f"the file does not say what its wave direction {quote(column.heading)} means, and it was not read: say"
-                f" {WHERE} sense = {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
-                " counter-clockwise from east)"
+                f" {WHERE} sense = {senses} (cartesian: going to, counter-clockwise from east)"
             )
     guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.stated and not c.inverse]
     return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
@@ -320,44 +292,26 @@ def _check_plausible(x: FloatArray, column: Column, name: str) -> None:
     known = x[np.isfinite(x)]
     if not len(known) or column.by_user:
         return
-    median, kind, bare_heading = float(np.median(known)), KINDS[column.name], without_unit(column.heading)
+    median, kind = float(np.median(known)), KINDS[column.name]
+    where = f"{name}: column {quote(column.heading)}: the median is {median:.3g}"
+    said = f'columns.{column.name} = "{without_unit(column.heading)}'
     if kind == "period" and median < SHORTEST:
-        raise WeatherError(
-            f"{name}: column {quote(column.heading)}: the median is {median:.3g} s, and no sea has such a period. If it"
-            f' is a frequency, say columns.{column.name} = "{bare_heading} [Hz]" (then {1.0 / median:.3g} s); if it'
-            " is right, [s]."
-        )
+        do = f'If it is a frequency, say {said} [Hz]" (then {1.0 / median:.3g} s); if it is right, [s].'
+        raise WeatherError(f"{where} s, and no sea has such a period. {do}")
     if kind == "height" and median > TALLEST:
-        raise WeatherError(
-            f"{name}: column {quote(column.heading)}: the median is {median:.3g} m, and no place has such waves. If its"
-            f' numbers are in another unit, say which: columns.{column.name} = "{bare_heading} [cm]"; if they are'
-            " right, [m]."
-        )
+        do = f'If its numbers are in another unit, say which: {said} [cm]"; if they are right, [m].'
+        raise WeatherError(f"{where} m, and no place has such waves. {do}")
 
 
 WIND_PARTS = (("u10", "v10"), ("u_10", "v_10"), ("u10m", "v10m"), ("eastward_wind", "northward_wind"), ("uwnd", "vwnd"))
 """Headings of the wind's parts towards east and north."""
 
 
-def wind_parts(headings: Sequence[str]) -> list[tuple[int, int]]:
-    """Places of the wind's parts towards east and north, at most one pair."""
-    names = [bare(heading)[0] for heading in headings]
-    return [(names.index(u), names.index(v)) for u, v in WIND_PARTS if u in names and v in names][:1]
-
-
-def wind_of(east: FloatArray, north: FloatArray) -> dict[str, FloatArray]:
-    """Wind speed (n,) [m/s] and where it comes from [rad, clockwise from north] by its parts [m/s]."""
-    return {"wind": np.hypot(east, north), "wind_from": np.asarray(np.arctan2(-east, -north) % FULL)}
-
-
 def _like_radians(x: FloatArray, column: Column) -> bool:
     """Whether directions that are taken for degrees all lie within 2 pi of 0, three or more of them."""
-    degrees = x[np.isfinite(x)] / UNITS["direction"][column.unit]
-    return (
-        UNITS["direction"][column.unit] != 1.0
-        and len(np.unique(degrees)) >= FEWEST
-        and bool(np.all(np.abs(degrees) <= FULL))
-    )
+    unit = UNITS["direction"][column.unit]
+    degrees = x[np.isfinite(x)] / unit
+    return unit != 1.0 and len(np.unique(degrees)) >= FEWEST and bool(np.all(np.abs(degrees) <= FULL))
 
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
@@ -369,9 +323,6 @@ def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionS
         if match := _DECLARED.match(line):
             declared = declared or next((s for s in DirectionSense if s.value == match[1].strip().lower()), None)
     if declared is not None and sense is not None and declared is not sense:
-        raise WeatherError(
-            f"{name}: column {quote(column.heading)}: the file says its directions are"
-            f" {quote(declared.value)}, sense"
-            f" says {quote(sense.value)}. Leave sense out, or correct the file."
-        )
+        both = f"the file says its directions are {quote(declared.value)}, sense says {quote(sense.value)}"
+        raise WeatherError(f"{name}: column {quote(column.heading)}: {both}. Leave sense out, or correct the file.")
     return declared or sense

@@ -9,9 +9,6 @@ Separators ; tab | , and blanks, decimal comma, comments (#), lines before the h
 be given. A heading such as wave_from_direction says it, a line "# wave direction: coming from, clockwise from north"
 does, and NDBC's files do by their manual. Wind comes from where it is said to come from, as everywhere in meteorology,
 unless the heading says "to".
-
-Weather from NetCDF: hindcasts and forecasts of one place, as ERA5, NORA3 or a wave model give them (variables over
-time).
 """
 
 from __future__ import annotations
@@ -30,19 +27,24 @@ from stillhook.errors import SeaError, WeatherError
 from stillhook.formats.table.dialect import COMMENTS
 from stillhook.formats.table.file import refuse_foreign, unpacked
 from stillhook.formats.table.text import HEAD, TextTable, table_found
-from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_records
-from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
+from stillhook.formats.waves.ndbc import SHORT_FILL, is_ndbc, read_records
+from stillhook.formats.waves.ndbc import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
-from stillhook.formats.weather.columns import (
-    HEADINGS,
-    SENSES,
-    bare,
-    numbers,
-    weather_of,
-)
+from stillhook.formats.weather.columns import HEADINGS, SENSES, bare, numbers, weather_of
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
-from stillhook.formats.weather.times import ORDERS, WHERE, calendar_of, counted, read_times, stamped, step_of
-from stillhook.formats.weather.zones import Zone, parse_zone, zone_in, zone_of_remarks
+from stillhook.formats.weather.times import (
+    ORDERS,
+    WHERE,
+    Zone,
+    calendar_of,
+    counted,
+    parse_zone,
+    read_times,
+    stamped,
+    step_of,
+    zone_in,
+    zone_of_remarks,
+)
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import DirectionSense
@@ -80,9 +82,7 @@ def read_weather(
         raise WeatherError(line)
     if is_netcdf(path):
         zone = None if time_zone is None else parse_zone(time_zone, "time_zone")
-        return read_netcdf(
-            path, sense=sense, columns_as=columns_as or {}, time_column=time_column, zone=zone, step=step
-        )
+        return read_netcdf(path, sense, columns_as or {}, time_column, zone, step)
     data = unpacked(path, "file of weather", WeatherError)
     refuse_foreign(path.name, data[:HEAD], WeatherError, "Export the place as CSV.")
     in_blanks = not _has_separators(data[:HEAD])
@@ -98,18 +98,9 @@ def read_weather(
     time, used, notes = _times(table, time_column, date_order, time_zone)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.headings)]
-    return weather_of(
-        path.name,
-        time,
-        headings,
-        table.units,
-        partial(numbers, table),
-        columns_as or {},
-        sense,
-        step,
-        comments=table.comments,
-        notes=notes,
-    )
+    read = partial(numbers, table)
+    more = {"comments": table.comments, "notes": notes}
+    return weather_of(path.name, time, headings, table.units, read, columns_as or {}, sense, step, **more)
 
 
 def _has_separators(head: bytes) -> bool:
@@ -130,11 +121,11 @@ def _times(
     if time_column is not None:
         places = [i for i, h in enumerate(table.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
-            raise WeatherError(
-                f"{table.name}: time = {quote(time_column)}: no such column. It has {', '.join(table.headings)}."
-            )
+            have = ", ".join(table.headings)
+            raise WeatherError(f"{table.name}: time = {quote(time_column)}: no such column. It has {have}.")
     else:
-        places = [i for i, n in enumerate(names) if _is_stamp(n)][:1]
+        plain = [re.sub(r"_(utc|gmt|cet|cest)(_?\d{1,2})?$", "", n) for n in names]
+        places = [i for i, n in enumerate(names) if {n, plain[i]} & set(_TIMES["stamp"])][:1]
     if not places and (parts := _parts(names)):
         zone, note = _zone(table, list(parts.values()), time_zone)
         return _from_parts(table, parts) - zone, set(parts.values()), [note]
@@ -153,20 +144,10 @@ def _times(
         texts = [f"{day} {hour}" for day, hour in zip(texts, table.column(clock), strict=True)]
         places = [places[0], clock]
     time = read_times(texts, table.lines, table.name, order)
-    zone, note = _zone(table, places, time_zone, stamps=zone_in(texts[0][10:]) or _signed(texts[0]))
+    signed = re.search(r"\d\s*(Z|[+-]\d{2}:?\d{2})$", texts[0])  # read with the stamps
+    stamps = zone_in(texts[0][10:]) or (None if signed is None else Zone(0.0, signed[1]))
+    zone, note = _zone(table, places, time_zone, stamps)
     return time - zone, set(places), [note] if note else []
-
-
-def _signed(stamp: str) -> Zone | None:
-    """The zone at the end of a stamp, Z or +01:00, which it has been read with."""
-    match = re.search(r"\d\s*(Z|[+-]\d{2}:?\d{2})$", stamp)
-    return None if match is None else Zone(0.0, match[1])
-
-
-def _is_stamp(name: str) -> bool:
-    """Whether a heading is one of times, with or without a zone behind it."""
-    plain = re.sub(r"_(utc|gmt|cet|cest)(_?\d{1,2})?$", "", name)
-    return name in _TIMES["stamp"] or plain in _TIMES["stamp"]
 
 
 def _zone(
@@ -189,11 +170,9 @@ def _zone(
             f"{table.name}: its times are {quote(stated.text)}, and the file does not say how far that is from UTC. Say"
             ' it: time_zone = "UTC+1"; local time with a change in spring and autumn must be exported in UTC.'
         )
-    if stated is not None and stated.ahead is not None and requested is not None and stated.ahead != requested.ahead:
-        raise WeatherError(
-            f"{table.name}: the file says that its times are {stated.text}, time_zone says {quote(str(time_zone))}."
-            " Leave time_zone out, or correct the file."
-        )
+    if stated is not None and requested is not None and stated.ahead not in (None, requested.ahead):
+        both = f"the file says that its times are {stated.text}, time_zone says {quote(str(time_zone))}"
+        raise WeatherError(f"{table.name}: {both}. Leave time_zone out, or correct the file.")
     zone = requested or stated
     if zone is None or zone.ahead is None:
         return np.timedelta64(0, "s"), "times taken as UTC: the file names no zone"
@@ -220,22 +199,15 @@ def _from_parts(table: TextTable, parts: Mapping[str, int]) -> NDArray[np.dateti
         of = {part: np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for part, p in parts.items()}
     except ValueError:
         i = next(i for i, t in enumerate(texts) if not re.fullmatch(r"[0-9. ]+", t))
-        raise WeatherError(
-            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
-        ) from None
+        raise WeatherError(f"{table.at(i)}: {quote(texts[i])} is not a date and hour. Correct it.") from None
     year = np.where(of["year"] < 70, of["year"] + 2000, np.where(of["year"] < 100, of["year"] + 1900, of["year"]))
     second = of["hour"] * 3600 + of.get("minute", np.zeros_like(year)) * 60
     if np.any((second < 0) | (second > 86400)):
         i = int(np.flatnonzero((second < 0) | (second > 86400))[0])
-        raise WeatherError(
-            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
-        )
+        raise WeatherError(f"{table.at(i)}: {quote(texts[i])} is not a date and hour. Correct it.")
     month, day = of.get("month"), of["day"]
     if month is None:
-        dates = [
-            calendar_of(int(y), int(d), f"{table.name}: line {line}")
-            for y, d, line in zip(year, day, table.lines, strict=True)
-        ]
+        dates = [calendar_of(int(y), int(d), table.at(i)) for i, (y, d) in enumerate(zip(year, day, strict=True))]
         month, day = (np.array([date[k] for date in dates], dtype=np.int64) for k in (0, 1))
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
@@ -248,17 +220,10 @@ def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
     i = int(wrong[0])
     stamp = np.datetime_as_string(time[i + 1], unit="m")
     if time[i] == time[i + 1]:
-        raise WeatherError(
-            f"{table.name}: line {table.lines[i + 1]}: the time {stamp} comes twice, first in line {table.lines[i]}."
-            " Remove one of them; local time in autumn does this: export in UTC."
-        )
-    raise WeatherError(
-        f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the"
-        " rows by time, oldest first; if day and month were taken for each other, say date_order."
-    )
-
-
-_WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
+        do = "Remove one of them; local time in autumn does this: export in UTC."
+        raise WeatherError(f"{table.at(i + 1)}: the time {stamp} comes twice, first in line {table.lines[i]}. {do}")
+    do = "Sort the rows by time, oldest first; if day and month were taken for each other, say date_order."
+    raise WeatherError(f"{table.at(i + 1)}: the time {stamp} is before that of line {table.lines[i]}. {do}")
 
 
 def _read_ndbc(path: Path, step: float | None = None) -> Weather:
@@ -278,11 +243,10 @@ def _read_ndbc(path: Path, step: float | None = None) -> Weather:
 
 def _wind(path: Path) -> dict[str, FloatArray]:
     records = read_records(path)
-    table = ndbc_numbers(records, slice(None), len(records.header))
+    table = dict(zip(records.header, ndbc_numbers(records, slice(None), len(records.header)).T, strict=True))
     wind: dict[str, FloatArray] = {}
-    for name, words in _WIND:
-        for word in words:
-            if word in records.header:
-                x = table[:, records.header.index(word)]
-                wind[name] = np.radians(x) if name == "wind_from" else np.where(x == SHORT_FILL, np.nan, x)
+    if (speed := table.get("WSPD")) is not None:
+        wind["wind"] = np.where(speed == SHORT_FILL, np.nan, speed)
+    if (degrees := table.get("WDIR", table.get("WD"))) is not None:
+        wind["wind_from"] = np.radians(degrees)
     return wind

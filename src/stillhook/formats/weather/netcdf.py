@@ -11,10 +11,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
-from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, magic, read_dataset
 from stillhook.formats.weather.columns import Column, in_si, weather_of
-from stillhook.formats.weather.times import WHERE
-from stillhook.formats.weather.zones import Zone
+from stillhook.formats.weather.times import WHERE, Zone
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather
 
@@ -34,7 +33,6 @@ def is_netcdf(path: Path) -> bool:
 
 def read_netcdf(
     path: Path,
-    *,
     sense: DirectionSense | None,
     columns_as: Mapping[str, str],
     time_column: str | None,
@@ -51,24 +49,15 @@ def read_netcdf(
         data = read_dataset(path).squeeze()
     except UnreadableError as problem:
         raise WeatherError(f"{path.name}: cannot be read as NetCDF ({problem}). Fetch it again.") from None
-    when = time_column or next((name for name in _TIMES if name in data.variables), None)
-    if (
-        when is None
-        or when not in data.variables
-        or not np.issubdtype(data[when].dtype, np.datetime64)
-        or data[when].ndim != 1
-    ):
-        raise WeatherError(
-            f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: time ="
-            f" NAME {WHERE}."
-        )
+    when = next((name for name in ((time_column,) if time_column else _TIMES) if name in data.variables), None)
+    if when is None or not np.issubdtype(data[when].dtype, np.datetime64) or data[when].ndim != 1:
+        have = ", ".join(map(str, data.variables))
+        raise WeatherError(f"{path.name}: no series of times among {have}. Name it: time = NAME {WHERE}.")
     time = data[when].values.astype("datetime64[s]")
     if np.any(np.diff(time) <= np.timedelta64(0, "s")):
         i = int(np.flatnonzero(np.diff(time) <= np.timedelta64(0, "s"))[0]) + 1
-        raise WeatherError(
-            f"{path.name}: record {i}: the time {time[i]} is not after the one before. Sort the records, each time"
-            " once."
-        )
+        line = f"record {i}: the time {time[i]} is not after the one before. Sort the records, each time once."
+        raise WeatherError(f"{path.name}: {line}")
     names = [str(name) for name in data.data_vars if data[name].dtype.kind in "fiu"]
     headings = [_heading(data, name, columns_as) for name in names]
     if zone is not None and zone.ahead:

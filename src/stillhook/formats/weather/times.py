@@ -5,19 +5,19 @@ PM, 31-Dec-2013 23:00, 2013123123 and with minutes and seconds, 20131231.230000,
 the year); seconds since 1970, days since 1899-12-30 as spreadsheets count them; date and time in two columns, and
 columns of year, month, day (or day of the year), hour, minute. Which of 12/31 and 31/12 is meant is seen from numbers
 above 12, else from the order in which times ascend evenly; where both would do, it must be said (`order`).
+Zones are those that a file states in its header, in the name of its column of times or in the row of units.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import WeatherError
-from stillhook.formats.weather.zones import zone_in
 from stillhook.units import quote, show
 from stillhook.weather.series import usual_step
 
@@ -53,6 +53,36 @@ ROUNDED = 1.01
 """A step may be so much longer than the usual spacing: times are rounded."""
 _TURN = 70
 """Years of two digits below it are of this century."""
+
+_OF_HOURS = {
+    0: "utc gmt wet",
+    1: "cet met mez west",
+    2: "cest mesz eet",
+    3: "eest msk",
+    8: "awst sgt",
+    9: "jst",
+    -4: "edt",
+    -5: "est cdt",
+    -6: "mdt",
+    -7: "mst pdt",
+    -8: "pst akdt",
+    -9: "akst",
+    -10: "hst",
+}
+HOURS = {name: float(hours) for hours, names in _OF_HOURS.items() for name in names.split()}
+"""Zones by their names, ahead of UTC [h]. Names that two zones have (IST, BST, CST) are none of them."""
+AMBIGUOUS = ("bst", "ist", "cst", "ast")
+FARTHEST = 14.0
+"""Zone farthest ahead of UTC [h]."""
+_OFFSET = r"[+\-−]\s?\d{1,2}(?::?\d{2})?"
+_STATED_ZONE = re.compile(
+    rf"(?<![A-Za-z])(?:(?:UTC|GMT|Z)\s?(?P<ahead>{_OFFSET})|(?P<bare>{_OFFSET})(?=\s*(?:h|hours|UTC)\b)"
+    rf"|(?P<name>{'|'.join(sorted((*HOURS, *AMBIGUOUS), key=len, reverse=True))})(?![A-Za-z])"
+    r"|(?P<local>local|LT\b|lokal\w*|ortszeit|(?:Europe|America|Asia|Africa|Australia|Atlantic|Pacific|Indian)/\w+))",
+    re.IGNORECASE,
+)
+_OF_TIME = re.compile(r"time|zone|date|zeit|dato|tid\b|utc|gmt", re.IGNORECASE)
+"""A remark is of times where it has one of these words."""
 
 
 class Count(NamedTuple):
@@ -130,10 +160,8 @@ def step_of(time: Times, requested: float | None, name: str) -> float:
     is longer than that."""
     usual = usual_step(time)
     if requested is not None and requested > ROUNDED * usual:
-        raise WeatherError(
-            f"{name}: step = {show(requested, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer"
-            " step would count time twice. Leave step out."
-        )
+        problem = f"its records are {show(usual, 'hours')} apart, and a longer step would count time twice"
+        raise WeatherError(f"{name}: step = {show(requested, 'hours')}: {problem}. Leave step out.")
     return usual if requested is None else requested
 
 
@@ -154,10 +182,8 @@ def stamped(
     wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < FIRST_YEAR) | (year > LAST_YEAR)
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        raise WeatherError(
-            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say date_order ="
-            " ymd, mdy or dmy."
-        )
+        do = "Correct the line, or say date_order = ymd, mdy or dmy."
+        raise WeatherError(f"{name}: line {lines[i]}: {quote(texts[i])} is no date. {do}")
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 
 
@@ -167,10 +193,9 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     text = text.strip().strip('"')
     match = next((m for way in _WRITTEN if (m := way.fullmatch(text))), None)
     if match is None:
-        raise WeatherError(
-            f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
-            " the line, or name the column of times by time."
-        )
+        known = "2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00"
+        do = "Correct the line, or name the column of times by time."
+        raise WeatherError(f"{where}: {quote(text)} is no time such as {known}. {do}")
     part = match.groupdict()
     second, a, sign = _second(part, where, text), part["a"], part.get("sign") or "iso"
     if "days" in part:
@@ -185,25 +210,21 @@ def _second(part: Mapping[str, str | None], where: str, text: str) -> int:
     """Seconds of the day in UTC."""
     half, zone = part.get("half"), part["zone"]
     h, m, s = (int(part.get(name) or 0) for name in ("hour", "minute", "second"))
+    if half is not None and not 1 <= h <= 12:
+        raise WeatherError(
+            f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
+        )
     if half is not None:
-        if not 1 <= h <= 12:
-            raise WeatherError(
-                f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
-            )
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
         raise WeatherError(f"{where}: {quote(text)} is no time of the day. Correct the line.")
-    return h * 3600 + m * 60 + s - _ahead(zone, where, text)
-
-
-def _ahead(zone: str | None, where: str, text: str) -> int:
-    """How far a zone is ahead of UTC [s]."""
-    if zone is None or zone == "Z":
-        return 0
-    stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
-    if stated is None or stated.ahead is None:
-        raise WeatherError(f'{where}: {quote(text)}: the zone {quote(zone)} is not known. Write it as "+03:00".')
-    return round(stated.ahead * 3600.0)
+    ahead = 0.0
+    if zone is not None and zone != "Z":
+        stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
+        if stated is None or stated.ahead is None:
+            raise WeatherError(f'{where}: {quote(text)}: the zone {quote(zone)} is not known. Write it as "+03:00".')
+        ahead = stated.ahead
+    return h * 3600 + m * 60 + s - round(ahead * 3600.0)
 
 
 def calendar_of(year: int, day_of_year: int, where: str) -> tuple[int, int]:
@@ -228,9 +249,8 @@ def _order(
         return "ymd"
     if "iso" in signs:
         i = next(i for i, f in enumerate(fields) if (f[4] == "iso") != (fields[0][4] == "iso"))
-        raise WeatherError(
-            f"{name}: line {lines[i]}: its date is written in another way than that of line {lines[0]}. Use one way."
-        )
+        problem = f"its date is written in another way than that of line {lines[0]}"
+        raise WeatherError(f"{name}: line {lines[i]}: {problem}. Use one way.")
     if "name" in signs or "." in signs:
         return "dmy"
     if order is not None:
@@ -242,10 +262,8 @@ def _order(
     sound = [o for o in ("mdy", "dmy") if _even(digits, fields, o)]
     if len(sound) == 1:
         return sound[0]
-    raise WeatherError(
-        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say date_order ="
-        ' "mdy" or "dmy", ' + WHERE + "."
-    )
+    problem = "of the first two numbers of its dates either may be the month"
+    raise WeatherError(f'{name}: line {lines[0]}: {problem}. Say date_order = "mdy" or "dmy", {WHERE}.')
 
 
 def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, str]], order: str) -> bool:
@@ -257,3 +275,38 @@ def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, 
     day = ((y - 1970) * 12 + m - 1).astype("datetime64[M]").astype("datetime64[D]").astype(np.int64) + d
     steps = np.diff(day * 86400 + np.array([f[3] for f in fields]))
     return bool(np.all(steps > 0) and np.all(steps <= 86400))
+
+
+class Zone(NamedTuple):
+    """A zone as a file states it: ahead of UTC [h], None where it is not known; text as it stands there."""
+
+    ahead: float | None
+    text: str
+
+
+def zone_in(text: str) -> Zone | None:
+    """The zone that a text names; None where it names none."""
+    match = _STATED_ZONE.search(text.replace("_", " "))
+    if match is None:
+        return None
+    if offset := match["ahead"] or match["bare"]:
+        digits = offset.replace("−", "-").replace(" ", "")
+        sign, number = (-1.0 if digits[0] == "-" else 1.0), digits[1:].replace(":", "")
+        hours = float(number) if len(number) <= 2 else float(number[:-2]) + float(number[-2:]) / 60.0
+        return Zone(sign * hours if hours <= FARTHEST else None, match[0].strip())
+    name = (match["name"] or "").lower()
+    return Zone(HOURS.get(name), match[0].strip())
+
+
+def zone_of_remarks(lines: Iterable[str]) -> Zone | None:
+    """The zone that remarks of a file name, in a line that speaks of times."""
+    result = (zone_in(line) for line in lines if _OF_TIME.search(line))
+    return next((zone for zone in result if zone is not None), None)
+
+
+def parse_zone(text: str, where: str) -> Zone:
+    """A zone that the user states. Errors: WeatherError."""
+    zone = zone_in(text)
+    if zone is None or zone.ahead is None:
+        raise WeatherError(f'{where} {quote(text)}: is no time zone that is known. Write it as "UTC+3" or "CET".')
+    return zone

@@ -17,7 +17,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.binary.reader import refuse_bomb
+from stillhook.formats.binary import refuse_bomb
 from stillhook.formats.table.text import numbers_of
 from stillhook.logs.formats.source import (
     EXAMPLES,

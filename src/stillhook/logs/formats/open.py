@@ -1,6 +1,6 @@
 """Opens a log by its content: text, Parquet, MDF4, TDMS, MAT v5 and v7.3.
 
-A log of a binary format, read in a separate process: see `stillhook.formats.binary.reader`.
+A log of a binary format, read in a separate process: see `stillhook.formats.binary`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 
 from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, UnreadableError
-from stillhook.formats.binary import process as reader_process
-from stillhook.formats.binary.reader import Reader, time_limit
+from stillhook.formats import binary as reader_process
+from stillhook.formats.binary import Reader, time_limit
 from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_parquet, open_tdms
 from stillhook.logs.formats.csv import open_csv

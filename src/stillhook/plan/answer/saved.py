@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.base.atomic import atomic_folder
 from stillhook.errors import PlanError, UnreadableError
-from stillhook.formats.binary.reader import read_datasets
+from stillhook.formats.binary import read_datasets
 from stillhook.formats.results import save_json, to_json
 from stillhook.plan.result import BLOCKS, PlanResult
 from stillhook.units import quote

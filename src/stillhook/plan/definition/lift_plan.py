@@ -354,11 +354,11 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
     for phase in plan.phases:
         try:
             at = plan.tip_of(phase)
+            assert at.z is not None
             if phase.tip is not None and boom is not None:
                 boom.reaching(at.x, at.y, at.z)
         except (SeaError, UnitError) as e:
             raise PlanError(f"{called(phase)}: {e}") from None
-        assert at.z is not None
         highest = max(z for z in (phase.z_start, phase.z_end) if z is not None)
         free = at.z - room - highest
         if free <= 0.0:

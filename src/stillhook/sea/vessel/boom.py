@@ -112,43 +112,25 @@ class Boom:
         )
         return self.x + self.radius * math.cos(self.slew), self.y + self.radius * math.sin(self.slew), self.z + rise
 
-    def reaching(self, x: float, y: float, z: float | None = None) -> Self:
-        """The same crane with its tip over (x, y) [m], slewed and luffed: at the height z [m] above still water with
-        the knuckle boom hanging down, or, without z, folded as it is now.
+    def reaching(self, x: float, y: float, z: float) -> Self:
+        """The same crane with its tip over (x, y) [m] at the height z [m] above still water, slewed and luffed, the
+        knuckle boom hanging down.
 
         Errors: SeaError where the booms are too short or too long for it, or an angle would be beyond what a boom does.
         """
-        out, L_1, L_2 = math.hypot(x - self.x, y - self.y), self.main_length, self.knuckle_length
-        r = out - self.offset
-        if z is None:
-            L_1, L_2, fold = *self._as_one(), self.knuckle_angle
-            place, away, h = f"boom: a tip over x {x:g} m, y {y:g} m is {out:.4g} m from the pedestal", abs(r), 0.0
-        else:
-            h, fold = z - self.z, 0.0
-            place = (
-                f"boom: a tip at x {x:g} m, y {y:g} m, {z:g} m up is {out:.4g} m from the pedestal, {h:.4g} m above the"
-                " heel pin"
-            )
-            away = math.hypot(r, h)
-        reach, least = (L_1, 0.0) if z is None else (L_1 + L_2, abs(L_1 - L_2))
-        if away > reach * (1.0 + REACH_TOLERANCE):
-            raise SeaError(
-                f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are requested. Bring the tip"
-                " nearer."
-            )
-        if away < least * (1.0 - REACH_TOLERANCE):
-            raise SeaError(
-                f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are requested. Put the tip"
-                " farther out."
-            )
-        if z is None:
-            up = L_2 + math.acos(_limited(r / L_1))
-        else:
-            up = math.atan2(h, r) + (
-                math.acos(_limited((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away))) if L_2 else 0.0
-            )
-            fold = math.pi - math.acos(_limited((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2))) if L_2 else 0.0
+        r, h = math.hypot(x - self.x, y - self.y) - self.offset, z - self.z
+        L_1, L_2 = self.main_length, self.knuckle_length
+        away = math.hypot(r, h)
+        place = f"boom: a tip at x {x:g} m, y {y:g} m, {z:g} m up is {away:.4g} m from the heel pin"
+        if away > (L_1 + L_2) * (1.0 + REACH_TOLERANCE):
+            raise SeaError(f"{place}: the boom reaches {L_1 + L_2:.4g} m. Bring the tip nearer.")
+        if away < abs(L_1 - L_2) * (1.0 - REACH_TOLERANCE):
+            raise SeaError(f"{place}: the booms fold to {abs(L_1 - L_2):.4g} m. Put the tip farther out.")
         boom = copy.copy(self)
+        up, fold = math.atan2(h, r), 0.0
+        if L_2:
+            up += math.acos(_limited((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away)))
+            fold = math.pi - math.acos(_limited((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2)))
         slew = math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)
         fill(boom, slew=slew, main_angle=up, knuckle_angle=fold)
         try:
@@ -156,12 +138,6 @@ class Boom:
         except SeaError as problem:
             raise SeaError(f"{place}: {str(problem).removeprefix('boom: ')}") from None
         return boom
-
-    def _as_one(self) -> tuple[float, float]:
-        """Length of the line from heel to tip [m], and how far it is below the main boom [rad], folded as now."""
-        along = self.main_length + self.knuckle_length * math.cos(self.knuckle_angle)
-        across = self.knuckle_length * math.sin(self.knuckle_angle)
-        return math.hypot(along, across), math.atan2(across, along)
 
     def describe(self) -> str:
         """The crane in words and units."""

@@ -199,21 +199,3 @@ def mirrored_fore_and_aft(heading: FloatArray, H: ComplexArray, source: str) -> 
         )
     other = np.pi - heading[~beam]
     return np.concatenate([heading, other]), np.concatenate([H, FORE_AND_AFT[:, None, None] * H[:, ~beam]], axis=1)
-
-
-def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:
-    """Headings from 0 to 180 deg and their motions, of a ship that is the same to port and starboard: the inverse of a
-    mirrored table.
-
-    Errors: SeaError where the two sides differ, or 0 and 180 deg are not both in the table.
-    """
-    half = rao.beta < np.pi + SAME_HEADING
-    beta, H = rao.beta[half], rao.H[:, half]
-    complete_beta, both = _mirrored(beta, H, rao.name)
-    if (
-        len(complete_beta) != len(rao.beta)
-        or not np.allclose(complete_beta, rao.beta)
-        or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / ARM)
-    ):
-        raise SeaError(f"{rao.name}: port and starboard are not mirror images. Write headings all round.")
-    return beta, H

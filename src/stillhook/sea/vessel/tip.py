@@ -201,8 +201,8 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
     )
     waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
     where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
-    curves = other_curves(rao, sea, at.x, at.y)
-    notes = [*_table_notes(response), *_curve_notes(curves), *rao.notes]
+    leeway = rao.leeway(at.x, at.y)
+    notes = [*_table_notes(response), *_leeway_notes(leeway), *rao.notes]
     numbers = tip_numbers(response, duration)
     return {
         "vessel": rao.name,
@@ -210,48 +210,15 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
         "sea": waves,
         "duration": duration,
         **numbers,
-        "curves": curves,
+        "leeway": leeway,
         "notes": notes,
     }
 
 
-def other_curves(rao: Rao, sea: Sea, x: float, y: float) -> dict[str, dict[str, float]]:
-    """sigma_z, sigma_v, sigma_a of the same tip with straight lines ("straight") or cubic splines ("spline") from one
-    frequency of the vessel's table to the next, through the complex motion of the tip: what the table leaves open by
-    saying nothing of what is between.
-    """
-    from scipy.interpolate import CubicSpline  # heavy: only where a vessel is used
-
-    edges = _edges(sea, rao)
-    omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
-    inside = (omega >= rao.omega[0]) & (omega <= rao.omega[-1])
-    omega, weight = omega[inside], weight[inside]
-    S = {name: np.zeros_like(omega) for name in ("straight", "spline")}
-    for train in sea.trains:
-        beta, share = train.directions()
-        H = rao.vertical(rao.omega, beta, x, y)
-        straight = np.array([np.interp(omega, rao.omega, row) for row in H])
-        for name, curve in (("straight", straight), ("spline", CubicSpline(rao.omega, H, axis=1)(omega))):
-            S[name] += train.spectrum.density(omega) * (share @ np.abs(curve) ** 2)
-    names = (("sigma_z", 0), ("sigma_v", 2), ("sigma_a", 4))
-    return {
-        name: {sigma: math.sqrt(float(np.sum(weight * omega**n * x))) for sigma, n in names} for name, x in S.items()
-    }
-
-
-def _curve_notes(curves: dict[str, dict[str, float]]) -> list[str]:
-    """A line where the two differ by more than 1 % in one of the three."""
-    apart = {
-        name: spline / curves["straight"][name] - 1.0
-        for name, spline in curves["spline"].items()
-        if curves["straight"][name] > 0.0
-    }
-    if not apart or max(abs(x) for x in apart.values()) < 0.01:
-        return []
-    deviations = ", ".join(f"{x:+.1%} in {name}" for name, x in apart.items())
-    return [
-        "The vessel's table says nothing between its frequencies: a spline there differs from straight lines by"
-        f" {deviations}."
+def _leeway_notes(leeway: float) -> list[str]:
+    """A line where what the table leaves open between its frequencies is more than 0.5 % either way."""
+    return (leeway > 0.005) * [
+        f"The vessel's table says nothing between its frequencies: that leaves {leeway:.1%} of the motion open."
     ]
 
 

@@ -1,4 +1,5 @@
-"""Writes a table in the format that a file's name, or the user, says. A format is a row of `FORMATS`.
+"""Runs and logs as tables of other programs: columns over time, one table for each case, or numbers with a row for each
+case, written in the format that a file's name, or the user, says. A format is a row of `FORMATS`.
 
 CSV and Parquet: a column for each name with its unit in the heading, as Stillhook's log reader takes them; series of
 several cases stand below one another with the case in the first column. Numbers read back to the same doubles.
@@ -15,9 +16,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,12 +28,106 @@ from stillhook import units
 from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
 from stillhook.errors import ConvertError
-from stillhook.formats.out.table import TIME, Content
+from stillhook.variables import BY_NAME
 
+if TYPE_CHECKING:
+    import xarray
+
+TIME = "time"
+ALIGNED = 1e-6
+"""Part of the spacing by which a wanted spacing may miss a whole number of rows."""
 IN_KILO = {"N": "kN", "N m": "kN.m", "kg": "te", "W": "kW", "Pa": "kPa", "J": "kJ"}
 """Units that OrcaFlex and SIMO count in thousands."""
 LONGEST = 63
 """Letters in a name of MATLAB's."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """Tables of numbers by case, one for each case of a run with series (time first), else one; unit and meaning of
+    each column ("1" for no unit); facts of their origin; texts of the cases (status, notes) by name."""
+
+    tables: Mapping[str, pd.DataFrame]
+    units: Mapping[str, str]
+    meanings: Mapping[str, str]
+    facts: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def first(self) -> pd.DataFrame:
+        """The table of the first case; all have the same columns."""
+        return next(iter(self.tables.values()))
+
+    @property
+    def is_series(self) -> bool:
+        """Whether rows are times."""
+        return TIME in self.first.columns
+
+
+def of_run(run: xarray.Dataset) -> Content:
+    """Of a run that `load_run` gave: its series where it has some, else its numbers with a row for each case."""
+    cases = [str(c) for c in np.atleast_1d(run["case"].values)] if "case" in run.coords else [""]
+    several = "case" in run.dims
+    facts = {k: str(v) for k, v in run.attrs.items() if k in ("title", "crane", "scenarios", "twin")}
+    facts |= {k: str(run.attrs[k]) for k in ("stillhook_version", "stillhook_kernel", "step") if k in run.attrs}
+    texts = {
+        str(n): tuple(str(x) for x in np.atleast_1d(run[n].values)) for n in run.data_vars if run[n].dtype.kind in "OUS"
+    }
+    numbers = [n for n in map(str, run.data_vars) if run[n].dtype.kind in "fiub"]
+    series = [n for n in numbers if TIME in run[n].dims]
+    names = series or [n for n in numbers if set(run[n].dims) <= {"case"}]
+    rows = {n: BY_NAME.get(n) for n in names}
+    of_column = {n: str(run[n].attrs.get("units", row.unit if row is not None else "1")) for n, row in rows.items()}
+    meanings = {
+        n: str(run[n].attrs.get("long_name", row.meaning if row is not None else "")) for n, row in rows.items()
+    }
+    if not series:
+        texts |= {"case": tuple(cases)} if several else {}
+        return Content({"": _frame(run, names)}, of_column, meanings, facts, texts)
+    tables = {case: _frame(run.isel(case=i) if several else run, [TIME, *names]) for i, case in enumerate(cases)}
+    return Content(tables, {TIME: "s"} | of_column, {TIME: "time"} | meanings, facts, texts)
+
+
+def _frame(run: xarray.Dataset, names: Sequence[str]) -> pd.DataFrame:
+    return pd.DataFrame({n: np.atleast_1d(np.asarray(run[n].values, dtype=np.float64)) for n in names})
+
+
+def chosen(
+    content: Content, *, signals: Sequence[str] = (), case: str | None = None, every: str | None = None
+) -> Content:
+    """Part of what there is: signals by name, in this order; a case by its name or number from 0; every so much time.
+
+    Errors: ConvertError, one line, for a name, case or spacing that is not there.
+    """
+    tables = dict(content.tables)
+    if case is not None:
+        names = list(tables)
+        place = names.index(case) if case in names else int(case) if case.isdecimal() else -1
+        if not 0 <= place < len(names):
+            shown = ", ".join(units.quote(n) for n in names if n) or "one case without a name"
+            raise ConvertError(f"--case {units.quote(case)}: there is {shown}, or a number from 0 to {len(names) - 1}.")
+        tables = {names[place]: tables[names[place]]}
+    columns = list(content.first.columns)
+    if unknown := [s for s in signals if s not in columns]:
+        shown = ", ".join(n for n in columns if n != TIME)
+        raise ConvertError(f"--signals: {units.quote(unknown[0])} is not there. Choose from {shown}.")
+    kept = [s for s in signals if s != TIME] or [n for n in columns if n != TIME]
+    kept = [TIME, *kept] if content.is_series else kept
+    step = 1 if every is None else _rows_in(content, units.parse(every, "time", "--every"))
+    return replace(content, tables={name: table[kept].iloc[::step] for name, table in tables.items()})
+
+
+def _rows_in(content: Content, every: float) -> int:
+    """Rows in a spacing of time [s]."""
+    if not content.is_series:
+        raise ConvertError("--every: belongs to time series, and there is none. Leave it out.")
+    t = content.first[TIME].to_numpy()
+    spacing = float(t[1] - t[0]) if len(t) > 1 else every
+    n = round(every / spacing)
+    if n < 1 or abs(every / spacing - n) > ALIGNED * n:
+        do = f"give a whole number of {units.show(spacing, 'time')}."
+        raise ConvertError(f"--every {units.show(every, 'time')}: {do}")
+    return n
 
 
 class Format(NamedTuple):
@@ -103,10 +199,8 @@ def _mdf(content: Content, file: Path) -> None:
     try:
         for case, table in content.tables.items():
             t, names = table[TIME].to_numpy(), [name for name in table.columns if name != TIME]
-            signals = [
-                Signal(table[n].to_numpy(), t, name=n, unit=content.units[n], comment=content.meanings[n])
-                for n in names
-            ]
+            of = [{"name": n, "unit": content.units[n], "comment": content.meanings[n]} for n in names]
+            signals = [Signal(table[each["name"]].to_numpy(), t, **each) for each in of]
             made.append(signals, acq_name=case or "run", comment=case, common_timebase=True)
         made.header.comment = json.dumps({**content.facts, **{k: list(v) for k, v in content.texts.items()}})
         made.save(file, overwrite=True)
@@ -149,10 +243,8 @@ def format_of(file: str | Path, form: str | None = None) -> str:
     if form is None:
         suffix = Path(file).suffix.lower()
         if suffix not in SUFFIXES:
-            shown = ", ".join(SUFFIXES)
-            raise ConvertError(
-                f"{file}: {units.quote(suffix)} is no ending of a format. Choose one of {shown}, or --format."
-            )
+            do = f"Choose one of {', '.join(SUFFIXES)}, or --format."
+            raise ConvertError(f"{file}: {units.quote(suffix)} is no ending of a format. {do}")
         return SUFFIXES[suffix]
     if form not in FORMATS:
         raise ConvertError(f"--format {units.quote(form)}: choose one of {', '.join(FORMATS)}.")
@@ -167,9 +259,7 @@ def write_table(content: Content, file: str | Path, form: str | None = None) -> 
     if not content.tables or not content.first.size:
         raise ConvertError(f"{Path(file).name}: there is nothing to write.")
     if chosen.series and not content.is_series:
-        raise ConvertError(
-            f"{chosen.title}: holds time series, and there is none. Run with series, or choose csv or mat."
-        )
+        raise ConvertError(f"{chosen.title}: holds time series, and there is none. Choose csv or mat.")
     if chosen.library:
         need(chosen.library, chosen.title, ConvertError)
     target = Path(file)

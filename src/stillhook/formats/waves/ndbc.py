@@ -70,19 +70,13 @@ def read_records(path: str | os.PathLike[str]) -> Records:
     if not text.strip():
         raise SeaError(f"{name}: is empty. Give a text file of NDBC, plain or gz.")
     if not is_ndbc(text):
-        raise SeaError(
-            f"{name}: begins with {quote(text.split()[0])}, not with YY, YYYY or #YY. Give a text file of NDBC, plain"
-            " or gz."
-        )
-    return _records(name, text.splitlines())
-
-
-def _records(name: str, lines: list[str]) -> Records:
+        begin = quote(text.split()[0])
+        raise SeaError(f"{name}: begins with {begin}, not with YY, YYYY or #YY. Give a text file of NDBC, plain or gz.")
     header: list[str] = []
     times: list[str] = []
     rows: list[list[str]] = []
     places: list[int] = []
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(text.splitlines(), start=1):
         words = line.split()
         if not words:
             continue
@@ -108,9 +102,8 @@ def _time(words: list[str], where: str) -> str:
         year += 0 if year > 99 else 1900 if year >= 70 else 2000
         return datetime(year, month, day, hour, minute).isoformat()
     except (ValueError, OverflowError):
-        raise SeaError(
-            f"{where}: {quote(' '.join(words))} is not a date and hour. Correct or remove the line."
-        ) from None
+        stamp = quote(" ".join(words))
+        raise SeaError(f"{where}: {stamp} is not a date and hour. Correct or remove the line.") from None
 
 
 def _in_order(
@@ -121,25 +114,14 @@ def _in_order(
     selection = order[once]
     repeated = len(order) - len(selection)
     notes = [f"{repeated} records repeat a time: the first of each is kept"] if repeated else []
-    notes += _absent(time[selection])
-    return Records(
-        name, header, time[selection], [rows[i] for i in selection], [lines[i] for i in selection], tuple(notes)
-    )
-
-
-def _absent(time: NDArray[np.datetime64]) -> list[str]:
-    """A line on records that an even file would have and this one has not."""
-    if len(time) < 3:
-        return []
-    steps = np.diff(time).astype(np.int64)
-    usual = int(np.median(steps))
-    absent = int(np.sum(np.maximum(np.rint(steps / usual) - 1, 0)))
-    gaps = int(np.count_nonzero(np.rint(steps / usual) > 1))
-    return (
-        [f"{absent} more are absent from the file, in {gaps} gaps: its records are {usual / 60.0:g} min apart"]
-        if absent
-        else []
-    )
+    time = time[selection]
+    if len(time) > 2:
+        steps = np.diff(time).astype(np.int64)
+        usual = int(np.median(steps))
+        absent = np.maximum(np.rint(steps / usual) - 1.0, 0.0)
+        count = f"{absent.sum():.0f} more are absent from the file, in {np.count_nonzero(absent)} gaps"
+        notes += [f"{count}: its records are {usual / 60.0:g} min apart"] if absent.any() else []
+    return Records(name, header, time, [rows[i] for i in selection], [lines[i] for i in selection], tuple(notes))
 
 
 def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ...] = FILLS) -> FloatArray:
@@ -150,19 +132,15 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
     """
     for row, line in zip(records.rows, records.lines, strict=True):
         if len(row) != count:
-            raise SeaError(
-                f"{records.name}: line {line}: {len(row)} values where the header names {count}. The file is cut or"
-                " mixed: fetch it again."
-            )
+            problem = f"{len(row)} values where the header names {count}"
+            raise SeaError(f"{records.name}: line {line}: {problem}. The file is cut or mixed: fetch it again.")
     words = [word for row in records.rows for word in row[columns]]
     values = numbers_of(words)
     for i in np.flatnonzero(~np.isfinite(values)).tolist():
         if words[i] != "MM":
             line = records.lines[i * len(records.rows) // len(words)]
-            raise SeaError(
-                f"{records.name}: line {line}: {quote(words[i])} is not a finite number. Correct or remove the line, or"
-                " write missing values as 999."
-            )
+            do = "Correct or remove the line, or write missing values as 999."
+            raise SeaError(f"{records.name}: line {line}: {quote(words[i])} is not a finite number. {do}")
     return np.where(np.isin(values, fills), np.nan, values).reshape(len(records.rows), -1)
 
 
@@ -191,11 +169,9 @@ def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     if len(f) < 2:
         raise SeaError(f"{where}: one band of frequencies is not a spectrum. Fetch the file again.")
     if f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
-        first_frequencies = ", ".join(f"{x:g}" for x in f[:3])
-        raise SeaError(
-            f"{where}: {len(f)} frequencies ({first_frequencies}, ...) do not ascend within 0 to 2 Hz. Fetch the"
-            " file again."
-        )
+        first = ", ".join(f"{x:g}" for x in f[:3])
+        problem = f"{len(f)} frequencies ({first}, ...) do not ascend within 0 to 2 Hz"
+        raise SeaError(f"{where}: {problem}. Fetch the file again.")
     low = f[0] < 0.025 and abs(f[1] - WPM[0]) <= ROUNDED
     bands_f = f[1:] if low else f
     if len(bands_f) == len(WPM) and np.all(np.abs(bands_f - WPM) <= ROUNDED):

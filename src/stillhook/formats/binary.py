@@ -7,6 +7,7 @@ process has a memory limit, and whatever goes wrong comes back as an `Unreadable
 guards against damage; it is no sandbox: the process runs with the rights of the user.
 
 NetCDF files come back as labelled arrays (`read_dataset`).
+What runs in that process (`serve`) is here too: it answers with the value of a function at a time.
 """
 
 from __future__ import annotations
@@ -16,19 +17,132 @@ import contextlib
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.formats.binary.process import FAILED, REFUSED, receive
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     import xarray
+
+
+VALUE, REFUSED, FAILED = "value", "refused", "failed"
+GRACE = 5.0
+"""How long after its limit this process ends by itself [s]."""
+LONGEST_REASON = 120
+"""Characters of a library's message that are passed on."""
+
+_worker_state: dict[str, Any] = {}
+"""What a function leaves for the next one: an open log."""
+
+
+def serve() -> None:
+    """Answer requests from standard input on standard output until there are no more. Nothing else reaches either."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    requests = sys.stdin.buffer
+    with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
+        _limit_memory(pickle.load(requests))
+        while True:
+            send(answers, *_answer(pickle.load(requests)))
+
+
+def _limit_memory(size: int) -> None:
+    """Let an allocation beyond this fail here, where the system can: Linux; elsewhere the sizes that a file declares
+    are all there is."""
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        import resource  # not on Windows
+
+        resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[str, Any]:
+    limit, function, arguments = request
+    _end_after(limit + GRACE)
+    try:
+        return VALUE, function(*arguments)
+    except StillhookError as problem:
+        return REFUSED, problem
+    except MemoryError:
+        return FAILED, "needs more memory than is allowed"
+    except BaseException as problem:  # readers raise many kinds for damaged files, some of them no Exception
+        reason = " ".join(str(problem).split())[:LONGEST_REASON].rstrip(" .")
+        return FAILED, reason or type(problem).__name__
+    finally:
+        _end_after(0.0)
+
+
+def _end_after(seconds: float) -> None:
+    """Have the system end this process where nobody is left to do it: the process that requested it may have been
+    killed. 0: no more. Not on Windows."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)  # no handler of Python's, which a loop inside C would never reach
+
+
+def send(stream: IO[bytes], kind: str, value: Any) -> None:
+    """A value, the numbers of its arrays next to it so that no copy is made."""
+    buffers: list[pickle.PickleBuffer] = []
+    body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
+    raw = [buffer.raw() for buffer in buffers]
+    pickle.dump((kind, body, [len(part) for part in raw]), stream)
+    for part in raw:
+        stream.write(part)
+    stream.flush()
+
+
+def receive(stream: IO[bytes]) -> tuple[str, Any]:
+    """What `send` wrote. Errors: EOFError where the other side ended."""
+    kind, body, sizes = pickle.load(stream)
+    buffers = [bytearray(size) for size in sizes]
+    for buffer in buffers:
+        view = memoryview(buffer)
+        while view:
+            count = stream.readinto(view)  # type: ignore[attr-defined]
+            if not count:
+                raise EOFError
+            view = view[count:]
+    return kind, pickle.loads(body, buffers=buffers)
+
+
+def open_source(factory: Callable[..., Any], *arguments: Any) -> Mapping[str, Any]:
+    """Open a log and keep it; what `stillhook.logs.formats.open.BinaryLog` shows of it."""
+    source = _worker_state["source"] = factory(*arguments)
+    _worker_state["pieces"] = {}
+    return {
+        "name": source.name,
+        "row": source.row,
+        "time_base": source.time_base,
+        "headings": source.headings,
+        "units": source.units,
+        "bases": tuple(source.base(place) for place in range(len(source.headings))),
+    }
+
+
+def sample(place: int) -> str:
+    """`Source.sample` of the open log."""
+    return str(_worker_state["source"].sample(place))
+
+
+def begin(number: int, wants: Any, size: int) -> None:
+    """Begin to read the open log: `Source.chunks`, under a number."""
+    pieces: dict[int, Iterator[Any]] = _worker_state["pieces"]
+    pieces[number] = _worker_state["source"].chunks(wants, size)
+
+
+def piece(number: int) -> Any:
+    """The next chunk under a number, None after the last."""
+    return next(_worker_state["pieces"][number], None)
+
+
+def end(number: int) -> None:
+    """Read no more under a number."""
+    _worker_state["pieces"].pop(number, None)
 
 
 T = TypeVar("T")
@@ -46,7 +160,7 @@ DENSEST = 2000
 """A file unpacks to no more than this many times its size: deflate reaches 1032."""
 
 _BOOT = (
-    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary.process import"
+    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary import"
     " serve; serve()"
 )
 
@@ -105,14 +219,11 @@ class Reader:
         waiting.join(limit)
         if waiting.is_alive():
             self.close()
-            raise UnreadableError(
-                f'not read within {limit:.3g} s; for a slow drive set {TIME}, such as {TIME}="10 min"'
-            )
+            raise UnreadableError(f'not read within {limit:.3g} s; for a slow drive set {TIME}="10 min"')
         if not answers:
             self.close()
-            raise UnreadableError(
-                f"its reader broke down, on damage or for lack of memory; {MEMORY} is {memory_limit() / 1e9:g} GB"
-            )
+            limits = f"{MEMORY} is {memory_limit() / 1e9:g} GB"
+            raise UnreadableError(f"its reader broke down, on damage or for lack of memory; {limits}")
         kind, value = answers[0]
         if kind == REFUSED:
             raise value
@@ -188,14 +299,11 @@ def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at
     """
     most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
     if unpacked > most:
-        raise UnreadableError(
-            f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}; up to {_shown(most)} is read"
-        )
+        claim = f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}"
+        raise UnreadableError(f"{claim}; up to {_shown(most)} is read")
     if at_once and unpacked > memory_limit():
-        limit = _shown(memory_limit())
-        raise UnreadableError(
-            f'holds {_shown(unpacked)}; up to {limit} is read at once, more with {MEMORY}, such as {MEMORY}="32 GB"'
-        )
+        limit = f"up to {_shown(memory_limit())} is read at once"
+        raise UnreadableError(f'holds {_shown(unpacked)}; {limit}, more with {MEMORY}="32 GB"')
 
 
 def _shown(size: float) -> str:

@@ -1,1 +1,0 @@
-"""Binary files, each read in a separate process."""

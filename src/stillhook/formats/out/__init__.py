@@ -1,1 +1,0 @@
-"""Runs and logs as tables of other programs."""
