@@ -4,7 +4,6 @@ moments end."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -50,28 +49,12 @@ def cubic(coefficients: tuple[float, ...], gamma: float) -> float:
     return sum(c * gamma**i for i, c in enumerate(coefficients))
 
 
-def printed_height(wave: Peaks, norm: Callable[[float], float]) -> float:
-    """Part by which H_m0 misses the height where a printed norm of gamma stands for 1/I; I follows from the density at
-    each peak."""
-    m_0, printed = 0.0, 0.0
-    for peak in wave.peaks:
-        top = float(peak.density(np.array([peak.omega_p]))[0])
-        m_0 += peak.m_0
-        printed += peak.m_0 * norm(peak.gamma) * peak.m_0 * math.exp(-peak.N / 4.0) * peak.gamma / (peak.omega_p * top)
-    return math.sqrt(printed / m_0) - 1.0
-
-
-def torsethaugen_norm(gamma: float) -> float:
-    """DNV-RP-C205."""
-    return 3.26 * (1.0 + 1.1 * math.log(gamma) ** 1.19) / gamma
-
-
 def compute() -> tuple[Blocks, None]:
     waves = [Jonswap(3.0, T_P, gamma) for gamma in GAMMAS]
     of_z = [wave.T_m02 / T_P / cubic(ZERO_CROSSING, wave.gamma) - 1.0 for wave in waves]
     of_m = [wave.T_m01 / T_P / cubic(MEAN, wave.gamma) - 1.0 for wave in waves]
-    printed = [printed_height(wave, lambda gamma: 5.0 * (1.0 - 0.287 * math.log(gamma))) for wave in waves]
-    two_peaks = [printed_height(Torsethaugen(H, T), torsethaugen_norm) for H, T in STEEP]
+    printed = [Jonswap(3.0, T_P, gamma, "printed").H_m0 / 3.0 - 1.0 for gamma in GAMMAS]
+    two_peaks = [Torsethaugen(H, T, "printed").H_m0 / H - 1.0 for H, T in STEEP]
     worst = max(abs(moment_error(wave, n, 5.0)) for wave in waves for n in range(-1, 5))
     plain = waves[0]
     largest = lambda x: f"within {100.0 * max(abs(v) for v in x):.2f} %"

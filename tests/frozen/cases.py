@@ -234,6 +234,7 @@ def tip() -> Any:
             "x=-20 m, y=-18 m, z=30 m",
             "--heading",
             "165 deg",
+            "--exact",
             "--amplitudes",
             "rayleigh",
             "--out",

@@ -128,6 +128,14 @@ def test_the_same_seed_writes_the_same_series_and_another_does_not(answer, beam,
     assert texts[0] == texts[2] != texts[1]
 
 
+@pytest.mark.usefixtures("no_picture")
+def test_exact_rotations_are_told_beside_the_linear_motion(answer, vessel, tmp_path):
+    wave = "jonswap Hs=3 m Tp=9 s gamma=1"
+    series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
+    found = answer(vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
+    assert "off the linear motion" in found["series"]["report"]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_a_case_file_runs_on_the_series_that_was_written(answer, beam, tmp_path):
@@ -266,6 +274,7 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         (("--boom", AT, *WAVES), "is not heel, slew and main boom"),
         (("--boom", f"{AT}, slew 0 deg, main 20 m 50 deg", *WAVES), "--boom: z is missing"),
         (("--boom", f"{AT}, z=5 m, slew 0 deg, main 20 m", *WAVES), "is not a length and an angle"),
+        ((*HEAD_ON, "--exact"), "--exact: is for the series"),
         (
             (*HEAD_ON, "--record", "0"),
             "--record: belongs to a file of measured waves",

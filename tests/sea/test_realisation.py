@@ -14,7 +14,7 @@ from stillhook.sea.motion.text import motion_from_json, motion_to_json, scaled
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.rao import Rao, wavenumber
-from stillhook.sea.vessel.realisation import Realisation, realise, tip_motion, wave_field
+from stillhook.sea.vessel.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact, wave_field
 from stillhook.sea.vessel.tip import tip_response
 
 G = 9.80665
@@ -33,12 +33,6 @@ def raft() -> Rao:
     H[3] = -1j * k * np.sin(beta)[:, None]
     H[4] = 1j * k * np.cos(beta)[:, None]
     return Rao("raft", omega, beta, H)
-
-
-def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1) -> Realisation:
-    """One regular wave with a crest at the reference point at t = 0."""
-    a = np.array([[amplitude + 0j]])
-    return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]))
 
 
 def direct(c: np.ndarray, repeat: float, t: np.ndarray, order: int = 0) -> np.ndarray:
@@ -173,6 +167,31 @@ class TestRealisation:
             tip_response(rao, sea, -15.0, 12.0).moment(0), abs=3.0 * found.std() / math.sqrt(60.0)
         )
 
+    def test_exact_rotations_lower_a_high_tip_and_leave_a_low_one_alone(self):
+        waves = realise(SEA, 600.0, 1)
+        high, low = (tip_motion_exact(waves, raft(), 0.0, 0.0, z) for z in (40.0, 0.0))
+        eta = [waves.spread(c) for c in waves.motion(raft())[3:5]]
+        sinking = 40.0 * sum(np.sum(np.abs(c) ** 2) / 4.0 for c in eta)  # z (roll^2 + pitch^2)/2 on average
+        assert high.amplitudes[0].real == pytest.approx(
+            -sinking, rel=0.02
+        )  # what the next order of the cosine takes off
+        linear = tip_motion(waves, raft(), 0.0, 0.0)
+        t = np.linspace(0.0, 600.0, 5000)
+        np.testing.assert_allclose(low.sample(t)[0], linear.sample(t)[0], atol=1e-6)
+
+    def test_exact_rotations_are_those_of_the_ship_at_every_moment(self):
+        """Against matrices of rotation, roll first and then pitch (bow down positive)."""
+        waves, rao = realise(SEA, 120.0, 2), raft()
+        x, y, z = -20.0, 15.0, 30.0
+        motion = tip_motion_exact(waves, rao, x, y, z)
+        heave, roll, pitch = (
+            np.array([direct(waves.spread(c), 120.0, np.array([31.4]))]).ravel()[0] for c in waves.motion(rao)[2:5]
+        )
+        R_x = np.array([[1, 0, 0], [0, math.cos(roll), -math.sin(roll)], [0, math.sin(roll), math.cos(roll)]])
+        R_y = np.array([[math.cos(pitch), 0, math.sin(pitch)], [0, 1, 0], [-math.sin(pitch), 0, math.cos(pitch)]])
+        height = heave + (R_y @ R_x @ np.array([x, y, z]))[2] - z
+        assert motion.sample(31.4)[0] == pytest.approx(height, abs=1e-6)
+
     @pytest.mark.parametrize(
         ("make", "text"),
         [
@@ -182,6 +201,7 @@ class TestRealisation:
             (lambda: realise(SEA, math.inf), "Give the length of the run"),
             (lambda: realise(SEA, 1e7), "longer than 111 h, the most for this sea"),
             (lambda: realise(SEA, 600.0, depth=0.0), "depth 0 m is not more than 0 m"),
+            (lambda: regular(-1.0, 8.0, 0.0), "regular wave of -1 m"),
         ],
     )
     def test_what_is_no_realisation_is_refused(self, make, text):

@@ -98,6 +98,10 @@ class TestJonswap:
         assert wave.T_m02 / wave.T_p == pytest.approx(zero_crossing, rel=3e-3)
         assert wave.T_m01 / wave.T_p == pytest.approx(mean, rel=3e-3)
 
+    @pytest.mark.parametrize("gamma", [1.0, 2.0, 3.3, 5.0, 7.0])
+    def test_the_printed_norm_misses_the_height_by_less_than_one_per_cent(self, gamma):
+        assert Jonswap(2.0, 10.0, gamma, "printed").H_m0 == pytest.approx(2.0, rel=1e-2)
+
     @pytest.mark.slow
     @settings(max_examples=30)
     @given(heights, periods, gammas)
@@ -149,6 +153,10 @@ class TestTorsethaugen:
         far = 1e7
         tail = float(wave.density(np.array([far]))[0]) * far / 3.0
         assert integral(wave, 0, far) + tail == pytest.approx(wave.moment(0), rel=INTEGRATED)
+
+    @pytest.mark.parametrize(("H_s", "T_p"), [(3.0, 6.0), (3.0, 14.0), (8.0, 12.0)])
+    def test_the_printed_norm_misses_the_height_by_less_than_two_per_cent(self, H_s, T_p):
+        assert Torsethaugen(H_s, T_p, "printed").H_m0 == pytest.approx(H_s, rel=2e-2)
 
     def test_a_fully_developed_sea_has_one_peak(self):
         assert len(Torsethaugen(3.0, 6.6 * 3.0 ** (1.0 / 3.0)).peaks) == 1
@@ -311,6 +319,7 @@ class TestStored:
         [
             "pm Hs=2 m Tp=10 s",
             "jonswap Hs=2 m Tp=9 s gamma=1",
+            "jonswap Hs=2 m Tp=10 s gamma=2 norm=printed",
             "torsethaugen Hs=2 m Tp=10 s",
             "ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1",
             "pm Hs=2 m Tp=10 s + torsethaugen Hs=1 m Tp=8 s",

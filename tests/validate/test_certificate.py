@@ -16,7 +16,7 @@ from tests.validate.staged_certificate import drawn, staged, write
 from stillhook import load_crane
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
-from stillhook.library.certificate import digest_of
+from stillhook.library.certificate import canonical, digest_of
 from stillhook.report.document import Bullets, Table
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
@@ -250,6 +250,28 @@ def test_a_damaged_file_is_refused_in_one_line(campaign, tmp_path, change, text)
     path = tmp_path / "not-passed.json"
     path.write_text(change(certificate_of(staged(campaign, **TOO_MUCH)).text()), encoding="utf-8")
     with pytest.raises(ValidateError, match=text) as problem:
+        load_certificate(path)
+    assert "\n" not in str(problem.value)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("campaign", None),
+        ("twin", []),
+        ("lines", [5]),
+        ("passed", "yes"),
+        ("data", [{"duration": "long"}]),
+        ("crane", {}),
+        ("date", 5),
+    ],
+)
+def test_what_lacks_a_part_is_no_certificate_even_where_its_digest_fits(campaign, tmp_path, place, value):
+    data = {**certificate_of(staged(campaign)).data, place: value}
+    path = tmp_path / "certificate.json"
+    path.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")
+    with pytest.raises(ValidateError, match=rf"certificate\.json: not a complete certificate \({place}") as problem:
         load_certificate(path)
     assert "\n" not in str(problem.value)
 

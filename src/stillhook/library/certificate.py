@@ -23,6 +23,30 @@ LARGEST = 50_000_000
 DIGITS = 10
 """Significant digits of a number in a certificate."""
 _GIVE = "Give the certificate.json that stillhook validate wrote."
+_LOG = {"test": str, "file": str, "sha256": str}
+_CELLS = {"key": str, "title": str, "value": str, "limit": str, "verdict": str}
+_LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _CELLS}
+_DECIDES = {"verdict": str, "key": str, "text": str}
+_ANNEX = (dict, type(None))
+_TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
+_REQUIRED: dict[str, Any] = {
+    "title": str,
+    "date": str,
+    "verdict": str,
+    "outcome": str,
+    "synthetic": bool,
+    "passed": bool,
+    "twin": _TWIN,
+    "campaign": {"file": str, "sha256": str, "logs": [_LOG]},
+    "crane": {"name": str, "title": str, "content": {}, "toml": str},
+    "criteria": {"name": str, "version": str, "digest": str},
+    "lines": [_LINE],
+    "decisive": [_DECIDES],
+    "risks": str,
+    "data": [{"duration": float | int}],
+    "annex": _ANNEX,
+}
+"""Fields read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
 
 
@@ -76,7 +100,34 @@ def read_certificate(path: Path) -> dict[str, Any]:
             f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate"
             " again."
         )
+    missing = _first_missing(data, _REQUIRED)
+    if missing:
+        raise ValidateError(
+            f"{path.name}: not a complete certificate ({missing} is missing or of another kind). Validate again."
+        )
     return data
+
+
+def _first_missing(x: Any, wanted: Any, place: str = "") -> str:
+    """The first place at which data are not of the kind that is wanted; empty where all are."""
+    if isinstance(wanted, dict):
+        if not isinstance(x, dict):
+            return place
+        return next(
+            (
+                missing
+                for k, w in wanted.items()
+                if (missing := _first_missing(x.get(k), w, f"{place}.{k}".lstrip(".")))
+            ),
+            "",
+        )
+    if isinstance(wanted, list):
+        if not isinstance(x, list):
+            return place
+        return next(
+            (missing for i, y in enumerate(x) if (missing := _first_missing(y, wanted[0], f"{place}[{i}]"))), ""
+        )
+    return "" if isinstance(x, wanted) else place
 
 
 def read_certified(path: Path) -> Certified:

@@ -25,7 +25,7 @@ from stillhook.report.plots.sea import tip_figure
 from stillhook.sea.motion.text import motion_to_json
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.realisation import realise, tip_motion, tip_motion_exact
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
@@ -125,15 +125,16 @@ def write_tip(
     summary: dict[str, Any],
     *,
     seed: int,
+    exact: bool = False,
     amplitudes: str = "fixed",
 ) -> dict[str, Any]:
     """Picture, series as exact motion (JSON, which runs read) and as table (CSV), summary, together or not at all.
 
-    amplitudes: as `realise` takes them.
+    exact: with the ship's rotations in full, for which the tip's height is needed. amplitudes: as `realise` takes them.
     Returns the facts of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
     """
     waves = realise(sea, summary["duration"], seed, amplitudes=amplitudes)
-    motion = tip_motion(waves, rao, at.x, at.y)
+    motion = tip_motion(waves, rao, at.x, at.y) if not exact else tip_motion_exact(waves, rao, at.x, at.y, at.z or 0.0)
     t = np.arange(0.0, motion.repeat, CSV_STEP)
     s, v, a = motion.sample(t)
     series = {

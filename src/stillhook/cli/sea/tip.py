@@ -83,6 +83,9 @@ def tip(
     amplitudes: Annotated[
         str, typer.Option(help="Of the series: fixed (the variance of the spectrum in every seed) or rayleigh.")
     ] = "fixed",
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")
+    ] = False,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -99,7 +102,7 @@ def tip(
     if log is not None:
         unused: dict[str, Any] = {"VESSEL": vessel, "--wave": wave, "--heading": heading, "--spread": spread}
         unused["--record"] = record
-        unused |= {"--ship": ship, "--boom": boom, "--seeds": seeds, "--out": out}
+        unused |= {"--ship": ship, "--boom": boom, "--seeds": seeds, "--exact": exact, "--out": out}
         refuse(unused, "belongs to a vessel in waves, and --log holds a motion already. Leave it out.")
         _of_log(log, at, length, json=json)
         return
@@ -108,6 +111,8 @@ def tip(
         raise SeaError(f"{missing}: missing. Give a vessel, --at and --wave, or a log with --log. See --help.")
     point = place(at, boom)
     check_out(out, OUT_FILES)
+    if exact and (point.z is None or out is None):
+        raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
     from stillhook.formats.vessel.open import read_vessel
 
     rao = read_vessel(vessel)
@@ -119,7 +124,7 @@ def tip(
             raise SeaError(f"--heading all: the waves of {wave!r} already have a heading. Leave that out.")
         _all_round(rao, wave, spread, record, point, length, json=json)
         return
-    series = {"seed": seed, "amplitudes": amplitudes}
+    series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
     _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, length, seeds, out, series, json=json)
 
 

@@ -6,8 +6,8 @@ Every one is a sum of peaks of one family, with x = omega/omega_p, B = N/4, sigm
 .. math:: S = \frac{H_s^2}{16\,\omega_p} \frac{1}{I} x^{-N} e^{-B x^{-4}} \gamma^{b(x)}, \quad b = e^{-(x -
 1)^2/(2\sigma^2)}
 
-N is 5 for Pierson-Moskowitz and JONSWAP, 4 for Torsethaugen, 4 lambda + 1 for Ochi-Hubble. I, the exact integral, makes
-H_m0 the height that was requested.
+N is 5 for Pierson-Moskowitz and JONSWAP, 4 for Torsethaugen, 4 lambda + 1 for Ochi-Hubble. I makes H_m0 the height that
+was requested: the exact integral, or what is printed for it ("printed").
 
 Moments: over all frequencies where n < N - 1, so 0 to 3 for JONSWAP (gamma functions for the base, 80-point Gauss rules
 for what gamma adds). The 4th moment of a tail omega^-5 grows with the logarithm of where it ends: it, and every other
@@ -34,6 +34,7 @@ from stillhook.base.arrays import FloatArray, fill
 from stillhook.errors import SeaError
 from stillhook.physics.scalar import G
 from stillhook.sea.spectra.spectrum import WaveSpectrum
+from stillhook.units import quote
 
 CUT = 12.0
 """Where grids end, over the highest peak frequency: above it a JONSWAP spectrum has less than 1e-4 of its variance."""
@@ -47,29 +48,34 @@ REACH = 9.0
 """Widths beyond which what gamma adds is below 1e-17 of the peak."""
 HIGHEST, SHORTEST, LONGEST = 40.0, 1.0, 40.0
 """No sea is higher [m]; wind waves and swell have periods between these [s]. Other units are caught here."""
+PRINTED_NORM = 0.287
+"""JONSWAP's printed norm is 1 - 0.287 ln(gamma). Source: DNV-RP-C205; check against your edition."""
+NORMS = ("exact", "printed")
 
 
 @dataclass(frozen=True)
 class Peak:
-    """One peak: m_0 [m^2], omega_p [rad/s], N exponent of the tail, gamma."""
+    """One peak: m_0 [m^2] by the exact norm, omega_p [rad/s], N exponent of the tail, gamma, scale 1 unless the norm is
+    printed."""
 
     m_0: float
     omega_p: float
     N: float = 5.0
     gamma: float = 1.0
+    scale: float = 1.0
 
     def density(self, omega: FloatArray) -> FloatArray:
         """S [m^2 s/rad], shape of omega [rad/s]."""
         x = np.maximum(np.abs(omega) / self.omega_p, 0.1)  # below 0.1 the density is 0 to the last digit
         shape = _shape(x, self.N) * self.gamma ** _enhancement(x)
-        factor = self.m_0 / (self.omega_p * _integral(0, self.N, self.gamma, math.inf))
+        factor = self.scale * self.m_0 / (self.omega_p * _integral(0, self.N, self.gamma, math.inf))
         return np.where(omega > 0.0, factor * shape, 0.0)
 
     def moment(self, n: int, cut: float) -> float:
         """m_n [m^2 rad^n/s^n] over all omega if it converges, else up to cut [rad/s]."""
         end = math.inf if n < self.N - 1.0 else cut / self.omega_p
         complete = _integral(0, self.N, self.gamma, math.inf)
-        return self.m_0 * math.pow(self.omega_p, n) * _integral(n, self.N, self.gamma, end) / complete
+        return self.scale * self.m_0 * math.pow(self.omega_p, n) * _integral(n, self.N, self.gamma, end) / complete
 
     def grid(self, cut: float) -> FloatArray:
         """Points [rad/s] from LOW omega_p to cut."""
@@ -120,6 +126,11 @@ def _upper_gamma(p: float, z: float) -> float:
     return float(gammaincc(p, z)) * math.gamma(p)
 
 
+def printed_scale(N: float, gamma: float, factor: float) -> float:
+    """Variance that a printed factor, in place of 1/I, leaves over what was requested."""
+    return float(factor * _integral(0, N, gamma, math.inf))
+
+
 class Peaks(WaveSpectrum):
     """A spectrum that is a sum of peaks."""
 
@@ -148,13 +159,15 @@ class Jonswap(Peaks):
     r"""JONSWAP spectrum; Pierson-Moskowitz where gamma is 1.
 
     H_s significant wave height [m]; T_p peak period [s]; gamma peak enhancement 1 to 10, by `gamma_of` if left out;
-    name under which it was requested, "jonswap" or "pm".
+    norm "exact" (H_m0 is H_s) or "printed", which takes 1 - 0.287 ln(gamma) for the integral; name under which it was
+    asked for, "jonswap" or "pm".
     Source: DNV-RP-C205; check against your edition. Errors: SeaError for values outside what a sea can be.
     """
 
     H_s: float
     T_p: float
     gamma: float
+    norm: str
     name: str = field(compare=False)
     kind: ClassVar[str] = "jonswap"
 
@@ -163,6 +176,7 @@ class Jonswap(Peaks):
         H_s: float,
         T_p: float,
         gamma: float | None = None,
+        norm: str = "exact",
         *,
         where: str = "jonswap",
         name: str = "jonswap",
@@ -173,22 +187,30 @@ class Jonswap(Peaks):
             raise SeaError(
                 f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s)."
             )
-        fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), name=name)
+        check_norm(norm, where)
+        fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), norm=norm, name=name)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:
-        return (Peak(self.H_s**2 / 16.0, 2.0 * math.pi / self.T_p, 5.0, self.gamma),)
+        scale = (
+            1.0
+            if self.norm == "exact"
+            else printed_scale(5.0, self.gamma, 5.0 * (1.0 - PRINTED_NORM * math.log(self.gamma)))
+        )
+        return (Peak(self.H_s**2 / 16.0, 2.0 * math.pi / self.T_p, 5.0, self.gamma, scale),)
 
     @property
     def peak_period(self) -> float:
         return self.T_p
 
     def describe(self) -> str:
-        gamma = "" if self.name == "pm" else f" gamma={self.gamma:.6g}"
-        return f"{self.name} Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s{gamma}"
+        printed = " norm=printed" if self.norm == "printed" else ""
+        if self.name == "pm":
+            return f"pm Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s"
+        return f"jonswap Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s gamma={self.gamma:.6g}{printed}"
 
     def to_dict(self) -> dict[str, Any]:
-        return {"type": self.kind, "H_s": self.H_s, "T_p": self.T_p, "gamma": self.gamma}
+        return {"type": self.kind, "H_s": self.H_s, "T_p": self.T_p, "gamma": self.gamma, "norm": self.norm}
 
 
 def pierson_moskowitz(H_s: float, T_p: float, *, where: str = "pm") -> Jonswap:
@@ -264,6 +286,12 @@ def check_height_and_period(H_s: float, T_p: float, where: str) -> None:
         raise SeaError(f"{where}: Tp = {T_p:g} s is not between {SHORTEST:g} s and {LONGEST:g} s. Check its unit.")
 
 
+def check_norm(norm: str, where: str) -> None:
+    """Refuse a norm that is neither exact nor printed. Errors: SeaError."""
+    if norm not in NORMS:
+        raise SeaError(f"{where}: norm = {quote(norm)} is not one of {', '.join(NORMS)}. Leave it out for exact.")
+
+
 COEFFICIENTS: Mapping[str, float] = MappingProxyType(
     {
         "a_f": 6.6,  # s/m^(1/3): T_f = a_f H_s^(1/3)
@@ -277,23 +305,28 @@ COEFFICIENTS: Mapping[str, float] = MappingProxyType(
         "k_g": 35.0,  # gamma = k_g (2 pi H/(g T^2))^g_exp
         "g_exp": 0.857,
         "a_3": 6.0,  # gamma of a swell grows by 1 + a_3 (T_p - T_f)/(a_u - T_f)
+        "G_0": 3.26,  # printed norm
+        "A_1": 1.1,
+        "A_exp": 1.19,
     }
 )
 
 
 @dataclass(frozen=True)
 class Torsethaugen(Peaks):
-    """Torsethaugen spectrum of H_s [m] and T_p [s].
+    """Torsethaugen spectrum of H_s [m] and T_p [s]; norm "exact" or "printed".
 
     Errors: SeaError for values outside what a sea can be, or outside the fit: T_p below 2 sqrt(H_s) or from 25 s on.
     """
 
     H_s: float
     T_p: float
+    norm: str
     kind: ClassVar[str] = "torsethaugen"
 
-    def __init__(self, H_s: float, T_p: float, *, where: str = "torsethaugen") -> None:
+    def __init__(self, H_s: float, T_p: float, norm: str = "exact", *, where: str = "torsethaugen") -> None:
         check_height_and_period(H_s, T_p, where)
+        check_norm(norm, where)
         c = COEFFICIENTS
         steepest = c["a_e"] * math.sqrt(H_s)
         if not steepest <= T_p < c["a_u"] or c["a_f"] * H_s ** (1.0 / 3.0) >= c["a_u"]:
@@ -301,13 +334,14 @@ class Torsethaugen(Peaks):
                 f"{where}: Tp = {T_p:g} s with Hs = {H_s:g} m is outside the fit, {steepest:.4g} s (2 sqrt(Hs)) to"
                 f" {c['a_u']:g} s. Use jonswap or ochi-hubble."
             )
-        fill(self, H_s=H_s, T_p=T_p)
+        fill(self, H_s=H_s, T_p=T_p, norm=norm)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:
         first, second = self._parts()
         parts = (first, second) if second[0] > 0.0 else (first,)
-        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, max(gamma, 1.0)) for H, T, gamma in parts)
+        limited = ((H, T, max(gamma, 1.0)) for H, T, gamma in parts)
+        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, gamma, self._scale(gamma)) for H, T, gamma in limited)
 
     def notes(self) -> tuple[str, ...]:
         gamma = self._parts()[0][2]
@@ -333,15 +367,23 @@ class Torsethaugen(Peaks):
             T_2 = c["a_f"] * (H_s * math.sqrt(1.0 - r**2)) ** (1.0 / 3.0)
         return (r * H_s, T_p, gamma), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
 
+    def _scale(self, gamma: float) -> float:
+        """Variance of a peak over what was requested."""
+        if self.norm == "exact":
+            return 1.0
+        c = COEFFICIENTS
+        return printed_scale(4.0, gamma, c["G_0"] * (1.0 + c["A_1"] * math.log(gamma) ** c["A_exp"]) / gamma)
+
     @property
     def peak_period(self) -> float:
         return self.T_p
 
     def describe(self) -> str:
-        return f"torsethaugen Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s"
+        printed = " norm=printed" if self.norm == "printed" else ""
+        return f"torsethaugen Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s{printed}"
 
     def to_dict(self) -> dict[str, Any]:
-        return {"type": self.kind, "H_s": self.H_s, "T_p": self.T_p}
+        return {"type": self.kind, "H_s": self.H_s, "T_p": self.T_p, "norm": self.norm}
 
 
 LEAST_LAMBDA, LARGEST_LAMBDA = 0.5, 20.0

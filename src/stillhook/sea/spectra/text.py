@@ -25,19 +25,19 @@ from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum, check_sprea
 from stillhook.units import exact, parse, quote
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
-    "jonswap": ("Hs", "Tp", "Tz", "gamma"),
+    "jonswap": ("Hs", "Tp", "Tz", "gamma", "norm"),
     "pm": ("Hs", "Tp", "Tz"),
-    "torsethaugen": ("Hs", "Tp"),
+    "torsethaugen": ("Hs", "Tp", "norm"),
     "ochi-hubble": ("Hs1", "Tp1", "lambda1", "Hs2", "Tp2", "lambda2"),
 }
-"""Spectra that a text can name, and what each takes; gamma may be left out."""
+"""Spectra that a text can name, and what each takes; gamma and norm may be left out."""
 PLACED = ("heading", "spread")
 """What a wave train of a sea may have besides."""
 ALLOWED = (
     'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums'
     ' with " + "'
 )
-_OPTIONAL = ("Tz", "gamma", *PLACED)
+_OPTIONAL = ("Tz", "gamma", "norm", *PLACED)
 _KEY = re.compile(r"(?:^|\s)([A-Za-z_]+[0-9]?)\s*=\s*")
 _GLUED = re.compile(r"\+\s*[A-Za-z]")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -46,7 +46,8 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 def parse_wave(text: str, where: str = "") -> Peaks:
     """The wave spectrum that a text names; sums with spaces round the plus sign.
 
-    - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out)
+    - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out; norm=printed for 1 - 0.287
+    ln(gamma))
     - `pm Hs=1 m Tp=8 s`; both also take T_m02 in place of the peak period: `pm Hs=1 m Tz=5.7 s`
     - `torsethaugen Hs=2 m Tp=8 s`
     - `ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1`
@@ -128,6 +129,7 @@ def _train_text(train: Train) -> str:
         raise SeaError(f"{spectrum.describe()}: has no text. Write JONSWAP, Pierson-Moskowitz and Torsethaugen.")
     values = {"Hs": exact(spectrum.H_s, "length"), "Tp": exact(spectrum.T_p, "time")}
     values |= {"gamma": repr(spectrum.gamma)} if isinstance(spectrum, Jonswap) else {}
+    values |= {} if spectrum.norm == "exact" else {"norm": spectrum.norm}
     values["heading"] = exact(train.beta, "angle")
     values |= {} if train.spread is None else {"spread": repr(float(train.spread))}
     return " ".join([spectrum.kind, *(f"{key}={value}" for key, value in values.items())])
@@ -178,17 +180,18 @@ def _spectrum(where: str, name: str, values: Mapping[str, str]) -> Peaks:
     x = {
         key: parse(text, kinds[key[:2]], f"{where}: {key}") if key[:2] in kinds else _number(text, f"{where}: {key}")
         for key, text in values.items()
-        if key not in PLACED
+        if key not in ("norm", *PLACED)
     }
+    norm = values.get("norm", "exact")
     if "Tz" in x:
         x["Tp"] = peak_period_of(x["Tz"], x["Hs"], 1.0 if name == "pm" else x.get("gamma"))
     match name:
         case "jonswap":
-            return Jonswap(x["Hs"], x["Tp"], x.get("gamma"), where=where)
+            return Jonswap(x["Hs"], x["Tp"], x.get("gamma"), norm, where=where)
         case "pm":
             return pierson_moskowitz(x["Hs"], x["Tp"], where=where)
         case "torsethaugen":
-            return Torsethaugen(x["Hs"], x["Tp"], where=where)
+            return Torsethaugen(x["Hs"], x["Tp"], norm, where=where)
         case _:
             first, second = (Hump(x[f"Hs{i}"], x[f"Tp{i}"], x[f"lambda{i}"], where) for i in (1, 2))
             return OchiHubble((first, second))
@@ -204,13 +207,11 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
     """The spectrum whose `to_dict` gave this. Errors: SeaError for what no spectrum stored."""
     place = "stored waves"
     try:
-        if data.get("norm", "exact") != "exact":  # up to version 0.11
-            raise SeaError(f"{place}: norm {quote(data['norm'])} is no longer read. Simulate again.")
         match data["type"]:
             case "jonswap":
-                return Jonswap(data["H_s"], data["T_p"], data["gamma"], where=place)
+                return Jonswap(data["H_s"], data["T_p"], data["gamma"], data["norm"], where=place)
             case "torsethaugen":
-                return Torsethaugen(data["H_s"], data["T_p"], where=place)
+                return Torsethaugen(data["H_s"], data["T_p"], data["norm"], where=place)
             case "ochi-hubble":
                 first, second = (Hump(h["H_s"], h["T_p"], h["lambda"], place) for h in data["humps"])
                 return OchiHubble((first, second))

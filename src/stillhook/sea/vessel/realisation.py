@@ -24,6 +24,7 @@ from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import COARSE, FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
 from stillhook.sea.vessel.rao import Rao, wavenumber
+from stillhook.sea.vessel.ship_motion import tip_height
 
 SHORTEST_WAVE = 2.0
 """Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves
@@ -31,6 +32,8 @@ SHORTEST_WAVE = 2.0
 of a wind
 sea."""
 FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in steps no coarser than this
+NEGLIGIBLE = 1e-12
+"""Part of the variance of the acceleration in the highest harmonics that exact rotations make and that is left away."""
 MOST_HARMONICS = 200_000
 REMEMBERED = 3000
 """Harmonics up to which draws and transfer functions are remembered for other heights and seeds: some 2 MB each in a
@@ -94,6 +97,10 @@ class Realisation:
         total: ComplexArray = np.sum(self.a * np.exp(-1j * lag), axis=0)
         return total
 
+    def motion(self, rao: Rao) -> ComplexArray:
+        """Complex amplitudes of surge, sway, heave [m], roll, pitch, yaw [rad], (6, n)."""
+        return np.asarray(np.sum(rao.at(self.omega, self.beta) * self.a, axis=1))
+
     def spread(self, c: ComplexArray) -> ComplexArray:
         """Amplitudes of these harmonics among all of them, from the mean (0) on."""
         bins = np.zeros(int(self.harmonic[-1]) + 1, dtype=np.complex128)
@@ -144,6 +151,24 @@ def realise(
     return Realisation(repeat, harmonic, np.array(beta), np.array(a), variance_of, depth, sea.describe(), report)
 
 
+def regular(
+    amplitude: float, period: float, beta: float, *, cycles: int = 1, phase: float = 0.0, depth: float = math.inf
+) -> Realisation:
+    """One regular wave of amplitude [m], period [s] and direction of travel [rad], with a crest at the reference point
+    at t = 0 for phase 0 [rad]; it repeats (and is known) over `cycles` periods. Errors: SeaError for a wave that cannot
+    be."""
+    if not (0.0 < amplitude <= 50.0 and 0.1 <= period <= 3600.0 and cycles >= 1):
+        raise SeaError(
+            f"regular wave of {amplitude:g} m, {period:g} s, {cycles} cycles: give 0 to 50 m, 0.1 to 3600 s, 1 cycle or"
+            " more."
+        )
+    a = np.array([[amplitude * np.exp(1j * phase)]])
+    source = f"regular wave {amplitude:.6g} m {period:.6g} s"
+    return Realisation(
+        cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]), depth, source
+    )
+
+
 def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float = FINE) -> IrregularTip:
     """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these
     waves (linear).
@@ -161,6 +186,31 @@ def _vertical(rao: Rao, repeat: float, harmonic: bytes, beta: bytes, x: float, y
     """`Rao.vertical` at the waves of a realisation, the same for every seed of a sea."""
     omega = 2.0 * math.pi / repeat * np.frombuffer(harmonic, dtype=np.int64)
     return rao.vertical(omega, np.frombuffer(beta), x, y)
+
+
+def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float) -> IrregularTip:
+    """As `tip_motion`, with the rotations of the ship in full: height of the point (x, y, z) [m] from the reference
+    point, z up.
+
+    Heave, roll and pitch are those of the linear theory; the sine and cosine of the angles sink the mean with the
+    height of the tip by about z (roll^2 + pitch^2)/2, and add motion at twice the wave frequency. The report says how
+    far it is from the linear motion.
+    """
+    n = 8 * (int(waves.harmonic[-1]) + 1)  # room for three waves together and one more
+    heave, roll, pitch = (synthesis(waves.spread(c), n) for c in waves.motion(rao)[2:5])
+    height = tip_height(heave, roll, -pitch, x, y, z)
+    c = np.fft.rfft(height)[: n // 2] * (2.0 / n)
+    c[0] = c[0].real / 2.0
+    beyond = np.cumsum((np.abs(c) ** 2 * np.arange(n // 2) ** 4.0)[::-1])[
+        ::-1
+    ]  # acceleration of each harmonic and all above it
+    c = c[: int(np.searchsorted(-beyond, -NEGLIGIBLE * beyond[1]))]
+    off = height - (heave + y * roll - x * pitch)
+    report = (
+        f"{rao.name} at x {x:g} m, y {y:g} m, z {z:g} m, exact rotations: mean {1e3 * off.mean():.3g} mm, "
+        f"up to {1e3 * np.abs(off).max():.3g} mm off the linear motion. {waves.report}"
+    )
+    return IrregularTip(c, waves.repeat, source=waves.source, report=report)
 
 
 def _cached(function: Any, n: int) -> Any:
