@@ -245,17 +245,11 @@ def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     return {a: phases for a, phases in phases_of.items() if phases}
 
 
-@dataclass(frozen=True, eq=False)
-class Inside:
-    """covered (n,): whether the certificate covers each sea; why: what stands against it, a reason each with the seas
-    that it is of."""
-
-    covered: NDArray[np.bool_] = field(repr=False)
-    reasons: tuple[str, ...] = ()
-
-
-def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Inside:
-    """Where the compensation that the twin computes may be credited in full.
+def inside(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """In which seas (n,) the compensation that the twin computes may be credited in full; what stands against it, a
+    reason each with the seas that it is of.
 
     Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin
     where the crane's certificate holds, is of a crane and not synthetic, and its envelope covers load, wire, motion and
@@ -264,17 +258,14 @@ def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -
     """
     everywhere = np.ones(len(seas), dtype=bool)
     if not (phase.compensated and alternative.twin):
-        return Inside(everywhere)
+        return everywhere, ()
     against = _against(plan, alternative)
     if against:
-        return Inside(~everywhere, against)
-    reasons: list[tuple[str, ...]] = []
-    for i, conditions in enumerate(_conditions(plan, phase, alternative, seas)):
-        assert plan.crane.certified is not None
-        outside = plan.crane.certified.outside(conditions)
-        everywhere[i] = not outside
-        reasons.append(outside)
-    return Inside(everywhere, _counted(reasons))
+        return ~everywhere, against
+    assert plan.crane.certified is not None
+    reasons = [plan.crane.certified.outside(each) for each in _conditions(plan, phase, alternative, seas)]
+    everywhere[:] = [not outside for outside in reasons]
+    return everywhere, _counted(reasons)
 
 
 def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -352,9 +343,8 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
         for k, phase in enumerate(plan.phases):
             if alternative.twin and phase.compensated:
                 needs[i, k] = True
-                coverage = inside(plan, phase, alternative, seas)
-                covers[i, k, heading, period, height] = coverage.covered
-                reasons.setdefault(alternative, []).extend(coverage.reasons)
+                covers[i, k, heading, period, height], against = inside(plan, phase, alternative, seas)
+                reasons.setdefault(alternative, []).extend(against)
     return Certified(
         covers, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in reasons.items()}, needs
     )

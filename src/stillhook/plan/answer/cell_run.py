@@ -114,16 +114,16 @@ def governing_run(
     goal = ask.Hs if ask.Hs is not None else min(of.Hs, top)
     heights = [goal] if ask.Hs is not None or goal <= 0.0 else _ladder(goal, top)
     cell = CellRequest(of.phase.name, winch_of(of.phase, of.by), SeaState(goal, ask.Tp, ask.beta), MOST)
-    result: list[_Found] = []
+    result: list[_Run] = []
     for Hs in heights:
         numbers, runs = cells.stored(_at(plan, cell, Hs, MOST))
-        result += [_Found(Hs, k, runs, i) for i, k in enumerate(numbers)]
+        result += [_Run(Hs, k, runs, i) for i, k in enumerate(numbers)]
     made = not result
     if made:
         request = _at(plan, cell, heights[0], Search().seeds)
         cells.request([request], progress)
         of_cell = cells.runs[request.cell]
-        result = [_Found(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
+        result = [_Run(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
     nearest = min((each.Hs for each in result), key=lambda Hs: _off(Hs, goal))
     one_by_one = crosses(of.phase) and plan.environment.swell is None and ask.Hs is None
     about = [each for each in result if _off(each.Hs, nearest) <= (0.5 * BIN if one_by_one else 0.0)]
@@ -155,7 +155,7 @@ def governing_run(
     )
 
 
-class _Found(NamedTuple):
+class _Run(NamedTuple):
     """A run: height of its sea [m], number in that sea, runs of its cell and its place among them."""
 
     Hs: float
@@ -181,9 +181,8 @@ def _ladder(goal: float, top: float) -> list[float]:
     return sorted(near | {min(snapped(goal), top)}, key=lambda Hs: (_off(Hs, goal), Hs))
 
 
-def _used(measure: Measure, rule: Limited, run: _Found, still: float) -> float:
-    """How much a run uses of what a rule leaves to the waves [-]; still: the quantity in still water [SI], NaN where it
-    is none."""
+def _used(measure: Measure, rule: Limited, run: _Run, still: float) -> float:
+    """How much a run uses of what a rule leaves to the waves [-]; still: its quantity in still water, or NaN [SI]."""
     x, x_limit = measure.values(run.runs)[run.place], x_limit_of(measure, float(rule.at(np.array([run.Hs]))[0]))
     x_still = measure.to_x(still) if math.isfinite(still) else 0.0
     return float((x - x_still) / (x_limit - x_still)) if x_limit > x_still else math.inf if x > x_limit else 0.0

@@ -94,8 +94,7 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
 
 
 def _by_tier(of: Chosen) -> FloatArray:
-    """Limits that count, each at the place of its tier (tier, alternative, phase, rule, heading, period); NaN
-    elsewhere."""
+    """Limits that count, each in its tier's place (tier, alternative, phase, rule, heading, period); NaN elsewhere."""
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * of.Hs.ndim))
     return np.asarray(np.where(of.tier[None] == rank, of.Hs[None], np.nan))
 

@@ -76,7 +76,7 @@ AtTip = Mapping[tuple[float, float], Forcing]
 
 def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
     """What the seas of a table do at the crane tip in these phases."""
-    return {(x, y): forcing_at(plan, seas, x, y) for x, y in sorted({(s.x, s.y) for _, parts in phases for s in parts})}
+    return {(s.x, s.y): forcing_at(plan, seas, s.x, s.y) for _, parts in phases for s in parts}
 
 
 @remembered

@@ -174,8 +174,7 @@ class Workability:
         return some, start
 
     def _limits(self, op_wf: FloatArray) -> FloatArray:
-        """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf where nothing is
-        workable."""
+        """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf: nothing is workable."""
         table = limit_table(self.plan, self.axes, op_wf)
         limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
         return np.where(limit > 0.0, limit, -np.inf)

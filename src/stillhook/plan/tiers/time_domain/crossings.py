@@ -38,15 +38,14 @@ BIN = 0.1
 WIDEST = 0.4
 """Half of the 95 % interval of a limit, in ln of the height, beyond which it has no two ends: the runs say how far the
 column is inside, and no more."""
-OVER_SEABED = (PhaseKind.STAND_OFF, PhaseKind.LANDING)
-"""Phases whose limits are tolerances of the payload's motion."""
 SEEDS_OF_SEA = 500
 """Linear seeds of a column that a limit is read from."""
 
 
 def crosses(phase: Phase) -> bool:
-    """Whether the limits of a phase are looked for by crossings: those over the seabed."""
-    return phase.kind in OVER_SEABED
+    """Whether the limits of a phase are looked for by crossings: over the seabed, where they are tolerances of the
+    payload's motion."""
+    return phase.kind in (PhaseKind.STAND_OFF, PhaseKind.LANDING)
 
 
 class Feature(NamedTuple):
