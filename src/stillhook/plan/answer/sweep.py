@@ -33,7 +33,7 @@ from stillhook.plan.table import APART, TOLERATED, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
-from stillhook.plan.tiers.time_domain.lowering import THROUGH, winch_of
+from stillhook.plan.tiers.time_domain.lowering import THROUGH, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, snapped
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
@@ -262,13 +262,11 @@ class Ladder:
         """All runs requested together, so that blocks of lanes are full."""
         plan = variant.plan
         result = cls(variant, rungs, Work(plan, Search(), Cells(plan, execution), None))
-        seeds = {a: SEEDS if a.twin else OF_NO_TWIN for a in plan.alternatives}
+        calm = plan.environment.calm
         asks = [
-            CellRequest(
-                phase.name, winch_of(phase, a), SeaState(h, *variant.column), 1 if plan.environment.calm(h) else n
-            )
+            CellRequest(phase.name, winch_of(phase, a), SeaState(h, *variant.column), 1 if calm(h) else n)
             for phase in plan.phases
-            for a, n in seeds.items()
+            for a, n in ((a, SEEDS if a.twin else OF_NO_TWIN) for a in plan.alternatives)
             for h in (0.0, *map(float, rungs))
         ]
         result.work.cells.request(merged(asks), progress)
