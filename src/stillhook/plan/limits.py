@@ -174,8 +174,7 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
 
 def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
-    swell."""
+    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none beside a swell."""
     plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None

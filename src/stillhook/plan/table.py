@@ -212,8 +212,7 @@ class Governed:
 
 
 def governed(of: Chosen) -> Governed:
-    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and
-    rule."""
+    """The least limit over phases and rules in every cell, and what it is by: of equal ones the first."""
     n_a, n_p, n_r, n_b, n_T = of.Hs.shape
     flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
     least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
@@ -236,8 +235,7 @@ def counting(of: Chosen) -> NDArray[np.str_]:
 
 
 def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
-    """Phases that no tier determines in some cell, by alternative; alternatives without such phases are left
-    out."""
+    """Phases that no tier determines in some cell, by alternative, of those that have such phases."""
     silent = np.asarray((of.tier < 0).all(axis=2))
     phases_of = {}
     for i, alternative in enumerate(of.axes.alternatives):

@@ -140,7 +140,7 @@ def _lift(result: PlanResult, out: Path) -> None:
 def _other_tolerances(result: PlanResult) -> list[str]:
     """From which tolerance on a better controller pays, of the lift as planned in each period; none where that was not
     computed."""
-    from stillhook.plan.report.sweep import answers
+    from stillhook.plan.report.detail import answers
 
     lines = [line for line in answers(result["sweep"]) if "(as planned)" in line] if "sweep" in result else []
     return ["All of it depends on the tolerance, which is assumed:", *(f"{line}." for line in lines)] if lines else []

@@ -18,12 +18,11 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
 from stillhook.formats.lift_file import load_lift
 from stillhook.formats.lift_writer import FILES, LIFT, Run, write_lift
-from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
 from stillhook.plan.definition.capacities import calm as calm_of
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited, Tier
 from stillhook.plan.limits import limited
-from stillhook.plan.result import CREDITS, PlanResult, ran
+from stillhook.plan.result import CREDITS, PLAN_FILES, PlanResult, load_plan_result, ran
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, run_numbers
 from stillhook.plan.tiers.time_domain.crossings import BIN, crosses
 from stillhook.plan.tiers.time_domain.curves import x_limit_of

@@ -27,8 +27,7 @@ CELL = ("credit", "alternative", "heading", "period")
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """Limits of a plan as they were found: by the model and as credited; seeds (alternative, phase, heading, period);
-    certified."""
+    """Limits of a plan by the model and as credited; seeds (alternative, phase, heading, period); certified."""
 
     axes: Axes
     limits: Gathered = field(repr=False)
@@ -159,8 +158,7 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
 
 
 def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
-    """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells,
-    and its weather."""
+    """Of each alternative its limits as modelled and as credited, what governs most cells, and its weather."""
     axes, out = of.axes, {}
     for alternative in of.compared:
         i, row = axes.alternatives.index(alternative), dict[str, Any]()

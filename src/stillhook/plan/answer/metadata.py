@@ -54,8 +54,7 @@ class RunInputs:
 
 
 def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
-    """The complete request. The digest covers all inputs of the answer: plan, weather, table of forecast factors,
-    tiers."""
+    """The complete request; its digest covers plan, weather, table of forecast factors and tiers."""
     env = plan.environment
     return {
         "name": plan.name,
@@ -288,8 +287,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 def remarks(
     plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, tier: Tier = Tier.TIME
 ) -> list[Remark]:
-    """Remarks on the result; tier: the highest that was run, of which none but runs of the twin compares its
-    controllers."""
+    """Remarks on the result; tier: the highest that was run (runs of the twin alone compare its controllers)."""
     env, twins = plan.environment, [a.value for a in of.axes.alternatives if a.twin]
     lines: list[Remark] = []
     if not any(phase.compensated for phase in plan.phases) and Alternative.PHC not in of.axes.alternatives:

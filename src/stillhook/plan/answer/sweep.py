@@ -341,8 +341,7 @@ class Pays(NamedTuple):
 
 
 def pays_at(block: xarray.Dataset, variant: int) -> list[Pays]:
-    """The best new against the best classic controller at every tolerance of a variant, rising; none where the plan has
-    not both."""
+    """The best new against the best classic controller at every tolerance of a variant; none without both."""
     labels = [str(name) for name in block["alternative"].values]
     new = [labels.index(a.value) for a in NEW if a.value in labels]
     classic = [i for i, name in enumerate(labels) if name in list(Alternative) and Alternative(name).classic]

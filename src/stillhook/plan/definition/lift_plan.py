@@ -192,8 +192,7 @@ class Environment(Record):
         return np.hypot(Hs, 0.0 if self.swell is None else self.swell.Hs)
 
     def table(self) -> Seas:
-        """Every cell: heading by heading, period by period, rising height; from the swell alone (Hs 0) where there is
-        one."""
+        """Every cell by heading, period and rising height; from the swell alone (Hs 0) where there is one."""
         axes = (np.array(self.headings), np.array(self.Tp), np.array(self.heights))
         beta, Tp, Hs = np.meshgrid(*axes, indexing="ij")
         return Seas(Hs.ravel(), Tp.ravel(), beta.ravel())

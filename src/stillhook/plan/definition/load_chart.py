@@ -128,8 +128,7 @@ class CraneChart:
         return math.hypot(tip.x - self.pedestal[0], tip.y - self.pedestal[1])
 
     def direction_of(self, tip: TipPoint) -> float | None:
-        """Direction in which the boom points, counter-clockwise from the bow [rad]; None where only its radius is
-        known."""
+        """Where the boom points, counter-clockwise from the bow [rad]; None where only its radius is known."""
         if self.pedestal is None:
             return None
         return math.atan2(tip.y - self.pedestal[1], tip.x - self.pedestal[0])
@@ -153,8 +152,7 @@ class CraneChart:
         return {"off_lead": self.trim * c + self.heel * s, "side_lead": self.trim * s + self.heel * c}
 
     def judges_leads(self, phase: Phase) -> bool:
-        """Whether side-lead and off-lead of a phase can be determined: in air, where the direction of the boom is
-        known."""
+        """Whether leads of a phase can be determined: in air, where the direction of the boom is known."""
         return self.pedestal is not None and phase.kind in IN_AIR
 
     def notes(self, phases: Sequence[Phase]) -> tuple[str, ...]:

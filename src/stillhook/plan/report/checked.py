@@ -126,8 +126,7 @@ def _beyond(answer: dict[str, Any]) -> list[str]:
 
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
-    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come
-    before any run."""
+    """How many records, from when to when, what they know; errors of the file come before any run."""
     weather = weather_used(use)
     first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
     return {

@@ -111,8 +111,7 @@ def _ways(plan: LiftPlan, *of: Any, **how: Any) -> Mapping[Alternative, Way]:
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
-    """Whether a controller has any steady speed at the load and layers of a phase; the twin does not run one that
-    has none."""
+    """Whether a controller has a steady speed at the load and layers of a phase, without which the twin is not run."""
     top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
     return top is None or top.value > 0.0
 

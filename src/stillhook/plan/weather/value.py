@@ -62,8 +62,7 @@ class Forecast:
 
     @property
     def case_by_case(self) -> BoolArray:
-        """Cells (credit, alternative, heading, period) whose limit is below the lowest height of the table, which
-        leaves their factor open."""
+        """Cells (credit, alternative, heading, period) below the lowest height of the table: their factor is open."""
         return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
 
 

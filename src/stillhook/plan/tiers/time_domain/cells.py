@@ -200,8 +200,7 @@ class Cells:
     def _filled(
         self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest]
     ) -> dict[tuple[str, Winch, SeaState], CellRequest]:
-        """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they
-        cost nothing."""
+        """The same cells with more seeds where blocks of runs side by side had empty places: they cost nothing."""
         in_waves = [(self._course_of(request), cell) for cell, request in missing.items() if request.spot.Hs > 0.0]
         groups = grouped(
             ((course.duration, len(course.programme), course.z_top > -REACH), cell) for course, cell in in_waves

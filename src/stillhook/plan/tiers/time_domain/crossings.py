@@ -66,8 +66,7 @@ CANDIDATES = (*(Feature(name, power) for power in (1.0, 0.5) for name in NAMES),
 
 @dataclass(frozen=True, eq=False)
 class ColumnFeatures:
-    """Features of a column: of every run, cell by cell in the order of its heights, and of many seeds for each metre of
-    height."""
+    """Features of a column: of every run, cell by cell by height, and of many seeds for each metre of height."""
 
     cells: tuple[Features, ...] = field(repr=False)
     many: Features = field(repr=False)

@@ -90,8 +90,7 @@ class Course:
 
 
 def winch_of(phase: Phase, alternative: Alternative) -> Winch:
-    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same
-    run."""
+    """How an alternative runs the winch in a phase: one and the same run where nothing follows the tip."""
     if alternative is Alternative.PHC:
         return Winch(below=alternative)
     if not phase.compensated or alternative is Alternative.NONE:
