@@ -6,13 +6,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.rules import Limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, seed_of
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Alternative, Limited
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Runs, seed_of
 from stillhook.plan.tiers.time_domain.crossings import (
     SEEDS_OF_SEA,
     ColumnFeatures,
@@ -25,11 +26,7 @@ from stillhook.plan.tiers.time_domain.crossings import (
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, used_of
 from stillhook.plan.tiers.time_domain.lowering import SeaState
-from stillhook.plan.tiers.time_domain.placing import GOVERNING_MARGIN, HOPELESS, LimitSearch
-
-if TYPE_CHECKING:
-    from stillhook.plan.tiers.time_domain.search import Work
-
+from stillhook.plan.tiers.time_domain.placing import GOVERNING_MARGIN, HOPELESS, Column, LimitSearch, Search
 
 FIRST_RUNS, MANY_RUNS = 8, 60
 """Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
@@ -38,10 +35,25 @@ ABOUT, LOWEST_ABOUT = 1.3, 0.05
 changes little with the height."""
 
 
+class Searched(Protocol):
+    """What is searched: a plan's lines with their runs (`stillhook.plan.tiers.time_domain.search.Work`)."""
+
+    plan: LiftPlan
+    search: Search
+    cells: Cells
+
+    def runs(self, line: LimitSearch, Hs: float) -> Runs: ...
+    def cells_of(self, line: LimitSearch, *, bins: bool = False) -> tuple[tuple[float, Runs], ...]: ...
+    def runs_of(self, line: LimitSearch, quantity: str, about: float, *, bins: bool = False) -> ColumnRuns: ...
+    def bands(self, rule: Limited) -> list[tuple[float, float]]: ...
+    def least(self, alternative: Alternative, column: Column) -> float: ...
+    def width(self, column: Column, limit: float) -> float: ...
+
+
 class CrossingSearch:
     """Runs one by one about a limit, for a search over all lines; features that it has drawn."""
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: Searched) -> None:
         self.work = work
         self.known: dict[Any, Any] = {}
         self.of_column: dict[Any, tuple[Any, ColumnFeatures]] = {}
