@@ -212,6 +212,7 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -
     return capacity.times(rule.factor)
 
 
-def by_height(each: Limited) -> dict[str, Any]:
-    """Steps of a limit that depends on the wave height, for JSON."""
-    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}
+def as_row(each: Limited) -> dict[str, Any]:
+    """A limit for JSON, with its steps where it depends on the wave height."""
+    row: dict[str, Any] = {"rule": each.rule.key, "limit": each.limit, "basis": each.basis}
+    return row | ({"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {})

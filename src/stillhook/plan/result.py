@@ -171,6 +171,11 @@ def for_print(result: PlanResult) -> PlanResult:
     return PlanResult(result.data.sel(alternative=others), facts, blocks)
 
 
+def picked(record: object, *names: str) -> dict[str, Any]:
+    """Some fields of a record by name, for JSON."""
+    return {name: getattr(record, name) for name in names}
+
+
 def cause(code: str, **values: Any) -> Cause:
     """A cause as plain data for JSON."""
     return {"cause": code, **values}

@@ -135,25 +135,19 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
             verdict = (
                 "no result" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
             )
-            rows.append(
-                {
-                    "credit": credit,
-                    "alternative": axes.alternatives[i[0]].value,
-                    "beta": axes.headings[i[1]],
-                    "T_p": axes.periods[i[2]],
-                    "Hs_limit": Hs,
-                    "Hs_limit_low": float(g.low[i]),
-                    "Hs_limit_high": float(g.high[i]),
-                    "verdict": verdict,
-                    "alpha": float(forecast.alpha[(c, *i)]),
-                    "op_wf": float(forecast.op_wf[(c, *i)]),
-                    "case_by_case": bool(forecast.case_by_case[(c, *i)]),
-                    "op_wf_in_weather": float(forecast.used[(c, *i)]),
-                    "governing_phase": axes.phases[g.phase[i]] if governs else "",
-                    "governing_rule": axes.rules[g.rule[i]] if governs else "",
-                    "governing_tier": TIERS[g.tier[i]].value if governs else "",
-                }
-            )
+            where = {
+                "alternative": axes.alternatives[i[0]].value,
+                "beta": axes.headings[i[1]],
+                "T_p": axes.periods[i[2]],
+            }
+            limit = {"Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i])}
+            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf, "op_wf_in_weather": forecast.used}
+            of_forecast = {name: float(table[(c, *i)]) for name, table in factors.items()}
+            of_forecast["case_by_case"] = bool(forecast.case_by_case[(c, *i)])
+            by = {"phase": axes.phases[g.phase[i]], "rule": axes.rules[g.rule[i]], "tier": TIERS[g.tier[i]].value}
+            governing = {f"governing_{name}": text if governs else "" for name, text in by.items()}
+            who = {"credit": credit, "alternative": axes.alternatives[i[0]].value, "verdict": verdict}
+            rows.append(who | where | limit | of_forecast | governing)
     return rows
 
 

@@ -448,15 +448,10 @@ def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str],
 
 def described(phase: Phase) -> dict[str, Any]:
     """A phase as plain data."""
-    return {
-        "name": phase.name,
-        "kind": "" if phase.kind is None else phase.kind.value,
+    names = ("name", "start_depth", "depth", "speed", "duration", "held", "compensated")
+    kind = "" if phase.kind is None else phase.kind.value
+    return {name: getattr(phase, name) for name in names} | {
+        "kind": kind,
         "mode": phase.mode.value,
-        "start_depth": phase.start_depth,
-        "depth": phase.depth,
-        "speed": phase.speed,
-        "duration": phase.duration,
-        "held": phase.held,
-        "compensated": phase.compensated,
         "limits": dict(phase.limits),
     }

@@ -157,19 +157,13 @@ class _Stacked:
         place = np.repeat(np.arange(len(columns)), [len(of) for of, _ in rows])
         limits = np.array([[x_limit_of(column.measure, limit) for _, limit in bands] for column in columns])
         x_limit = limits[place, bands_at(bands, Hs)]
-        ln_f = {
-            name: np.log(
-                np.concatenate(
-                    [
-                        cell[name]
-                        for column, each in zip(columns, features, strict=True)
-                        for (H, _), cell in zip(column.cells, each.cells, strict=True)
-                        if H > 0.0
-                    ]
-                )
-            )
-            for name in features[0].many
-        }
+        of_waves = [
+            cell
+            for column, each in zip(columns, features, strict=True)
+            for (H, _), cell in zip(column.cells, each.cells, strict=True)
+            if H > 0.0
+        ]
+        ln_f = {name: np.log(np.concatenate([cell[name] for cell in of_waves])) for name in features[0].many}
         waves = Hs > 0.0
         return cls(place[waves], np.log(Hs[waves]), (x > x_limit * (1.0 + ROUNDING))[waves], ln_f)
 
@@ -344,19 +338,14 @@ class Place:
         speed, motion = series(1j * omega * tip), series(tip)
         r = omega * self.T_0 / (2.0 * math.pi)
         load = series(tip / (1.0 - r**2 + 2j * DAMPING * r))
-        return dict(
-            zip(
-                NAMES,
-                (
-                    np.abs(speed).max(axis=1),
-                    (-speed).max(axis=1),
-                    _span(motion, dt),
-                    np.abs(series(-(omega**2) * tip)).max(axis=1),
-                    _span(load, dt),
-                ),
-                strict=True,
-            )
+        values = (
+            np.abs(speed).max(axis=1),
+            (-speed).max(axis=1),
+            _span(motion, dt),
+            np.abs(series(-(omega**2) * tip)).max(axis=1),
+            _span(load, dt),
         )
+        return dict(zip(NAMES, values, strict=True))
 
 
 def _span(x: FloatArray, dt: float) -> FloatArray:
