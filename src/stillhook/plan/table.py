@@ -43,13 +43,8 @@ class Axes:
     def of(cls, plan: LiftPlan) -> Axes:
         """Those of a plan, headings and periods rising."""
         env, rules = plan.environment, tuple(rule.key for rule in plan.rules.rules)
-        return cls(
-            tuple(sorted(env.headings)),
-            tuple(sorted(env.Tp)),
-            plan.alternatives,
-            tuple(p.name for p in plan.phases),
-            rules,
-        )
+        phases = tuple(phase.name for phase in plan.phases)
+        return cls(tuple(sorted(env.headings)), tuple(sorted(env.Tp)), plan.alternatives, phases, rules)
 
     @property
     def columns(self) -> tuple[int, int]:

@@ -263,13 +263,8 @@ def wanted(text: str, plan: LiftPlan) -> Wanted:
     Hs = None if values.get("hs") is None else parse(values["hs"], "length", "--cell: Hs")
     if Hs is not None and not 0.0 <= Hs <= max(env.Hs):
         raise PlanError(f"--cell: Hs {show(Hs, 'length')}: the table goes from 0 m to {show(max(env.Hs), 'length')}.")
-    return Wanted(
-        Tp,
-        beta,
-        Hs,
-        None if alternative is None else Alternative(alternative),
-        None if phase is None else plan.phase(phase),
-    )
+    named = None if alternative is None else Alternative(alternative)
+    return Wanted(Tp, beta, Hs, named, None if phase is None else plan.phase(phase))
 
 
 def _of_table(value: float, axis: Sequence[float], name: str, kind: str) -> float:

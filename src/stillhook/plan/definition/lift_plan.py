@@ -284,17 +284,10 @@ class LiftPlan:
         stand = (Phase(mode=WinchMode.MANUAL, time="60 s"),)
         lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "start_depth": 0.0 - z}
         fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
-        fields |= {
-            "name": self.name,
-            "payload": self.payload,
-            "rigging": self.rigging,
-            "compensator": self.compensator if self.linked else None,
-            "wire": self.wire,
-            "winch": self.winch,
-            "controller": self.crane.plant.type.default_mode,
-        }
-        fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
-        return Lowering(**fields)
+        fields |= {key: getattr(self, key) for key in ("name", "payload", "rigging", "wire", "winch", "sensors")}
+        fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3"}
+        compensator = self.compensator if self.linked else None
+        return Lowering(**fields, compensator=compensator, controller=self.crane.plant.type.default_mode)
 
 
 def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:

@@ -227,13 +227,9 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "first": str(first),
         "last": str(last),
         "step": weather.step,
-        "window": forecast.T_R,
         "T_R": forecast.T_R,
-        "T_POP": plan.T_POP,
-        "alpha_table": forecast.table.source,
         "limit": _limit_words(plan, seas),
         "case_by_case": _case_by_case(forecast),
-        "free": int(ship is None),
         "ship": math.nan if ship is None else ship,
         **outside(plan, seas),
     }
