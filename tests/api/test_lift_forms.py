@@ -12,8 +12,8 @@ from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.formats.lift.forms import changed, changes, converted, negative
 from stillhook.formats.lift_file import lifts, load_lift
-from stillhook.plan.answer.saved import _in_depths
 from stillhook.plan.file import plans
+from stillhook.plan.result import _in_depths
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.lift.stored import lowerings_text, stored_lowerings
 

@@ -218,7 +218,7 @@ def test_a_heavy_payload_uses_more_of_the_accumulator_and_less_motion_fits(plan)
 def test_without_a_certificate_no_sea_is_covered_and_the_reason_is_told(plan):
     deep, splash = of_kind(plan, PhaseKind.DEEP), of_kind(plan, PhaseKind.SPLASH)
     found = inside(plan, deep, Alternative.SSC, SEAS)
-    assert not found.covered.any()
-    assert "no certificate" in found.reasons[0]
+    assert not found[0].any()
+    assert "no certificate" in found[1][0]
     for phase, alternative in ((splash, Alternative.SSC), (deep, Alternative.CAP), (deep, Alternative.NONE)):
-        assert inside(plan, phase, alternative, SEAS).covered.all()
+        assert inside(plan, phase, alternative, SEAS)[0].all()

@@ -43,17 +43,26 @@ def test_a_limit_is_exact_where_the_demand_grows_with_the_height_and_its_square(
     assert calm + slope * found + bend * found**2 == pytest.approx(goal, rel=1e-6)
 
 
-def test_a_limit_below_the_lowest_sea_is_read_from_the_calm():
-    assert limit(2.0 * H, limit=0.5, calm={"e_c_pp": 0.0}) == pytest.approx(0.25, rel=EXACT)
-    assert limit(np.r_[0.0, 2.0 * H], np.r_[0.0, H], limit=0.5) == pytest.approx(0.25, rel=EXACT)
+CALM = {"e_c_pp": 0.0}
+N = np.nan
+HEIGHTS = {
+    "below the lowest sea it is read from the calm": (2.0 * H, {"limit": 0.5, "calm": CALM}, 0.25),
+    "a lowest sea beyond without a calm leaves none": (2.0 * H, {"limit": 0.5}, 0.0),
+    "a calm beyond leaves none": (3.0 + H, {"limit": 1.0, "calm": {"e_c_pp": 3.0}}, 0.0),
+    "a demand at its limit is inside": (np.ones(5), {}, math.inf),
+    "at its limit in one sea": ([0.2, 1.0, 3.0, 4.0, 5.0], {}, 1.0),
+    "not known above one that is: beyond": ([0.2, 0.3, N, N, N], {}, 1.0),
+    "not known in between is not read from neighbours": ([N, 0.5, N, 1.25, 2.0], {}, 1.0),
+    "not known before it falls": ([0.1, 0.5, N, N, 0.8], {}, 1.0),
+    "a crossing below what is not known": ([0.5, 1.5, N, 3.0, 4.0], {}, 0.75),
+    "left out below others does no harm": ([N, 2.0, 3.0, 4.0, 5.0], {"calm": CALM}, 0.5),
+    "a failed sea stops at the one below": ([0.2, 0.4, np.inf, np.inf, np.inf], {}, 1.0),
+}
 
 
-def test_without_a_calm_a_lowest_sea_that_is_beyond_leaves_no_height():
-    assert limit(2.0 * H, limit=0.5) == 0.0
-
-
-def test_a_calm_beyond_the_limit_leaves_no_height():
-    assert limit(3.0 + H, limit=1.0, calm={"e_c_pp": 3.0}) == 0.0
+@pytest.mark.parametrize(("values", "more", "height"), HEIGHTS.values(), ids=HEIGHTS)
+def test_the_limit_is_the_last_height_that_is_known_to_be_inside(values, more, height):
+    assert limit(values, **more) == pytest.approx(height, rel=1e-6)
 
 
 def test_a_table_that_stays_inside_has_no_limit_and_one_that_is_not_told_has_none_either():
@@ -62,31 +71,8 @@ def test_a_table_that_stays_inside_has_no_limit_and_one_that_is_not_told_has_non
     assert math.isnan(float(limits_of(told(H), [held("load_pp")]).Hs["rule"][0]))
 
 
-def test_a_demand_at_its_limit_is_inside():
-    assert limit(np.ones(5)) == math.inf
-    assert limit([0.2, 1.0, 3.0, 4.0, 5.0]) == pytest.approx(1.0, rel=1e-6)
-
-
 def test_a_demand_that_falls_again_does_not_open_higher_seas():
     assert limit([0.5, 2.0, 0.5, 0.5, 0.5]) < 1.0
-
-
-def test_a_sea_that_is_not_told_above_one_that_is_counts_as_beyond():
-    assert limit([0.2, 0.3, np.nan, np.nan, np.nan]) == 1.0
-
-
-def test_a_sea_that_is_not_told_between_others_is_not_read_from_its_neighbours():
-    assert limit([np.nan, 0.5, np.nan, 1.25, 2.0], heights=H) == 1.0
-    assert limit([0.1, 0.5, np.nan, np.nan, 0.8]) == 1.0
-    assert limit([0.5, 1.5, np.nan, 3.0, 4.0]) == pytest.approx(0.75, rel=EXACT)
-
-
-def test_seas_left_out_below_others_do_no_harm():
-    assert limit([np.nan, 2.0, 3.0, 4.0, 5.0], heights=H, calm={"e_c_pp": 0.0}) == pytest.approx(0.5, rel=EXACT)
-
-
-def test_a_failed_sea_stops_at_the_one_below_it():
-    assert limit([0.2, 0.4, np.inf, np.inf, np.inf]) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -147,25 +147,20 @@ class TestReading:
 class TestStepsOfHeight:
     """A limit that falls with the wave height ends a sea at its step, and within a step where the demand meets it."""
 
-    def test_within_a_step_the_limit_is_where_the_demand_meets_it(self):
-        assert stepped(H) == pytest.approx(1.5)  # 1.5 m of the step to 2 m
-
-    def test_where_the_next_step_is_beyond_at_once_the_limit_is_the_height_of_the_step(self):
-        assert stepped(np.full(5, 1.2)) == 2.0
-        assert stepped(np.full(5, 1.8)) == 1.0
-
-    def test_above_the_chart_there_is_no_capacity(self):
-        assert stepped(np.full(5, 0.1)) == 3.0
-
-    def test_a_calm_beyond_the_first_step_leaves_no_height(self):
-        assert stepped(np.full(5, 2.5), still=2.5) == 0.0
-
-    def test_a_column_that_ends_within_the_chart_tells_nothing_beyond_its_last_sea(self):
-        inside = np.full(3, 0.1)
-        assert stepped(inside, heights=H[:3]) == math.inf
-
-    def test_what_is_not_known_stays_so(self):
-        assert math.isnan(stepped(np.full(5, np.nan)))
+    @pytest.mark.parametrize(
+        ("values", "more", "height"),
+        [
+            (H, {}, 1.5),  # within a step the demand meets it: 1.5 m of the step to 2 m
+            (np.full(5, 1.2), {}, 2.0),  # the next step is beyond at once
+            (np.full(5, 1.8), {}, 1.0),
+            (np.full(5, 0.1), {}, 3.0),  # above the chart there is no capacity
+            (np.full(5, 2.5), {"still": 2.5}, 0.0),  # a calm beyond the first step
+            (np.full(3, 0.1), {"heights": H[:3]}, math.inf),  # nothing is known beyond the last sea
+            (np.full(5, np.nan), {}, math.nan),
+        ],
+    )
+    def test_a_limit_ends_at_its_step_or_where_the_demand_meets_it(self, values, more, height):
+        assert stepped(values, **more) == pytest.approx(height, nan_ok=True)
 
     def test_steps_of_one_limit_are_that_limit_up_to_their_end(self):
         alike = ((1.0, 1.2), (2.0, 1.2), (9.0, 1.2))

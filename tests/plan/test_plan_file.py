@@ -186,26 +186,6 @@ def test_a_set_of_rules_says_how_long_the_payload_is_held(tmp_path: Path) -> Non
     assert plan.phase("splash, held").duration == 600.0
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "refused"),
-    [
-        (
-            'kind = "deep"',
-            'kind = "deep"\nhold = "30 min"',
-            "deep has no hold of its own; only splash-zone and landing have",
-        ),
-        ('kind = "splash-zone"', 'kind = "splash-zone"\nhold = "30 m"', "hold"),
-        ('kind = "splash-zone"', 'kind = "splash-zone"\nhold = "-30 min"', "hold"),
-        ('name = "deep"', 'name = "splash, held"', "is the name of the hold of"),
-    ],
-)
-def test_a_hold_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, refused: str) -> None:
-    with pytest.raises(StillhookError) as e:
-        load_plan(written(tmp_path, (old, new)))
-    assert refused in str(e.value)
-    assert "\n" not in str(e.value)
-
-
 def test_a_range_holds_both_ends_and_equals_its_list(tmp_path: Path) -> None:
     ranged = load_plan(written(tmp_path, ('["1 m", "2 m"]', '"1 m to 2 m by 25 cm"'))).environment.Hs
     listed = load_plan(
@@ -279,59 +259,29 @@ def test_the_digest_does_not_change_with_names(tmp_path: Path) -> None:
 
 BAD = [
     # old, new, what the line must say
-    ('crane = "nov-250t"', 'crane = "nov-205t"', ["nov-205t", "nov-250t"]),
-    ('crane = "nov-250t"\n', "", ["crane", "missing"]),
     (
         '"manifold-60t"',
         '{ name = "x", mass = "260 t", shape = "plate", length = "9 m", width = "9 m", height = "1 m" }',
         ["260 t", "SWL", "250 t"],
     ),
     ('depth = "300 m"', 'depth = "3000 m"', ["landing", "wire", "nov-250t"]),
-    (
-        'vessel = "construction-vessel-130m"',
-        'vessel = "my-ship.re1"',
-        ["vessel", "my-ship.re1", "construction-vessel-130m"],
-    ),
-    ('payload = "manifold-60t"', 'payload = "manifold"', ["manifold", "manifold-60t"]),
     ('payload = "manifold-60t"', 'payload = { name = "x", mass = "60" }', ["levels", "shape"]),
-    ('payload = "manifold-60t"', 'payload = "manifold-60t"\nrules = "dnv"', ["rules", "dnv", "offshore-lift"]),
-    ('name = "Manifold to 300 m"', 'title = "x"', ["title", "unknown field", "crane"]),
-    ('["none", "ssc"]', '["none", "scc"]', ["scc", "ssc"]),
     ('["none", "ssc"]', '["ssc", "ssc"]', ["ssc", "twice"]),
-    ('["none", "ssc"]', '"ssc"', ["alternatives", "list"]),
-    ('["none", "ssc"]', "[]", ["alternatives", "at least 1"]),
     ('at = "x=-15 m, y=-24 m, z=36 m"', 'at = "x=-15 m, y=-24 m"', ["height", "missing"]),
-    ('at = "x=-15 m, y=-24 m, z=36 m"', 'at = "x=-15, y=-24 m, z=36 m"', ["x", "no unit"]),
     ('at = "x=-15 m, y=-24 m, z=36 m"', 'height = "36 m"', ["place is missing"]),
     ('at = "x=-15 m, y=-24 m, z=36 m"', 'motion = "sine 1 m 9 s"', ["motion", "tip.at"]),
     ('z=36 m"', 'z=20 m"', ["lift-off", "crane tip"]),
-    ('depth = "300 m"', "depth = 300", ["water.depth", "bare number", "300 m"]),
-    ('depth = "300 m"', 'depth = "300 t"', ["water.depth", "300 t"]),
-    ('depth = "300 m"', 'depth = "-300 m"', ["water.depth", "greater than 0"]),
-    ('depth = "300 m"', 'deep = "300 m"', ["deep", "unknown field", "depth"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 to 2 m"', ["environment.Hs"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 0.3 m"', ["environment.Hs", "do not meet"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 1 mm"', ["environment.Hs", "larger steps"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "2 m to 1 m by 0.5 m"', ["environment.Hs", "must increase"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = ["1 m", "1 m"]', ["environment.Hs", "twice"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = ["0 m", "1 m"]', ["environment.Hs", "0.05 m"]),
-    ('Hs = ["1 m", "2 m"]', "Hs = [1, 2]", ["environment.Hs[0]", "bare number"]),
-    ('Hs = ["1 m", "2 m"]', "Hs = []", ["environment.Hs"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = ["200 m"]', ["environment.Hs", "20 m"]),
-    ('Tp = ["6 s", "9 s"]', 'Tp = ["6 m"]', ["environment.Tp", "6 m"]),
     ('Tp = ["6 s", "9 s"]', 'Tp = ["6 min"]', ["environment.Tp", "30 s"]),
-    ('Tp = ["6 s", "9 s"]\n', "", ["environment.Tp", "missing"]),
-    ('headings = ["180 deg"]', "headings = [180]", ["environment.headings", "180"]),
     ('headings = ["180 deg"]', 'headings = ["0 deg", "360 deg"]', ["environment.headings", "twice"]),
     ('headings = ["180 deg"]', 'headings = ["-30 deg"]', ["environment.headings", "-30 deg"]),
-    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nspread = -2', ["spread"]),
-    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nwave = "bretschneider"', ["wave", "jonswap"]),
-    ('headings = ["180 deg"]', 'headings = ["180 deg"]\ngamma = 10', ["gamma"]),
-    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nseed = 1', ["seed"]),
     ('T_POP = "4 h"', 'T_POP = "10 min"', ["T_POP", "phases alone take"]),
-    ('T_POP = "4 h"', 'T_POP = "4 h"\nT_C = "-1 h"', ["T_C", "greater than or equal to 0"]),
-    ('T_POP = "4 h"', 'T_POP = "4 h"\ncontingency = "1 h"', ["contingency", "T_POP", "T_C"]),
-    ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nship = "10 deg"', ["weather.file", "missing"]),
     ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "north-sea"', ["weather.file", "north-sea", "SYNTHETIC"]),
     (
         'T_POP = "4 h"',
@@ -342,35 +292,22 @@ BAD = [
     ('"-4 m"', '"4 m"', ["lift-off", "above the water"]),
     ('kind = "lift-off"', 'kind = "lift-off"\ndepth = "-3 m"', ["lift-off", "goes up"]),
     ('kind = "lift-off"', 'kind = "lift-off"\nmode = "ahc"', ["lift-off", "ahc", "manual"]),
-    ('kind = "lift-off"', 'kind = "lift-off"\ntip = "over the deck"', ["lift-off", "tip"]),
     ('kind = "lift-off"', 'kind = "lift-off"\ntip = "x=-15 m, y=-2 m, z=12 m"', ["lift-off", "crane tip"]),
     ('kind = "lift-off"', 'kind = "lift-off"\nlimits = { landing-speed = "0.3 m/s" }', ["lift-off", "landing-speed"]),
     ('kind = "lift-off"', 'kind = "lift-off"\nlimits = { dynamic-load = "20 m" }', ["lift-off", "dynamic-load"]),
-    ('kind = "in-air"', 'kind = "overboarding"', ["over the side", "kind", "in-air"]),
-    ('kind = "in-air"\n', "", ["over the side", "kind"]),
     ('kind = "in-air"', 'kind = "in-air"\nspeed = "6 m/min"', ["over the side", "speed", "stands"]),
     ('kind = "in-air"', 'kind = "in-air"\ndepth = "2 m"', ["over the side", "splash-zone"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\ndepth = "2 m"', ["splash", "covered"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\ndepth = "310 m"', ["splash", "below the seabed"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\ndepth = "-25 m"', ["splash", "covered"]),
-    ('kind = "splash-zone"', 'kind = "splash-zone"\nspeed = "15"', ["splash", "speed", "m/min"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\nspeed = "-15 m/min"', ["splash", "speed"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\nplanned = "5 s"', ["splash", "planned", "take"]),
     ('name = "splash"', 'name = "deep"', ["deep", "twice"]),
-    ('name = "splash"', "name = 3", ["phase 3", "name"]),
     ('name = "splash"', 'name = "through\\nthe surface"', ['phase "through\\nthe surface"', "name", "one line"]),
-    ('name = "splash"', 'limits = "off"', ["phase 3", "limits", "table"]),
-    ('vessel = "construction-vessel-130m"', f'vessel = "{"x" * 300}"', ["vessel", "xxx", "construction-vessel-130m"]),
-    (
-        'at = "x=-15 m, y=-24 m, z=36 m"',
-        'at = "x=-15 m, y=-24 m, z=36 m"\n[boom]\npedestal = 3',
-        ["boom.slew: missing"],
-    ),
     ('kind = "lowering"', 'kind = "lowering"\ndepth = "2 m"', ["down", "covered"]),
     ('kind = "lowering"', 'kind = "lowering"\nmode = "landing"', ["down", "landing", "ahc"]),
     ('kind = "deep"', 'kind = "deep"\ndepth = "290 m"', ["deep", "stands"]),
     ('kind = "landing"', 'kind = "landing"\ndepth = "299 m"', ["landing", "seabed", "300 m"]),
-    ('kind = "landing"', 'kind = "landing"\nwait = "5 min"', ["landing", "wait"]),
     ('kind = "landing"', 'kind = "landing"\nlanded = true', ["landing", "landed ends it", "Give depth"]),
     ('kind = "lowering"', 'kind = "lowering"\ntime = "5 min"', ["down", "is planned"]),
     ('kind = "lowering"', 'mode = "ahc"\ntime = "5 min"', ["down", "kind: missing"]),
@@ -380,11 +317,6 @@ BAD = [
         'kind = "landing"',
         'kind = "landing"\nspeed = "400 m/min"',
         ["landing", "speed 400 m/min: give more than 0, and at most 300 m/min"],
-    ),
-    (
-        '["180 deg"]',
-        '["180 deg"]\nheading_tolerance = "400 deg"',
-        ["heading_tolerance", "less than or equal to 90 deg."],
     ),
     (PLAN[PLAN.index("[[phase]]") :], "", ["one [[phase]] table"]),
     (
@@ -415,14 +347,18 @@ BAD = [
             "165, 180 and 195 deg, a smaller heading_tolerance, or weather.ship",
         ],
     ),
-    ('T_POP = "4 h"', "T_POP = 8", ["operation.T_POP = 8", '"8 h"']),
     (
         'kind = "deep"',
         'kind = "deep"\nmode = "ssc"',
         ['"deep"', "deep has one of ahc, manual; controllers are set by alternatives"],
     ),
-    ("[operation]", "[wire]\nnodes = 0\n[operation]", ["plan.toml: wire.nodes = 0: "]),
-    ("[operation]", '[sensors]\nlatency = "50 ms"\n[operation]', ["plan.toml: sensors.latency: unknown field"]),
+    (
+        'kind = "deep"',
+        'kind = "deep"\nhold = "30 min"',
+        ["deep has no hold of its own; only splash-zone and landing have"],
+    ),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nhold = "-30 min"', ["hold"]),
+    ('name = "deep"', 'name = "splash, held"', ["is the name of the hold of"]),
 ]
 
 

@@ -8,8 +8,7 @@ import xarray as xr
 
 from stillhook.cli import run
 from stillhook.errors import WeatherError
-from stillhook.plan.answer.saved import save_plan
-from stillhook.plan.result import PlanResult
+from stillhook.plan.result import PlanResult, save_plan
 from stillhook.plan.weather.forecast import OP_WF, plan_forecast
 from stillhook.weather.limit_text import parse_limit
 from stillhook.weather.series import Weather

@@ -10,12 +10,12 @@ from stillhook import load_crane
 from stillhook.errors import PlanError
 from stillhook.formats.weather.file import read_weather
 from stillhook.plan.answer.metadata import RunInputs, answer_digest, winch_remarks, without_runs
-from stillhook.plan.answer.saved import load_plan_result, save_plan
 from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.planning import plan
+from stillhook.plan.result import load_plan_result, save_plan
 from stillhook.plan.table import Axes, chosen, credited_of, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 

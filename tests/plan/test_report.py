@@ -15,7 +15,6 @@ from tests.plan.made_up import RULES, made_up
 
 from stillhook.cli import run as command
 from stillhook.errors import PlanError
-from stillhook.plan.answer.saved import load_plan_result, save_plan
 from stillhook.plan.file import load_plan
 from stillhook.plan.report import document as writing
 from stillhook.plan.report import figures as drawing
@@ -23,7 +22,7 @@ from stillhook.plan.report.document import document, save_report
 from stillhook.plan.report.figures import depth, figures, limit_tables, pictures
 from stillhook.plan.report.summary_page import verdict
 from stillhook.plan.report.words import between, differs, height, named
-from stillhook.plan.result import PlanResult, cause
+from stillhook.plan.result import PlanResult, cause, load_plan_result, save_plan
 from stillhook.report.document import Document, Table
 from stillhook.report.html import html
 from stillhook.report.kit import png

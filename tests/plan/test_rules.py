@@ -138,27 +138,19 @@ BAD = [
     ('base = "ofshore-lift"\nversion = "1"\n', 'did you mean "offshore-lift"?'),
     ('version = "1"\n', "Write one table [[rule]] for each."),
     (BASE + 'drop = ["slack"]\n', 'the base has no rule "slack"'),
-    (BASE + 'drop = "slack-sling"\n', "it must be a list"),
-    (BASE + "limits = 3\n", "limits: unknown field. Allowed: base, name"),
     (BASE + OWN + OWN, 'rule "slack-chance": comes twice'),
     (BASE + 'drop = ["snap-load"]\n[[rule]]\nkey = "snap-load"\nat_most = "1 kN"\n', "is dropped as well"),
     (BASE + OWN.replace("slack_chance", "slack_chanse"), 'did you mean "slack_chance"?'),
-    (BASE + OWN.replace('"1 %"', '"1 percent"'), 'give a number, or a text such as "3 %"'),
     (BASE + OWN.replace('"1 %"', "-0.5"), "nothing that a rule is about can be below 0"),
-    (BASE + OWN.replace('"1 %"', "true"), "give a number"),
     (BASE + OWN.replace('at_most = "1 %"', ""), "give exactly one of at_most, at_least"),
-    (BASE + OWN.replace('at_most = "1 %"', "at_most = 0.1\nat_least = 0.2"), "give exactly one of at_most, at_least"),
     (
         BASE + OWN.replace('"splash-zone"', '"splash"'),
         "phases[0] = \"splash\": it must be 'lift-off', 'in-air', 'splash-zone'",
     ),
-    (BASE + OWN.replace('["splash-zone"]', '"splash-zone"'), 'phases = "splash-zone": it must be a list'),
     (BASE + OWN.replace("phases", 'level = "p90"\nphases'), "slack_chance has no largest value. Leave level out."),
-    (BASE + ERROR.replace('"mpm"', '"P90"'), "it must be 'mpm', 'p90' or 'mean'"),
     (BASE + ERROR.replace('level = "mpm"\n', ""), 'rule "landing-error": level: missing'),
     (BASE + ERROR.replace('"mpm"', '"p90"'), 'rule "control-error" asks e_c_pp at "mpm". Give both the same.'),
     (BASE + OWN.replace('title = "Chance of slack slings"', ""), 'rule "slack-chance": title: missing'),
-    (BASE + OWN.replace('key = "slack-chance"', ""), "rule 1: key: missing"),
     (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = 0.5\n', "0.5"),
     (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = "0.5 m"\n', 'unit "m" is not one of m/s'),
     (
@@ -168,15 +160,12 @@ BAD = [
     (BASE + '[[rule]]\nkey = "dynamic-load"\nat_most = "1.3 x SWLtip"\n', 'no such capacity; did you mean "SWL_tip"?'),
     (BASE + '[[rule]]\nkey = "dynamic-load"\nat_most = "0 x SWL_tip"\n', "the factor must be more than 0"),
     (BASE + '[[rule]]\nkey = "slack-sling"\nat_least = 1.0\n', "slings at rest have 1"),
-    (BASE + '[[rule]]\nkey = "rigging-daf-air"\nlevel = "mpm"\n', "Give both the same"),
     (
         BASE + "[simplified]\nzeta = 0.9\n",
         'simplified.zeta: unknown field; did you mean "zeta_a"? Allowed: zeta_a, T_z_factor',
     ),
     (BASE + "[simplified]\nzeta_a = 0\n", "must be more than zero"),
     (OWN.replace("[[rule]]", 'version = "1"\n[[rule]]', 1), "simplified.zeta_a: missing"),
-    (BASE + "rule = 3\n", "rule = 3: it must be a list (one [[rule]] table for each rule)."),
-    (BASE + "base\n", "not valid TOML"),
 ]
 
 

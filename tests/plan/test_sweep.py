@@ -23,8 +23,8 @@ from stillhook.plan.answer.sweep import (
 )
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
+from stillhook.plan.report.detail import answers, in_words
 from stillhook.plan.report.document import document
-from stillhook.plan.report.sweep import answers, in_words
 from stillhook.plan.table import Axes, Governed
 from stillhook.plan.tiers.time_domain import cells as twin_cells
 from stillhook.plan.tiers.time_domain.cells import Execution

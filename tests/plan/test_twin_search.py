@@ -12,7 +12,7 @@ from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain import cells as twin_cells
-from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
+from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.tier import refine
@@ -107,10 +107,10 @@ def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
 def test_no_limit_over_the_seabed_is_below_runs_that_are_well_inside(plan, asked):
     """The motion stays at a third of its limit up to 2 m, and the prediction says 0.6 m."""
     one = replace(plan, alternatives=(Alternative.CAP,))
-    guesses = {(p.name, Alternative.CAP): 0.6 if p.kind in OVER_SEABED else math.inf for p in plan.phases}
+    guesses = {(p.name, Alternative.CAP): 0.6 if crosses(p) else math.inf for p in plan.phases}
     found = refine(one, predicted(one, guesses))
     checked = 0
-    for limits in (x for x in found.limits if one.phase(x.phase).kind in OVER_SEABED):
+    for limits in (x for x in found.limits if crosses(one.phase(x.phase))):
         demand = next(d for d in found.demands if d.phase == limits.phase)
         for i, T in enumerate(limits.Tp):
             used = sorted(

@@ -28,7 +28,7 @@ from stillhook.plan.limits import Limits, limited, limits_in
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
-from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
+from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
@@ -80,7 +80,7 @@ def lift_plan(
             update={"start_depth": phase.start_depth + down, "depth": phase.depth + down, "limits": limits}
         )
         for phase in plan.phases
-        if phase.kind in OVER_SEABED
+        if crosses(phase)
     )
     angles = tuple(math.radians(beta) for beta in headings)
     environment = plan.environment.model_copy(update={"Tp": tuple(periods), "headings": angles})

@@ -302,7 +302,7 @@ def by_plan(
     json: bool,
 ) -> int:
     """Go or no-go of every alternative of a saved plan; the exit code is that of one of them."""
-    from stillhook.plan.answer.saved import load_plan_result
+    from stillhook.plan.result import load_plan_result
     from stillhook.plan.weather.forecast import plan_forecast
 
     result = load_plan_result(folder)

@@ -1,5 +1,3 @@
-from stillhook.plan.answer.saved import load_plan_result as load_plan_result
-from stillhook.plan.answer.saved import save_plan as save_plan
 from stillhook.plan.definition.lift_plan import LiftPlan as LiftPlan
 from stillhook.plan.definition.rules import Alternative as Alternative
 from stillhook.plan.definition.rules import Tier as Tier
@@ -8,4 +6,6 @@ from stillhook.plan.file import load_plan as load_plan
 from stillhook.plan.planning import plan as plan
 from stillhook.plan.report.document import save_report as save_report
 from stillhook.plan.result import PlanResult as PlanResult
+from stillhook.plan.result import load_plan_result as load_plan_result
+from stillhook.plan.result import save_plan as save_plan
 from stillhook.plan.weather.limit_table import LimitTable as LimitTable

@@ -43,7 +43,7 @@ from stillhook.plan.definition.lift_plan import (
     with_holds,
 )
 from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
+from stillhook.plan.definition.rules import Alternative, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
@@ -178,7 +178,8 @@ def _plan(table: TomlTable) -> LiftPlan:
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
     for i, phase in enumerate(file.phase):
-        _check_phase(phase, table.at("phase", i), rules)
+        check_limit_texts(phase.limits, table.at("phase", i, "limits"), rules)
+        _label(phase.name, table.at("phase", i))
     holds = Holds(*(rules.settings[name] for name in ("hold", "stop", "stand_off")))
     try:
         rows = joined(file.phase, file.start_depth, Water(depth, payload.reach(rho)))
@@ -190,14 +191,14 @@ def _plan(table: TomlTable) -> LiftPlan:
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
-    at, vessel = _place(file, table)
+    at, h_tip, vessel = _place(file, table)
     unit = compensator_of(file, table)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
         crane=crane,
         vessel=vessel,
         at=at,
-        h_tip=_height(at),
+        h_tip=h_tip,
         payload=payload,
         depth=depth,
         rho=rho,
@@ -236,8 +237,8 @@ def _plan(table: TomlTable) -> LiftPlan:
     return replace(plan, digest=_digest(plan))
 
 
-def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
-    """Crane tip with its height, and vessel."""
+def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
+    """Crane tip, its height above still water [m], and vessel."""
     if file.tip.motion is not None:
         raise PlanError(
             "tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table"
@@ -250,7 +251,7 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
         raise PlanError(
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
-    return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
+    return TipPoint(place.at.x, place.at.y, place.h_tip), place.h_tip, place.vessel
 
 
 def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUnit | None) -> tuple[Alternative, ...]:
@@ -299,17 +300,6 @@ def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
     return crane_chart(file.load_chart, path, crane, None if file.boom is None else file.boom.boom)
 
 
-def _height(at: TipPoint) -> float:
-    assert at.z is not None
-    return at.z
-
-
-def _check_phase(phase: Phase, table: TomlTable, rules: RuleSet) -> None:
-    """Refuse limits that no rule has, and names that no table can show."""
-    check_limit_texts(phase.limits, table.at("limits"), rules)
-    _label(phase.name, table)
-
-
 def _label(name: str, table: TomlTable) -> str:
     """A name as it can stand in tables and pictures."""
     if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
@@ -337,10 +327,8 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
 
 def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """Which passages and landings the file takes without a stop."""
-    off = [phase.name for phase in phases if phase.hold == 0.0]
-    return (
-        (f'hold = "{OFF}" of {" and ".join(off)}: a stop there is not assessed, and must not be made',) if off else ()
-    )
+    off = " and ".join(phase.name for phase in phases if phase.hold == 0.0)
+    return (f'hold = "{OFF}" of {off}: a stop there is not assessed, and must not be made',) if off else ()
 
 
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
@@ -353,22 +341,15 @@ def _doubts(plan: LiftPlan) -> tuple[str, ...]:
 
 def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     """Weather that waiting is calculated with."""
-    file = str(folder / weather.file) if isfile(folder / weather.file) else weather.file
+    file, where = str(folder / weather.file) if isfile(folder / weather.file) else weather.file, "weather.file: "
     try:
         weather_file(file)
-    except WeatherError as e:
-        raise PlanError(f"weather.file: {e}") from None
-    try:
+        where = ""
         columns = mapped(weather.columns, "weather.columns")
     except WeatherError as e:
-        raise PlanError(str(e)) from None
+        raise PlanError(f"{where}{e}") from None
     ship = None if weather.ship is None else parse_direction(weather.ship, "weather.ship")
     return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order, weather.time_zone)
-
-
-def _phase_data(phase: Phase) -> dict[str, Any]:
-    """A phase as it counts: no holds where it has none."""
-    return phase.model_dump(mode="json", exclude={name for name in ("hold", "stand_off") if not getattr(phase, name)})
 
 
 def _digest(plan: LiftPlan) -> str:
@@ -379,7 +360,10 @@ def _digest(plan: LiftPlan) -> str:
         "at": [plan.at.x, plan.at.y, plan.h_tip],
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
-        "phases": [_phase_data(phase) for phase in plan.phases],
+        "phases": [
+            phase.model_dump(mode="json", exclude={name for name in ("hold", "stand_off") if not getattr(phase, name)})
+            for phase in plan.phases
+        ],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,
         "operation": [plan.T_POP, plan.T_C],

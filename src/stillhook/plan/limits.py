@@ -174,8 +174,7 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
 
 def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
-    swell."""
+    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none beside a swell."""
     plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None
@@ -213,6 +212,7 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -
     return capacity.times(rule.factor)
 
 
-def by_height(each: Limited) -> dict[str, Any]:
-    """Steps of a limit that depends on the wave height, for JSON."""
-    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}
+def as_row(each: Limited) -> dict[str, Any]:
+    """A limit for JSON, with its steps where it depends on the wave height."""
+    row: dict[str, Any] = {"rule": each.rule.key, "limit": each.limit, "basis": each.basis}
+    return row | ({"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {})

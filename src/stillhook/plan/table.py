@@ -43,13 +43,8 @@ class Axes:
     def of(cls, plan: LiftPlan) -> Axes:
         """Those of a plan, headings and periods rising."""
         env, rules = plan.environment, tuple(rule.key for rule in plan.rules.rules)
-        return cls(
-            tuple(sorted(env.headings)),
-            tuple(sorted(env.Tp)),
-            plan.alternatives,
-            tuple(p.name for p in plan.phases),
-            rules,
-        )
+        phases = tuple(phase.name for phase in plan.phases)
+        return cls(tuple(sorted(env.headings)), tuple(sorted(env.Tp)), plan.alternatives, phases, rules)
 
     @property
     def columns(self) -> tuple[int, int]:
@@ -212,8 +207,7 @@ class Governed:
 
 
 def governed(of: Chosen) -> Governed:
-    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and
-    rule."""
+    """The least limit over phases and rules in every cell, and what it is by: of equal ones the first."""
     n_a, n_p, n_r, n_b, n_T = of.Hs.shape
     flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
     least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
@@ -236,8 +230,7 @@ def counting(of: Chosen) -> NDArray[np.str_]:
 
 
 def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
-    """Phases that no tier determines in some cell, by alternative; alternatives without such phases are left
-    out."""
+    """Phases that no tier determines in some cell, by alternative, of those that have such phases."""
     silent = np.asarray((of.tier < 0).all(axis=2))
     phases_of = {}
     for i, alternative in enumerate(of.axes.alternatives):
@@ -245,17 +238,11 @@ def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     return {a: phases for a, phases in phases_of.items() if phases}
 
 
-@dataclass(frozen=True, eq=False)
-class Inside:
-    """covered (n,): whether the certificate covers each sea; why: what stands against it, a reason each with the seas
-    that it is of."""
-
-    covered: NDArray[np.bool_] = field(repr=False)
-    reasons: tuple[str, ...] = ()
-
-
-def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Inside:
-    """Where the compensation that the twin computes may be credited in full.
+def inside(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """In which seas (n,) the compensation that the twin computes may be credited in full; what stands against it, a
+    reason each with the seas that it is of.
 
     Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin
     where the crane's certificate holds, is of a crane and not synthetic, and its envelope covers load, wire, motion and
@@ -264,17 +251,14 @@ def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -
     """
     everywhere = np.ones(len(seas), dtype=bool)
     if not (phase.compensated and alternative.twin):
-        return Inside(everywhere)
+        return everywhere, ()
     against = _against(plan, alternative)
     if against:
-        return Inside(~everywhere, against)
-    reasons: list[tuple[str, ...]] = []
-    for i, conditions in enumerate(_conditions(plan, phase, alternative, seas)):
-        assert plan.crane.certified is not None
-        outside = plan.crane.certified.outside(conditions)
-        everywhere[i] = not outside
-        reasons.append(outside)
-    return Inside(everywhere, _counted(reasons))
+        return ~everywhere, against
+    assert plan.crane.certified is not None
+    reasons = [plan.crane.certified.outside(each) for each in _conditions(plan, phase, alternative, seas)]
+    everywhere[:] = [not outside for outside in reasons]
+    return everywhere, _counted(reasons)
 
 
 def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -352,9 +336,8 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
         for k, phase in enumerate(plan.phases):
             if alternative.twin and phase.compensated:
                 needs[i, k] = True
-                coverage = inside(plan, phase, alternative, seas)
-                covers[i, k, heading, period, height] = coverage.covered
-                reasons.setdefault(alternative, []).extend(coverage.reasons)
+                covers[i, k, heading, period, height], against = inside(plan, phase, alternative, seas)
+                reasons.setdefault(alternative, []).extend(against)
     return Certified(
         covers, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in reasons.items()}, needs
     )

@@ -174,15 +174,13 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
 
 
 def reference_period(table: AlphaTable, T_POP: float, T_C: float | None = None) -> tuple[float, bool]:
-    """T_R = T_POP + T_C [s], twice T_POP where T_C is not assessed (None); and whether the operation may be weather
-    restricted."""
+    """T_R = T_POP + T_C [s], 2 T_POP where T_C is not assessed (None); whether it may be weather restricted."""
     T_R = T_POP + (T_POP if T_C is None else T_C)
     return T_R, T_POP < table.T_POP_below - _ROUND and T_R < table.T_R_below - _ROUND
 
 
 def alphas(table: AlphaTable, Hs: FloatArray, T_POP: float) -> FloatArray:
-    """Alpha of limiting heights Hs [m], same shape; NaN where the table gives none (see `alpha_of`) and for Hs that are
-    no numbers."""
+    """Alpha of limiting heights Hs [m], same shape; NaN where the table gives none (see `alpha_of`), and for NaN."""
     if T_POP > table.T_POP[-1] + _ROUND:
         return np.full(np.shape(Hs), np.nan)
     row = table.alpha[int(np.searchsorted(np.array(table.T_POP), T_POP - _ROUND))]

@@ -184,8 +184,7 @@ def _of_heading(limits: Sequence[Limit]) -> bool:
 
 
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
-    """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits
-    if it is held."""
+    """Headings that a ship free to turn tries [rad from north], and the share of valid records inside all limits."""
     shares = []
     for heading in free_headings():
         met, valid = _inside(limits, weather, float(heading))
@@ -235,8 +234,7 @@ NAMED = (
 
 
 def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
-    """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors:
-    WeatherError."""
+    """Names as users write them -> headings for `stillhook.formats.weather.file.read_weather`. Errors: WeatherError."""
     columns = {}
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())

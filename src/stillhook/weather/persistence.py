@@ -109,8 +109,7 @@ def gaps(time: NDArray[np.datetime64], step: float) -> BoolArray:
 
 
 def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -> Windows:
-    """Longest runs of consecutive workable records; workable (n,), or (heading, n) of which one is kept through a
-    run."""
+    """Longest runs of workable records; workable (n,), or (heading, n) of which one is kept through a run."""
     t, unbroken = seconds(time), ~gaps(time, step)
     rows = np.atleast_2d(workable)
     reach, heading = _reach(rows[0], t, unbroken, step), np.zeros(len(t), dtype=np.intp)
@@ -175,8 +174,7 @@ class Window:
 
 
 def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
-    """Time from each record to the first at or after it in which the operation can start (n,) [s]; NaN where there is
-    none."""
+    """Time from each record to the first from it on in which the operation can start (n,) [s]; NaN: none."""
     n, t = len(can_start), seconds(time)
     after = np.minimum.accumulate(np.where(can_start, np.arange(n), n)[::-1])[::-1]
     return np.where(after < n, t[np.minimum(after, n - 1)] - t, np.nan)
@@ -287,8 +285,7 @@ def persistence_answer(
 
 
 def show_answer(weather: Weather) -> dict[str, Any]:
-    """What a series holds, column by column [SI]; of directions the mean direction, least and most. absent: time in
-    gaps [s]."""
+    """What a series holds, column by column [SI]; directions: mean, least and most. absent: time in gaps [s]."""
     apart = np.diff(seconds(weather.time))
     broken = gaps(weather.time, weather.step)
     return {

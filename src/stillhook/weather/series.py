@@ -44,8 +44,7 @@ HOUR = 3600.0
 
 
 def usual_step(time: NDArray[np.datetime64]) -> float:
-    """The most frequent time from one record to the next [s], the shortest of those where several are; of one record an
-    hour."""
+    """The most frequent time between records [s], the shortest of several; an hour of one record."""
     if len(time) < 2:
         return HOUR
     apart, count = np.unique(np.diff(time) / np.timedelta64(1, "ms"), return_counts=True)
@@ -60,8 +59,7 @@ AT_LEAST = 2
 
 
 def every(weather: Weather, known: NDArray[np.bool_]) -> tuple[NDArray[np.intp], float]:
-    """Records (k,) that a question is about, and what each stands for [s]: all, unless known ones come regularly and
-    further apart."""
+    """Records (k,) that a question is about and what each stands for [s]: all, unless known ones come further apart."""
     everything = np.arange(len(weather)), weather.step
     rows = np.flatnonzero(known)
     if len(rows) < 3 or 2 * len(rows) > len(weather):

@@ -45,7 +45,7 @@ def compare_drives(
     check_out(out, (*FILES, *(sankey(name) for name in names)))
     lift_plan = None
     if plan is not None:
-        from stillhook.plan.drives import plan_with_weather
+        from stillhook.plan.planning import plan_with_weather
 
         lift_plan = plan_with_weather(plan)
     options: dict[str, Any] = {"seed": settings.seed, "v_top": settings.top_speed, "step": subject.step}
@@ -55,7 +55,7 @@ def compare_drives(
         result = analysis.compare_drives(crane, case, names, n=settings.draws, progress=bar, **options)
     data = result.to_dict()
     if lift_plan is not None:
-        from stillhook.plan.drives import days_gained
+        from stillhook.plan.planning import days_gained
 
         with progress_bar("planning") as bar:
             sized = [run.drive for run in result.ordered()]

@@ -214,9 +214,9 @@ def report(
 
     Example: stillhook report my-plan
     """
-    from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
     from stillhook.plan.report.document import save_report
     from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.result import PLAN_FILES, load_plan_result
 
     if figures:
         need("matplotlib", "--figures", PlanError)

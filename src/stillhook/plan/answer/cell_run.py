@@ -18,12 +18,11 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
 from stillhook.formats.lift_file import load_lift
 from stillhook.formats.lift_writer import FILES, LIFT, Run, write_lift
-from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
 from stillhook.plan.definition.capacities import calm as calm_of
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited, Tier
 from stillhook.plan.limits import limited
-from stillhook.plan.result import CREDITS, PlanResult, ran
+from stillhook.plan.result import CREDITS, PLAN_FILES, PlanResult, load_plan_result, ran
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, run_numbers
 from stillhook.plan.tiers.time_domain.crossings import BIN, crosses
 from stillhook.plan.tiers.time_domain.curves import x_limit_of
@@ -114,16 +113,16 @@ def governing_run(
     goal = ask.Hs if ask.Hs is not None else min(of.Hs, top)
     heights = [goal] if ask.Hs is not None or goal <= 0.0 else _ladder(goal, top)
     cell = CellRequest(of.phase.name, winch_of(of.phase, of.by), SeaState(goal, ask.Tp, ask.beta), MOST)
-    result: list[_Found] = []
+    result: list[_Run] = []
     for Hs in heights:
         numbers, runs = cells.stored(_at(plan, cell, Hs, MOST))
-        result += [_Found(Hs, k, runs, i) for i, k in enumerate(numbers)]
+        result += [_Run(Hs, k, runs, i) for i, k in enumerate(numbers)]
     made = not result
     if made:
         request = _at(plan, cell, heights[0], Search().seeds)
         cells.request([request], progress)
         of_cell = cells.runs[request.cell]
-        result = [_Found(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
+        result = [_Run(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
     nearest = min((each.Hs for each in result), key=lambda Hs: _off(Hs, goal))
     one_by_one = crosses(of.phase) and plan.environment.swell is None and ask.Hs is None
     about = [each for each in result if _off(each.Hs, nearest) <= (0.5 * BIN if one_by_one else 0.0)]
@@ -155,7 +154,7 @@ def governing_run(
     )
 
 
-class _Found(NamedTuple):
+class _Run(NamedTuple):
     """A run: height of its sea [m], number in that sea, runs of its cell and its place among them."""
 
     Hs: float
@@ -181,9 +180,8 @@ def _ladder(goal: float, top: float) -> list[float]:
     return sorted(near | {min(snapped(goal), top)}, key=lambda Hs: (_off(Hs, goal), Hs))
 
 
-def _used(measure: Measure, rule: Limited, run: _Found, still: float) -> float:
-    """How much a run uses of what a rule leaves to the waves [-]; still: the quantity in still water [SI], NaN where it
-    is none."""
+def _used(measure: Measure, rule: Limited, run: _Run, still: float) -> float:
+    """How much a run uses of what a rule leaves to the waves [-]; still: its quantity in still water, or NaN [SI]."""
     x, x_limit = measure.values(run.runs)[run.place], x_limit_of(measure, float(rule.at(np.array([run.Hs]))[0]))
     x_still = measure.to_x(still) if math.isfinite(still) else 0.0
     return float((x - x_still) / (x_limit - x_still)) if x_limit > x_still else math.inf if x > x_limit else 0.0
@@ -265,13 +263,8 @@ def wanted(text: str, plan: LiftPlan) -> Wanted:
     Hs = None if values.get("hs") is None else parse(values["hs"], "length", "--cell: Hs")
     if Hs is not None and not 0.0 <= Hs <= max(env.Hs):
         raise PlanError(f"--cell: Hs {show(Hs, 'length')}: the table goes from 0 m to {show(max(env.Hs), 'length')}.")
-    return Wanted(
-        Tp,
-        beta,
-        Hs,
-        None if alternative is None else Alternative(alternative),
-        None if phase is None else plan.phase(phase),
-    )
+    named = None if alternative is None else Alternative(alternative)
+    return Wanted(Tp, beta, Hs, named, None if phase is None else plan.phase(phase))
 
 
 def _of_table(value: float, axis: Sequence[float], name: str, kind: str) -> float:

@@ -27,8 +27,7 @@ CELL = ("credit", "alternative", "heading", "period")
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """Limits of a plan as they were found: by the model and as credited; seeds (alternative, phase, heading, period);
-    certified."""
+    """Limits of a plan by the model and as credited; seeds (alternative, phase, heading, period); certified."""
 
     axes: Axes
     limits: Gathered = field(repr=False)
@@ -94,8 +93,7 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
 
 
 def _by_tier(of: Chosen) -> FloatArray:
-    """Limits that count, each at the place of its tier (tier, alternative, phase, rule, heading, period); NaN
-    elsewhere."""
+    """Limits that count, each in its tier's place (tier, alternative, phase, rule, heading, period); NaN elsewhere."""
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * of.Hs.ndim))
     return np.asarray(np.where(of.tier[None] == rank, of.Hs[None], np.nan))
 
@@ -137,31 +135,24 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
             verdict = (
                 "no result" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
             )
-            rows.append(
-                {
-                    "credit": credit,
-                    "alternative": axes.alternatives[i[0]].value,
-                    "beta": axes.headings[i[1]],
-                    "T_p": axes.periods[i[2]],
-                    "Hs_limit": Hs,
-                    "Hs_limit_low": float(g.low[i]),
-                    "Hs_limit_high": float(g.high[i]),
-                    "verdict": verdict,
-                    "alpha": float(forecast.alpha[(c, *i)]),
-                    "op_wf": float(forecast.op_wf[(c, *i)]),
-                    "case_by_case": bool(forecast.case_by_case[(c, *i)]),
-                    "op_wf_in_weather": float(forecast.used[(c, *i)]),
-                    "governing_phase": axes.phases[g.phase[i]] if governs else "",
-                    "governing_rule": axes.rules[g.rule[i]] if governs else "",
-                    "governing_tier": TIERS[g.tier[i]].value if governs else "",
-                }
-            )
+            where = {
+                "alternative": axes.alternatives[i[0]].value,
+                "beta": axes.headings[i[1]],
+                "T_p": axes.periods[i[2]],
+            }
+            limit = {"Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i])}
+            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf, "op_wf_in_weather": forecast.used}
+            of_forecast = {name: float(table[(c, *i)]) for name, table in factors.items()}
+            of_forecast["case_by_case"] = bool(forecast.case_by_case[(c, *i)])
+            by = {"phase": axes.phases[g.phase[i]], "rule": axes.rules[g.rule[i]], "tier": TIERS[g.tier[i]].value}
+            governing = {f"governing_{name}": text if governs else "" for name, text in by.items()}
+            who = {"credit": credit, "alternative": axes.alternatives[i[0]].value, "verdict": verdict}
+            rows.append(who | where | limit | of_forecast | governing)
     return rows
 
 
 def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
-    """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells,
-    and its weather."""
+    """Of each alternative its limits as modelled and as credited, what governs most cells, and its weather."""
     axes, out = of.axes, {}
     for alternative in of.compared:
         i, row = axes.alternatives.index(alternative), dict[str, Any]()

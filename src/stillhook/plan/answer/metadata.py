@@ -24,8 +24,8 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, described
 from stillhook.plan.definition.rules import Alternative, Rule, Tier
-from stillhook.plan.limits import by_height, limited
-from stillhook.plan.result import Cause, Remark, cause, grouped
+from stillhook.plan.limits import as_row, limited
+from stillhook.plan.result import Cause, Remark, cause, grouped, picked
 from stillhook.plan.table import TIERS, Chosen, apart_remarks, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
@@ -54,49 +54,27 @@ class RunInputs:
 
 
 def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
-    """The complete request. The digest covers all inputs of the answer: plan, weather, table of forecast factors,
-    tiers."""
-    env = plan.environment
-    return {
-        "name": plan.name,
-        "source": plan.source,
+    """The complete request; its digest covers plan, weather, table of forecast factors and tiers."""
+    env, rules = plan.environment, plan.rules
+    axes = {name: list(getattr(env, name)) for name in ("Hs", "Tp", "headings")}
+    settings = picked(env, "wave", "gamma", "spread", "heading_tolerance") | axes
+    return picked(plan, "name", "source") | {
         "digest": answer_digest(plan, inputs),
         "notes": list(plan.notes),
         "version": __version__,
         "code": results_hash(),
         "date": datetime.now(UTC).date().isoformat(),
         "tiers": list(inputs.tiers),
-        "settings": {
-            "wave": env.wave,
-            "gamma": env.gamma,
-            "spread": env.spread,
-            "heading_tolerance": env.heading_tolerance,
-            "Hs": list(env.Hs),
-            "Tp": list(env.Tp),
-            "headings": list(env.headings),
-            **({} if env.swell is None else {"swell": env.swell.facts()}),
-        },
+        "settings": settings if env.swell is None else settings | {"swell": env.swell.facts()},
         "crane": _crane(plan.crane, plan.credits_synthetic),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
         "payload": _payload(plan),
-        "place": {"h_tip": plan.h_tip, "depth": plan.depth, "rho": plan.rho, "text": _place(plan)},
+        "place": picked(plan, "h_tip", "depth", "rho") | {"text": _place(plan)},
         "phases": [described(phase) for phase in plan.phases],
-        "rules": {
-            "name": plan.rules.name,
-            "version": plan.rules.version,
-            "digest": plan.rules.digest,
-            "changes": list(plan.rules.changes),
-            "rows": [_rule(rule) for rule in plan.rules.rules],
-        },
+        "rules": picked(rules, "name", "version", "digest")
+        | {"changes": list(rules.changes), "rows": [_rule(rule) for rule in rules.rules]},
         "limited": [
-            {
-                "phase": phase.name,
-                "alternative": alternative.value,
-                "rule": each.rule.key,
-                "limit": each.limit,
-                "basis": each.basis,
-                **by_height(each),
-            }
+            {"phase": phase.name, "alternative": alternative.value, **as_row(each)}
             for phase in plan.phases
             for alternative in plan.alternatives
             for each in limited(plan, phase, alternative)
@@ -118,14 +96,8 @@ def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
             "assumed": assumed,
             "unsigned": UNSIGNED,
         }
-    return {
-        "name": crane.name,
-        "title": crane.title,
-        "SWL": crane.SWL,
-        "digest": _crane_digest(crane),
-        "twin": twin_line(crane),
-        "certificate": certificate,
-    }
+    more = {"digest": _crane_digest(crane), "twin": twin_line(crane), "certificate": certificate}
+    return picked(crane, "name", "title", "SWL") | more
 
 
 def _crane_digest(crane: Crane) -> str:
@@ -137,15 +109,8 @@ def _digest(text: str) -> str:
 
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
-    payload = plan.payload
-    return {
-        "name": payload.name,
-        "title": payload.title,
-        "mass": payload.mass,
-        "height": payload.height,
-        "digest": _payload_digest(plan),
-        "rows": payload_rows(payload, plan.rho),
-    }
+    more = {"digest": _payload_digest(plan), "rows": payload_rows(plan.payload, plan.rho)}
+    return picked(plan.payload, "name", "title", "mass", "height") | more
 
 
 def _payload_digest(plan: LiftPlan) -> str:
@@ -161,10 +126,9 @@ def _place(plan: LiftPlan) -> str:
 
 
 def _rule(rule: Rule) -> dict[str, Any]:
-    fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
-    named = {name: getattr(rule, name) for name in fields}
-    named |= {"requirement": rule.requirement, "sense": rule.sense.value, "level": rule.level.value}
-    return {**named, "phases": [kind.value for kind in rule.phases]}
+    named = picked(rule, "key", "title", "quantity", "limit", "standard", "edition", "clause", "note", "requirement")
+    kinds = [kind.value for kind in rule.phases]
+    return named | {"sense": rule.sense.value, "level": rule.level.value, "phases": kinds}
 
 
 def answer_digest(plan: LiftPlan, inputs: RunInputs) -> str:
@@ -255,10 +219,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
     texts = {key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}
-    return {
-        "T_POP": plan.T_POP,
-        "T_POP_given": plan.T_POP_given,
-        "T_C": plan.T_C,
+    return picked(plan, "T_POP", "T_POP_given", "T_C") | {
         "T_R": forecast.T_R,
         "weather_restricted": forecast.restricted,
         "alternative": of.shown().value,
@@ -288,8 +249,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 def remarks(
     plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, tier: Tier = Tier.TIME
 ) -> list[Remark]:
-    """Remarks on the result; tier: the highest that was run, of which none but runs of the twin compares its
-    controllers."""
+    """Remarks on the result; tier: the highest that was run (runs of the twin alone compare its controllers)."""
     env, twins = plan.environment, [a.value for a in of.axes.alternatives if a.twin]
     lines: list[Remark] = []
     if not any(phase.compensated for phase in plan.phases) and Alternative.PHC not in of.axes.alternatives:

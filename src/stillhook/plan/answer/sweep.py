@@ -31,9 +31,9 @@ from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
 from stillhook.plan.table import APART, TOLERATED, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
-from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
+from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
-from stillhook.plan.tiers.time_domain.lowering import THROUGH, winch_of
+from stillhook.plan.tiers.time_domain.lowering import THROUGH, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, snapped
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
@@ -88,7 +88,7 @@ def rungs_of(plan: LiftPlan) -> FloatArray:
 
 def over_seabed(plan: LiftPlan) -> tuple[Phase, ...]:
     """The phases over the seabed in which the winch compensates."""
-    return tuple(p for p in plan.phases if p.kind in OVER_SEABED and p.compensated)
+    return tuple(p for p in plan.phases if crosses(p) and p.compensated)
 
 
 def landing_of(plan: LiftPlan) -> Phase | None:
@@ -161,8 +161,7 @@ def _varied(
 
 
 def _of_mass(payload: Payload, mass: float) -> Payload:
-    """The payload with another mass [kg], parts in proportion; its outside, its volume and what water does to it
-    stay."""
+    """The payload with another mass [kg], parts in proportion; outside, volume and what water does to it stay."""
     shape, factor = payload.shape, mass / payload.mass
     if shape is None:
         return payload.model_copy(update={"mass": mass})
@@ -263,11 +262,11 @@ class Ladder:
         """All runs requested together, so that blocks of lanes are full."""
         plan = variant.plan
         result = cls(variant, rungs, Work(plan, Search(), Cells(plan, execution), None))
+        calm = plan.environment.calm
         asks = [
-            CellRequest(
-                line.phase.name, line.winch, line.spot(h), 1 if plan.environment.calm(h) else _seeds(line.alternative)
-            )
-            for line in (result._line(phase, a) for phase in plan.phases for a in plan.alternatives)
+            CellRequest(phase.name, winch_of(phase, a), SeaState(h, *variant.column), 1 if calm(h) else n)
+            for phase in plan.phases
+            for a, n in ((a, SEEDS if a.twin else OF_NO_TWIN) for a in plan.alternatives)
             for h in (0.0, *map(float, rungs))
         ]
         result.work.cells.request(merged(asks), progress)
@@ -294,8 +293,7 @@ class Ladder:
         return np.asarray(np.min(result, axis=0))
 
     def _limit(self, of: ColumnRuns, tolerance: float) -> FloatArray:
-        """Limit of one column at a tolerance with its ends (3,) [m]; inf above the highest height that was run, 0 below
-        the lowest."""
+        """Limit of one column at a tolerance with its ends (3,) [m]; inf above what was run, 0 below."""
         x, swell = of.measure.to_x(tolerance), self.work.swell
         if of.still > x:
             return np.zeros(3)
@@ -326,10 +324,6 @@ def lower_of(H: FloatArray, other: FloatArray) -> FloatArray:
     return np.where(far, np.stack([other, np.minimum(H[1], other), H[2]]), H)
 
 
-def _seeds(alternative: Alternative) -> int:
-    return SEEDS if alternative.twin else OF_NO_TWIN
-
-
 class Pays(NamedTuple):
     """What the best new controller is worth at one tolerance of one variant: names, limits with their intervals (3,)
     [m]; verdict 1 where it lands in higher seas by more than the intervals, -1 where the best classic one does."""
@@ -347,8 +341,7 @@ class Pays(NamedTuple):
 
 
 def pays_at(block: xarray.Dataset, variant: int) -> list[Pays]:
-    """The best new against the best classic controller at every tolerance of a variant, rising; none where the plan has
-    not both."""
+    """The best new against the best classic controller at every tolerance of a variant; none without both."""
     labels = [str(name) for name in block["alternative"].values]
     new = [labels.index(a.value) for a in NEW if a.value in labels]
     classic = [i for i, name in enumerate(labels) if name in list(Alternative) and Alternative(name).classic]

@@ -14,8 +14,8 @@ from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wi
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.load_chart import ChartPoint, in_heights
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
+from stillhook.plan.definition.load_chart import ChartPoint
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import Phase, PhaseKind
@@ -47,8 +47,7 @@ class Capacity(NamedTuple):
 
 
 def places(phase: Phase) -> tuple[float, ...]:
-    """Heights of the underside that a phase is looked at for its statics [m]: start, end, and the surface where it goes
-    through it."""
+    """Heights of the underside for the statics of a phase [m]: start, end, and the surface where it goes through it."""
     ends = [z for z in (phase.z_start, phase.z_end) if z is not None] or [0.0]
     crossing = [0.0] if min(ends) < 0.0 < max(ends) else []
     return tuple(dict.fromkeys([*ends, *crossing]))
@@ -60,14 +59,10 @@ def at_rest(plan: LiftPlan, phase: Phase, z: float) -> Hanging:
 
 
 def static_tension(plan: LiftPlan, phase: Phase) -> float:
-    """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction
-    and suction."""
-    weight = (
-        plan.payload.lift_off.friction + plan.payload.lift_off.suction
-        if phase.kind is PhaseKind.SEABED_LIFT_OFF
-        else 0.0
-    )
-    return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + weight
+    """Largest tension at the crane tip at rest on a phase's way [N]; off the seabed with skirt friction and suction."""
+    off = plan.payload.lift_off if phase.kind is PhaseKind.SEABED_LIFT_OFF else None
+    F = max(at_rest(plan, phase, z).F_tip for z in places(phase))
+    return F if off is None else F + (off.friction + off.suction)
 
 
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
@@ -151,7 +146,7 @@ def _of_chart(
     points, radius = plan.load_chart.at(tip), show(plan.load_chart.radius_of(tip), "length")
     values, where = [value(p) for p in points], f"{plan.load_chart.chart.name}, radius {radius}{more}"
     shown = [show(getattr(p, name.replace("-", "_")), kind) for p in points]
-    if not in_heights(points):
+    if not (points and math.isfinite(points[-1].Hs)):
         return CapacityValue(values[0], f"{name} {shown[0]} of {where}")
     highest = {text: show(p.Hs, "length") for text, p in zip(shown, points, strict=True)}
     steps = ", ".join(f"{text} up to Hs {Hs}" for text, Hs in highest.items())
@@ -187,8 +182,7 @@ def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityV
 
 
 def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
-    """Highest steady wire speed of the alternative's controller at load and layer, the least over the phase's way and
-    both directions."""
+    """Highest steady wire speed under the alternative's controller, the least over the phase's way and both ways."""
     if not phase.compensated:
         return _slowest(plan, phase, "manual")
     if alternative.stands:
@@ -204,24 +198,26 @@ def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
 
 def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
     still = [at_rest(plan, phase, z) for z in places(phase)]
-    return min((plan.once(_top, s.F_tip, s.s_w, name) for s in still), key=lambda top: top.value)
+    return min((_top(plan, s.F_tip, s.s_w, name) for s in still), key=lambda top: top.value)
 
 
 ROOMS = (ROOM, "plan/definition")
 """Folders whose code makes the speeds that are kept."""
 
 
+@remembered
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """`_top_speed`, kept on disk: it takes a tenth of a second."""
     question = ("v_top", F, s_w, name)
     return CapacityValue(*kept(plan.crane, question, lambda: _top_speed(plan, F, s_w, name)[:2], ROOMS))
 
 
+@remembered
 def _controlled(plan: LiftPlan, name: str) -> tuple[Mode, Crane]:
     """Mode and crane under a controller of this name."""
-    return (
-        (MANUAL_MODE, plan.crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(plan.crane))
-    )
+    if name == MANUAL_MODE:
+        return MANUAL_MODE, plan.crane
+    return controller(name).mode, controller(name).on(plan.crane)
 
 
 def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
@@ -233,7 +229,7 @@ def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
         return CapacityValue(0.0, f"{where}: more than the SWL")
-    mode, crane_of_mode = plan.once(_controlled, name)
+    mode, crane_of_mode = _controlled(plan, name)
     if hasattr(crane.plant.type.module, "speed_limit"):
         from stillhook.analysis.steady.limits import Direction, top_of_drive  # heavy
 

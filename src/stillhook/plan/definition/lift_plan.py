@@ -192,8 +192,7 @@ class Environment(Record):
         return np.hypot(Hs, 0.0 if self.swell is None else self.swell.Hs)
 
     def table(self) -> Seas:
-        """Every cell: heading by heading, period by period, rising height; from the swell alone (Hs 0) where there is
-        one."""
+        """Every cell by heading, period and rising height; from the swell alone (Hs 0) where there is one."""
         axes = (np.array(self.headings), np.array(self.Tp), np.array(self.heights))
         beta, Tp, Hs = np.meshgrid(*axes, indexing="ij")
         return Seas(Hs.ravel(), Tp.ravel(), beta.ravel())
@@ -285,17 +284,10 @@ class LiftPlan:
         stand = (Phase(mode=WinchMode.MANUAL, time="60 s"),)
         lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "start_depth": 0.0 - z}
         fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
-        fields |= {
-            "name": self.name,
-            "payload": self.payload,
-            "rigging": self.rigging,
-            "compensator": self.compensator if self.linked else None,
-            "wire": self.wire,
-            "winch": self.winch,
-            "controller": self.crane.plant.type.default_mode,
-        }
-        fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
-        return Lowering(**fields)
+        fields |= {key: getattr(self, key) for key in ("name", "payload", "rigging", "wire", "winch", "sensors")}
+        fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3"}
+        compensator = self.compensator if self.linked else None
+        return Lowering(**fields, compensator=compensator, controller=self.crane.plant.type.default_mode)
 
 
 def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:
@@ -449,15 +441,10 @@ def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str],
 
 def described(phase: Phase) -> dict[str, Any]:
     """A phase as plain data."""
-    return {
-        "name": phase.name,
-        "kind": "" if phase.kind is None else phase.kind.value,
+    names = ("name", "start_depth", "depth", "speed", "duration", "held", "compensated")
+    kind = "" if phase.kind is None else phase.kind.value
+    return {name: getattr(phase, name) for name in names} | {
+        "kind": kind,
         "mode": phase.mode.value,
-        "start_depth": phase.start_depth,
-        "depth": phase.depth,
-        "speed": phase.speed,
-        "duration": phase.duration,
-        "held": phase.held,
-        "compensated": phase.compensated,
         "limits": dict(phase.limits),
     }

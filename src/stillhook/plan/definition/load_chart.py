@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -90,11 +90,6 @@ class LoadChart:
         """Least and largest radius of its lowest height [m]."""
         return self.rows[0][0][0], self.rows[0][-1][0]
 
-    @property
-    def points(self) -> Iterator[tuple[float, ChartPoint]]:
-        """All points with their radius [m]."""
-        return (each for row in self.rows for each in row)
-
 
 SAME = 1e-6
 """Radii that differ by less are one [m]."""
@@ -116,8 +111,7 @@ class LoadChartTable(Spec):
 @dataclass(frozen=True)
 class CraneChart:
     """A load chart in use: where the crane stands. pedestal: its axis of slewing (x, y) from the vessel's reference
-    point [m], or radius of the tip [m] in its place; heel, trim: static angles of the vessel, magnitudes [rad];
-    swing_damping: of the load in air, part of critical."""
+    point [m], or radius of the tip [m] in its place; the other fields as of `LoadChartTable`."""
 
     chart: LoadChart
     pedestal: tuple[float, float] | None = None
@@ -134,8 +128,7 @@ class CraneChart:
         return math.hypot(tip.x - self.pedestal[0], tip.y - self.pedestal[1])
 
     def direction_of(self, tip: TipPoint) -> float | None:
-        """Direction in which the boom points, counter-clockwise from the bow [rad]; None where only its radius is
-        known."""
+        """Where the boom points, counter-clockwise from the bow [rad]; None where only its radius is known."""
         if self.pedestal is None:
             return None
         return math.atan2(tip.y - self.pedestal[1], tip.x - self.pedestal[0])
@@ -159,8 +152,7 @@ class CraneChart:
         return {"off_lead": self.trim * c + self.heel * s, "side_lead": self.trim * s + self.heel * c}
 
     def judges_leads(self, phase: Phase) -> bool:
-        """Whether side-lead and off-lead of a phase can be determined: in air, where the direction of the boom is
-        known."""
+        """Whether leads of a phase can be determined: in air, where the direction of the boom is known."""
         return self.pedestal is not None and phase.kind in IN_AIR
 
     def notes(self, phases: Sequence[Phase]) -> tuple[str, ...]:
@@ -191,7 +183,12 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     crane, and an axis of slewing that is missing or given twice.
     """
     chart = read_load_chart(file)
-    _within(chart, crane)
+    for radius, point in (each for row in chart.rows for each in row):
+        if point.SWL > crane.SWL * (1.0 + SAME):
+            raise PlanError(
+                f"{chart.name}: SWL {show(point.SWL, 'mass')} at {show(radius, 'length')} is above the SWL"
+                f" {show(crane.SWL, 'mass')} of {crane.name}. Correct the chart, or name its crane."
+            )
     ways = [name for name in ("pedestal", "radius") if getattr(table, name) is not None]
     if boom is not None and ways:
         raise PlanError(f"load_chart.{ways[0]}: [boom] has the pedestal. Leave {ways[0]} out.")
@@ -205,16 +202,6 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
         at = parse_point(table.pedestal, "load_chart.pedestal")
         pedestal = (at.x, at.y)
     return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping)
-
-
-def _within(chart: LoadChart, crane: Crane) -> None:
-    """Refuse a chart that carries more than the crane."""
-    for radius, point in chart.points:
-        if point.SWL > crane.SWL * (1.0 + SAME):
-            raise PlanError(
-                f"{chart.name}: SWL {show(point.SWL, 'mass')} at {show(radius, 'length')} is above the SWL"
-                f" {show(crane.SWL, 'mass')} of {crane.name}. Correct the chart, or name its crane."
-            )
 
 
 def read_load_chart(path: str | Path) -> LoadChart:
@@ -281,8 +268,3 @@ def _check_heights(chart: LoadChart) -> None:
 def _digest(columns: Columns) -> str:
     parts = [part for name in sorted(columns.values) for part in (name.encode(), columns.values[name].tobytes())]
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
-
-
-def in_heights(points: Sequence[ChartPoint]) -> bool:
-    """Whether a chart depends on the wave height."""
-    return bool(points) and math.isfinite(points[-1].Hs)

@@ -146,8 +146,7 @@ class RuleSet:
         return f"{self.name} version {self.version}"
 
     def level(self, quantity: str) -> Level:
-        """Which largest value of a quantity counts: one for all rules that ask for it; the most probable one where none
-        does."""
+        """Which largest value of a quantity counts, one for all of its rules; the most probable one without a rule."""
         return next((rule.level for rule in self.rules if rule.quantity == quantity), Level.MPM)
 
     def to_dict(self) -> dict[str, Any]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse, described
-from stillhook.plan.limits import ROUNDING, by_height, limited, utilisation
+from stillhook.plan.limits import ROUNDING, as_row, limited, utilisation
 from stillhook.plan.report.basis import LIMITS, limits_of_rules
-from stillhook.plan.result import grouped
+from stillhook.plan.result import grouped, picked
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
 from stillhook.report.document import Document, Part, Table, Text
@@ -30,54 +30,29 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
     T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
     env = plan.environment
     steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
-    return {
-        "name": plan.name,
-        "digest": plan.digest,
+    clauses = ("key", "title", "quantity", "standard", "edition", "clause")
+    seas = {name: list(getattr(env, name)) for name in ("Hs", "Tp", "headings")} | {"steep": steep * len(env.headings)}
+    return picked(plan, "name", "digest", "depth", "T_POP", "T_C") | {
         "crane": plan.crane.name,
         "vessel": plan.vessel.name,
         "payload": plan.payload.name,
         "tip": {"x": plan.at.x, "y": plan.at.y, "h_tip": plan.h_tip},
-        "depth": plan.depth,
         "phases": [_phase(plan, phase) for phase in plan.phases],
         "T_phases": sum(phase.counted for phase in plan.phases),
-        "T_POP": plan.T_POP,
-        "T_C": plan.T_C,
         "T_R": T_R,
         "weather_restricted": restricted,
-        "rules": {
-            "name": plan.rules.name,
-            "version": plan.rules.version,
-            "changes": list(plan.rules.changes),
-            "rows": [
-                {key: getattr(rule, key) for key in ("key", "title", "quantity", "standard", "edition", "clause")}
-                for rule in plan.rules.rules
-            ],
-        },
+        "rules": picked(plan.rules, "name", "version")
+        | {"changes": list(plan.rules.changes), "rows": [picked(rule, *clauses) for rule in plan.rules.rules]},
         "limits": [
             {
                 "phase": phase.name,
                 "alternative": alternative.value,
-                "rules": [
-                    {
-                        "rule": row.rule.key,
-                        "quantity": row.rule.quantity,
-                        "limit": row.limit,
-                        "basis": row.basis,
-                        **by_height(row),
-                    }
-                    for row in limited(plan, phase, alternative)
-                ],
+                "rules": [as_row(row) | {"quantity": row.rule.quantity} for row in limited(plan, phase, alternative)],
             }
             for phase in plan.phases
             for alternative in plan.alternatives
         ],
-        "seas": {
-            "Hs": list(env.Hs),
-            "Tp": list(env.Tp),
-            "headings": list(env.headings),
-            "steep": steep * len(env.headings),
-            **({} if env.swell is None else {"swell": env.swell.describe()}),
-        },
+        "seas": seas if env.swell is None else seas | {"swell": env.swell.describe()},
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else _weather(plan.weather),
         "alternatives": [a.value for a in plan.alternatives],
@@ -126,8 +101,7 @@ def _beyond(answer: dict[str, Any]) -> list[str]:
 
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
-    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come
-    before any run."""
+    """How many records, from when to when, what they know; errors of the file come before any run."""
     weather = weather_used(use)
     first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
     return {

@@ -8,13 +8,12 @@ from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
-from stillhook.plan.answer.saved import PLAN_FILES, write_plan
 from stillhook.plan.report import basis, detail
+from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.report.sweep import tolerance_sweep
 from stillhook.plan.report.words import TEXTS, named, sentence
-from stillhook.plan.result import FAILED, PlanResult, for_print, grouped
+from stillhook.plan.result import FAILED, PLAN_FILES, PlanResult, for_print, grouped, write_plan
 from stillhook.report.document import Bullets, Document, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html

@@ -64,8 +64,7 @@ def highest_shown(result: PlanResult) -> float:
 
 
 def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
-    """Limits by heading and period with the phase and the rule that govern; by the twin only of those that credit takes
-    something from."""
+    """Limits by heading and period with what governs; by the twin only of those that credit takes something from."""
     wanted = names(result.data)
     if credit == TWIN:
         wanted = [name for name in wanted if differs(result, name)]
@@ -89,8 +88,7 @@ def equal_tables(result: PlanResult, credit: Credit, alternatives: Sequence[str]
 
 
 def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[str]]) -> Figure:
-    """A strip of cells for alternatives that are alike: rows are headings, columns periods; in each the limit, below it
-    what governs."""
+    """A strip of cells for alternatives that are alike, headings by periods: the limit, below it what governs."""
     label = "credited" if credit == CREDITED else "simulated (not creditable)"
     title = f"Limiting significant wave height Hs [m], {label}"
     tall = FRAME + len(strips) * (PANEL + ROW * result.data.sizes["heading"])
@@ -200,8 +198,7 @@ def detail_figures(result: PlanResult) -> dict[str, Figure]:
 
 
 def depth(block: xarray.Dataset) -> Figure:
-    """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of
-    resonance."""
+    """Tension at the tip, dynamic factor, least sling tension, natural period and depth of resonance against depth."""
     z, at = -np.asarray(block["z"].values, dtype=float), float(block.attrs["z_resonance"])
     resonance = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
     figure, axes = page(1, 4, 4.4, f"Against depth: {sea_words(block.attrs)}; {resonance}", sharey=True)
@@ -233,8 +230,7 @@ def depth(block: xarray.Dataset) -> Figure:
 
 
 def waiting(block: xarray.Dataset) -> Figure:
-    """Operability and waiting by month: lines are means, the mark above each month what 90 % of the starts stay
-    below."""
+    """Operability and waiting by month: lines are means, marks what 90 % of the starts stay below."""
     title = "Operability and waiting for a window by month of readiness, credited limits"
     mark = "SYNTHETIC WEATHER. " if block.attrs["synthetic"] else ""
     figure, axes = page(2, 1, 5.4, f"{mark}{title}", sharex=True)

@@ -206,8 +206,7 @@ def workable(cells: xarray.Dataset) -> list[str]:
 
 
 def gain(cells: xarray.Dataset, over: str, digits: int = 1) -> str:
-    """Days gained over another alternative with their 95 % interval, where there is one, of a row of the weather
-    block."""
+    """Days gained over another alternative with their 95 % interval, if any, of a row of the weather block."""
     value, *ends = (
         fixed(float(cells[key].sel(over=over)), digits) if key in cells else ""
         for key in ("days_gained", "days_gained_low", "days_gained_high")

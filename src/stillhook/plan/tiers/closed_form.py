@@ -156,8 +156,7 @@ def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
-    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is
-    valid."""
+    """Whether the method holds in each sea (n,), T_z from 8.9 sqrt(Hs/g) to 13 s by default, and in a calm."""
     T_w, settings = wave_periods(plan, seas), plan.rules.settings
     H_m0 = plan.environment.H_m0(seas.Hs)
     inside = (sm.shortest_period(H_m0, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
@@ -276,8 +275,7 @@ def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 
 
 def _hydrodynamic(plan: LiftPlan, w: Way, m: Motions) -> tuple[FloatArray, FloatArray]:
-    """Characteristic hydrodynamic force on a payload in the wave zone [N], and the water's speed against it [m/s], both
-    (k, n)."""
+    """Characteristic force on a payload in the wave zone [N], and the water's speed against it [m/s], (k, n) each."""
     v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
     v_r = sm.relative_speed(m.V, m.v, v_w)
     F_M = sm.mass_force(plan.payload.mass, w.A33, w.rho_V, m.a, a_w)
@@ -327,8 +325,7 @@ def _tensions(w: Way, M: float, top: FloatArray, sling: FloatArray, *, slack: bo
 
 
 def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:
-    """Snap load where the slings come slack: the payload sinks freely as fast as when covered, and is caught by the
-    wire."""
+    """Snap load where slings come slack: the payload sinks as fast as when covered, and is caught by the wire."""
     v_ff = sm.free_fall_speed(w.W.min(), float(w.B.max())) if w.B.max() > 0.0 else np.zeros(())
     F = sm.snap_tension(w.W, sm.snap_speed(v_ff, v_r), w.K, plan.payload.mass + w.A33)
     return {"snap_load": np.where(sling > w.W, F, 0.0).max(axis=0)}

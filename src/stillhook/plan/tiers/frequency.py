@@ -76,7 +76,7 @@ AtTip = Mapping[tuple[float, float], Forcing]
 
 def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
     """What the seas of a table do at the crane tip in these phases."""
-    return {(x, y): forcing_at(plan, seas, x, y) for x, y in sorted({(s.x, s.y) for _, parts in phases for s in parts})}
+    return {(s.x, s.y): forcing_at(plan, seas, s.x, s.y) for _, parts in phases for s in parts}
 
 
 @remembered
@@ -111,8 +111,7 @@ def _ways(plan: LiftPlan, *of: Any, **how: Any) -> Mapping[Alternative, Way]:
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
-    """Whether a controller has any steady speed at the load and layers of a phase; the twin does not run one that
-    has none."""
+    """Whether a controller has a steady speed at the load and layers of a phase, without which the twin is not run."""
     top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
     return top is None or top.value > 0.0
 

@@ -63,27 +63,20 @@ def plan_forecast(
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
         first = next((s for s in starts if s.go), None) if restricted else None
-        reason = (
-            ""
-            if go
-            else reason_against(starts[0], T_R, weather)
-            if restricted
-            else "not weather restricted: no forecast lets it start"
-        )
+        reason = "not weather restricted: no forecast lets it start"
+        if restricted:
+            reason = "" if go else reason_against(starts[0], T_R, weather)
         when = None if first is None else started([first])[0]["time"]
         one = {"alternative": alternative.value, "go": go, "first_start": when, "reason": reason}
         entries.append(
             one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)}
         )
-    return {
+    return {key: operation[key] for key in ("T_POP", "T_R", "weather_restricted")} | {
         "plan": result.name,
         "file": weather.source,
         "credit": credit,
         "limits": [limit.text for limit in limits],
         "horizon": horizon,
-        "T_POP": operation["T_POP"],
-        "T_R": T_R,
-        "weather_restricted": operation["weather_restricted"],
         "ship": "free" if ship is None else ship,
         "alternatives": entries,
         "notes": [*of_both.notes, *notes, *of_both.outside(swell_most), *weather.notes],

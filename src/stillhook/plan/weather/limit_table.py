@@ -53,8 +53,7 @@ def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[B
 
 
 def cones(headings: FloatArray, tolerance: float) -> BoolArray:
-    """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad]
-    at most."""
+    """Which headings count (heading, heading) for a vessel that keeps the second to within the tolerance [rad]."""
     result = _near(headings, tolerance, headings)
     for end in (-tolerance, tolerance):
         result |= bracketed(headings, tolerance, headings + end)[0]
@@ -67,16 +66,14 @@ def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray
 
 
 def holdable_headings(headings: FloatArray, tolerance: float) -> BoolArray:
-    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are covered by
-    the table."""
+    """Which headings (heading,) a vessel can keep: the table covers waves from `tolerance` [rad] on both sides."""
     return np.asarray(
         np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0)
     )
 
 
 def worst(by_heading: FloatArray, counts: BoolArray, known: BoolArray) -> FloatArray:
-    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is known (n
-    or 1,)."""
+    """The least (n,) of limits (heading, n) over the headings that count; 0 where nothing is known (n or 1,)."""
     return np.asarray(np.where(known, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
 
 
@@ -166,8 +163,7 @@ class KeptHeadings:
         return cls(counts, known, place.reshape(n).astype(np.int64), of_table if ship is None else None)
 
     def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
-        """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
-        period (n,) [s]."""
+        """Limiting Hs [m] of each record at each heading (kept, n), the worst over readings of its period (n,) [s]."""
         kinds = self.kinds(table, periods)
         return np.asarray(self.of_kinds(table, periods, kinds)[:, kinds.inverse])
 

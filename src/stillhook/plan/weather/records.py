@@ -91,8 +91,7 @@ def free_to_turn(directions: bool) -> str:
 
 
 def _outside(plan: LiftPlan, seas: Records) -> list[str]:
-    """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the
-    weather's."""
+    """How many records the plan's table does not reach: its limit there is 0 m, whatever the weather is."""
     words = {
         "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
@@ -141,8 +140,7 @@ def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None
 
 
 def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
-    """Readings of the peak period, of which the worse counts, and their origin where the weather does not give
-    it."""
+    """Readings of the peak period, of which the worse counts, and their origin where the weather gives none."""
     if "T_p" in weather.columns:
         return (weather.columns["T_p"],), ""
     if "T_m02" not in weather.columns:

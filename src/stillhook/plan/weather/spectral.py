@@ -148,8 +148,7 @@ def _without_swell(plan: LiftPlan) -> tuple[LiftPlan, list[str]]:
 
 
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
-    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading,
-    n), and a note."""
+    """Whether waves of each record are those judged, at each heading that may be kept (heading, n), and a note."""
     come_from = np.asarray(_records(waves).come_from, dtype=np.float64)
     if waves.beta is None or not np.isfinite(come_from).any():
         return np.ones((1, len(come_from)), dtype=np.bool_), []

@@ -62,8 +62,7 @@ class Forecast:
 
     @property
     def case_by_case(self) -> BoolArray:
-        """Cells (credit, alternative, heading, period) whose limit is below the lowest height of the table, which
-        leaves their factor open."""
+        """Cells (credit, alternative, heading, period) below the lowest height of the table: their factor is open."""
         return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
 
 
@@ -174,8 +173,7 @@ class Workability:
         return some, start
 
     def _limits(self, op_wf: FloatArray) -> FloatArray:
-        """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf where nothing is
-        workable."""
+        """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf: nothing is workable."""
         table = limit_table(self.plan, self.axes, op_wf)
         limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
         return np.where(limit > 0.0, limit, -np.inf)
@@ -229,13 +227,9 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "first": str(first),
         "last": str(last),
         "step": weather.step,
-        "window": forecast.T_R,
         "T_R": forecast.T_R,
-        "T_POP": plan.T_POP,
-        "alpha_table": forecast.table.source,
         "limit": _limit_words(plan, seas),
         "case_by_case": _case_by_case(forecast),
-        "free": int(ship is None),
         "ship": math.nan if ship is None else ship,
         **outside(plan, seas),
     }

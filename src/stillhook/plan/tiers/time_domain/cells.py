@@ -200,8 +200,7 @@ class Cells:
     def _filled(
         self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest]
     ) -> dict[tuple[str, Winch, SeaState], CellRequest]:
-        """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they
-        cost nothing."""
+        """The same cells with more seeds where blocks of runs side by side had empty places: they cost nothing."""
         in_waves = [(self._course_of(request), cell) for cell, request in missing.items() if request.spot.Hs > 0.0]
         groups = grouped(
             ((course.duration, len(course.programme), course.z_top > -REACH), cell) for course, cell in in_waves
@@ -222,32 +221,19 @@ class Cells:
         """Run cells that are not there yet."""
         if not missing:
             return
-        cases: list[Case] = []
-        cranes: list[Crane] = []
-        sizes: list[int] = []
-        for request in missing.values():
-            crane, made = self._cases(request)
-            cases += made
-            cranes += [crane] * len(made)
-            sizes.append(len(made))
-        data = self._simulated(cranes, cases, progress)
-        counts = [
-            self._course_of(request).counts
-            for request, size in zip(missing.values(), sizes, strict=True)
-            for _ in range(size)
-        ]
-        intervals = [
-            self._intervals(request) for request, size in zip(missing.values(), sizes, strict=True) for _ in range(size)
-        ]
-        numbers = run_numbers(data, counts, intervals)
+        made = [(request, *self._cases(request)) for request in missing.values()]
+        each = [(request, crane, case) for request, crane, cases in made for case in cases]
+        data = self._simulated([crane for _, crane, _ in each], [case for _, _, case in each], progress)
+        counts = [self._course_of(request).counts for request, _, _ in each]
+        numbers = run_numbers(data, counts, [self._intervals(request) for request, _, _ in each])
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
-        for request, size in zip(missing.values(), sizes, strict=True):
-            k, late = self._intervals(request), round(WINDOW / INTERVAL)
+        for request, _, cases in made:
+            rows, k, late = slice(start, start + len(cases)), self._intervals(request), round(WINDOW / INTERVAL)
             new = {
-                name: values[start : start + size, : k - late if name.endswith("_pp") else k]
+                name: values[rows, : k - late if name.endswith("_pp") else k]
                 if name.startswith(PEAKS)
-                else values[start : start + size]
+                else values[rows]
                 for name, values in numbers.items()
                 if k > late or not name.startswith(PEAKS)
             }
@@ -255,7 +241,7 @@ class Cells:
             self.runs[request.cell] = (
                 new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
             )
-            start += size
+            start += len(cases)
 
     def _simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None

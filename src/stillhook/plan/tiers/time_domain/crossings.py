@@ -38,15 +38,14 @@ BIN = 0.1
 WIDEST = 0.4
 """Half of the 95 % interval of a limit, in ln of the height, beyond which it has no two ends: the runs say how far the
 column is inside, and no more."""
-OVER_SEABED = (PhaseKind.STAND_OFF, PhaseKind.LANDING)
-"""Phases whose limits are tolerances of the payload's motion."""
 SEEDS_OF_SEA = 500
 """Linear seeds of a column that a limit is read from."""
 
 
 def crosses(phase: Phase) -> bool:
-    """Whether the limits of a phase are looked for by crossings: those over the seabed."""
-    return phase.kind in OVER_SEABED
+    """Whether the limits of a phase are looked for by crossings: over the seabed, where they are tolerances of the
+    payload's motion."""
+    return phase.kind in (PhaseKind.STAND_OFF, PhaseKind.LANDING)
 
 
 class Feature(NamedTuple):
@@ -67,8 +66,7 @@ CANDIDATES = (*(Feature(name, power) for power in (1.0, 0.5) for name in NAMES),
 
 @dataclass(frozen=True, eq=False)
 class ColumnFeatures:
-    """Features of a column: of every run, cell by cell in the order of its heights, and of many seeds for each metre of
-    height."""
+    """Features of a column: of every run, cell by cell by height, and of many seeds for each metre of height."""
 
     cells: tuple[Features, ...] = field(repr=False)
     many: Features = field(repr=False)
@@ -159,19 +157,13 @@ class _Stacked:
         place = np.repeat(np.arange(len(columns)), [len(of) for of, _ in rows])
         limits = np.array([[x_limit_of(column.measure, limit) for _, limit in bands] for column in columns])
         x_limit = limits[place, bands_at(bands, Hs)]
-        ln_f = {
-            name: np.log(
-                np.concatenate(
-                    [
-                        cell[name]
-                        for column, each in zip(columns, features, strict=True)
-                        for (H, _), cell in zip(column.cells, each.cells, strict=True)
-                        if H > 0.0
-                    ]
-                )
-            )
-            for name in features[0].many
-        }
+        of_waves = [
+            cell
+            for column, each in zip(columns, features, strict=True)
+            for (H, _), cell in zip(column.cells, each.cells, strict=True)
+            if H > 0.0
+        ]
+        ln_f = {name: np.log(np.concatenate([cell[name] for cell in of_waves])) for name in features[0].many}
         waves = Hs > 0.0
         return cls(place[waves], np.log(Hs[waves]), (x > x_limit * (1.0 + ROUNDING))[waves], ln_f)
 
@@ -346,19 +338,14 @@ class Place:
         speed, motion = series(1j * omega * tip), series(tip)
         r = omega * self.T_0 / (2.0 * math.pi)
         load = series(tip / (1.0 - r**2 + 2j * DAMPING * r))
-        return dict(
-            zip(
-                NAMES,
-                (
-                    np.abs(speed).max(axis=1),
-                    (-speed).max(axis=1),
-                    _span(motion, dt),
-                    np.abs(series(-(omega**2) * tip)).max(axis=1),
-                    _span(load, dt),
-                ),
-                strict=True,
-            )
+        values = (
+            np.abs(speed).max(axis=1),
+            (-speed).max(axis=1),
+            _span(motion, dt),
+            np.abs(series(-(omega**2) * tip)).max(axis=1),
+            _span(load, dt),
         )
+        return dict(zip(NAMES, values, strict=True))
 
 
 def _span(x: FloatArray, dt: float) -> FloatArray:

@@ -129,8 +129,7 @@ def _exp(x: float) -> float:
 
 
 def curve_of(columns: Sequence[ColumnRuns], chance: float | None = None) -> Curve:
-    """The curve of one measure in several columns; chance: that of a phase which the level stands for, in place of the
-    measure's own."""
+    """The curve of one measure in several columns; chance: of a phase, in place of the measure's own."""
     return curves_about(columns, [[column.about for column in columns]], chance)[0]
 
 
@@ -433,8 +432,7 @@ def wind_sea(H: FloatArray, swell: float) -> FloatArray:
 
 
 def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
-    """Limits of all waves as those of the wind sea beside a swell of this height [m]; 0 where the swell alone is
-    beyond."""
+    """Limits of all waves as those of the wind sea beside a swell [m]; 0 where the swell alone is beyond."""
     tables = {name: wind_sea(getattr(limits, name), swell) for name in ("Hs", "low", "high", "direct", "draws")}
     return replace(limits, **tables)
 

@@ -55,8 +55,7 @@ class CellLevels:
 
 
 def cell_levels(columns: Sequence[ColumnRuns]) -> CellLevels:
-    """Levels in all cells above a calm. Not of a chance, which is counted
-    (`stillhook.plan.tiers.time_domain.tier.chance`)."""
+    """Levels in all cells above a calm; a chance is counted (`stillhook.plan.tiers.time_domain.tier.chance`)."""
     heights = [[Hs for Hs, _ in column.cells if Hs > 0.0] for column in columns]
     most = max((len(each) for each in heights), default=0)
     Hs, x, low, high = (np.full((len(columns), most), np.nan) for _ in range(4))

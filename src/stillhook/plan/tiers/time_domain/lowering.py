@@ -90,8 +90,7 @@ class Course:
 
 
 def winch_of(phase: Phase, alternative: Alternative) -> Winch:
-    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same
-    run."""
+    """How an alternative runs the winch in a phase: one and the same run where nothing follows the tip."""
     if alternative is Alternative.PHC:
         return Winch(below=alternative)
     if not phase.compensated or alternative is Alternative.NONE:
@@ -235,8 +234,7 @@ def _landing(plan: LiftPlan, phase: Phase, mode: WinchMode, start: float) -> Cou
 def _landed(
     phase: Phase, z: float, before: tuple[Phase, ...], last: tuple[Phase, ...], lasts: float, counted: float
 ) -> Course:
-    """The course of a landing whose counted phase begins at z and is the first of `last`. What is not run of its way
-    counts as more of the last metres."""
+    """The course of a landing whose counted phase begins at z, the first of `last`; what is not run counts as that."""
     times = max((phase.duration or counted) / counted, 1.0)
     return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
 

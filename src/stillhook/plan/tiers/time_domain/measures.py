@@ -121,8 +121,7 @@ def measures(
 
 
 def _slings(plan: LiftPlan, phase: Phase, course: Course) -> dict[str, Measure]:
-    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come
-    taut."""
+    """Least sling tension over the least at rest, the chance of slack, and the snap when they come taut."""
     rest, level = least_at_rest(plan, phase), plan.rules.level
     lost = Measure(
         "F_sling_min",

@@ -167,8 +167,7 @@ def runs_for(n: int, wide: float, search: Search) -> int:
 
 
 def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
-    """Predicted limit of a phase over the least that it may be, and first height of a search over the predicted
-    limit."""
+    """Predicted limit over the least that it may be, and first height of a search over the predicted limit."""
     if tier is None:
         return 1.0, 1.0
     if phase.held:

@@ -233,8 +233,7 @@ class Work:
         return []
 
     def crosses(self, line: LimitSearch) -> bool:
-        """Whether a line's limits are looked for by crossings: beside a swell features are not proportional to the
-        height."""
+        """Whether crossings find a line's limits: not beside a swell, where features do not grow with the height."""
         return self.swell == 0.0 and crosses(line.phase)
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
