@@ -166,6 +166,18 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         {"alternative": names, "z": z},
         {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "z_resonance": -900.0},
     )
+    eta = 1.0 - 1.0 / (1.0 + (gain - 1.0) * 8.0) * np.ones((1, len(PERIODS)))
+    efficiency = xarray.Dataset(
+        {"eta_wire": (("alternative", "period"), eta), "eta_load": (("alternative", "period"), eta - 1.2 / PERIODS)},
+        {"alternative": names, "period": PERIODS},
+        {"Hs": 2.0, "beta": float(np.pi), "z": -1500.0},
+    )
+    rng = np.random.default_rng(7)
+    landing = xarray.Dataset(
+        {"v_landed": (("alternative", "run"), (0.3 + rng.gumbel(0.0, 0.05, (len(names), 40))) / gain)},
+        {"alternative": names},
+        {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "limit": 0.5},
+    )
     factors = [
         ("C_A", "0.8 of the payload's", "1.2 of the payload's", 0.12),
         ("C_D", "0.5", "1.5", 0.2),
@@ -188,9 +200,29 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         },
         {"Tp": 9.0, "beta": float(np.pi), "phase": "deep", "rule": "wire-speed"},
     )
+    n = np.arange(4, 41, 4)
+    middle = np.array([0.93, 1.04, 0.98])[:, None] + 0.03 * np.cos(n)[None, :] / np.sqrt(n)
+    convergence = xarray.Dataset(
+        {
+            "Hs_limit": (("cell", "n"), middle),
+            "low": (("cell", "n"), middle - 0.4 / np.sqrt(n)),
+            "high": (("cell", "n"), middle + 0.4 / np.sqrt(n)),
+        },
+        {
+            "cell": [
+                "splash zone, all alternatives: slack-sling at Tp 8 s, 180 deg",
+                "deep, ssc: wire-speed at Tp 9 s, 180 deg",
+                "landing, ns: landing-speed at Tp 10 s, 165 deg",
+            ],
+            "n": n,
+        },
+    )
     return {
         "depth": depth,
+        "efficiency": efficiency,
+        "landing": landing,
         "sensitivity": sensitivity,
+        "convergence": convergence,
         "weather": _weather(names, synthetic),
     }
 

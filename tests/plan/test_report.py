@@ -49,7 +49,8 @@ def result() -> PlanResult:
 
 @pytest.fixture(scope="module")
 def stems(result: PlanResult) -> tuple[str, ...]:
-    return ("limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", "depth")
+    behind = ("depth", "efficiency", "landing", "convergence")
+    return ("limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", *behind)
 
 
 @pytest.fixture(scope="module")

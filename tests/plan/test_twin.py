@@ -436,10 +436,13 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     for a, b in zip(first.demands, again.demands, strict=True):
         for name, values in a.values.items():
             np.testing.assert_array_equal(values, b.values[name])
+    assert set(first.blocks) == {"landing", "convergence"}
     assert first.notes[0]["cause"] == "cushion"
     for key, Hs in none.Hs.items():
         if math.isfinite(Hs[0]) and key in none.low:
             assert none.low[key][0] <= Hs[0] <= none.high[key][0]  # without an upper end where few runs hardly grow
+    speeds = first.blocks["landing"]["v_landed"]
+    assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
 
 
 def test_the_usual_number_of_runs_grows_with_alternatives(plan):

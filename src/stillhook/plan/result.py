@@ -39,7 +39,7 @@ FAILED = "not-computed"
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
-BLOCKS = ("depth", "sensitivity", "sweep", "weather")
+BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "sweep", "convergence", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
@@ -62,8 +62,9 @@ class PlanResult:
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
-        z_resonance; sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
-        weather (credit, alternative, month; 0 the whole year).
+        z_resonance; efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed;
+        sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
+        convergence (cell, n): Hs_limit, low, high; weather (credit, alternative, month; 0 the whole year).
     """
 
     data: xarray.Dataset = field(repr=False)

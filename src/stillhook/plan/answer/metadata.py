@@ -236,12 +236,16 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
 def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, Cause]:
     """Causes of missing blocks of a report, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
+    lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
     method = "closed-form-only" if tier is Tier.CLOSED_FORM else "nothing-follows" if still else ""
     runs = "" if tier is Tier.TIME else "no-runs"
     codes = {
         "depth": method,
+        "efficiency": method,
         "sensitivity": method or "nothing-governs",
+        "landing": runs or ("no-limit" if lands else "no-landing"),
         "sweep": runs or "no-compensated-landing",
+        "convergence": runs or "no-limit",
     }
     return {name: cause(code) for name, code in codes.items() if name not in blocks and code}
 

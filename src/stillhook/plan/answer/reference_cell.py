@@ -1,4 +1,4 @@
-"""One cell of the table in detail: tension against depth in one sea, and how far a limit moves when
+"""One cell of the table in detail: tension against depth and efficiency in one sea, and how far a limit moves when
 what is hardly known differs."""
 
 from __future__ import annotations
@@ -210,6 +210,36 @@ def depth_profile(
     return labelled(data, {"alternative": [str(a) for a in alternatives], "z": z}, attrs)
 
 
+def efficiency(
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    Hs: float,
+    beta: float,
+    z: float,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """Part of the tip's motion that the winch takes, at the wire's upper end and at the load, over the plan's periods.
+
+    eta_wire = 1 - sigma_u/sigma_tip and eta_load = 1 - sigma_load/sigma_tip over alternative and period [s], deviations
+    over the whole sea, the payload's underside at z [m]. Negative where wire and load ring. attrs: Hs [m], beta [rad],
+    z [m].
+    """
+    at, winch = plan.tip_of(_water_phase(plan)), _winch(plan, alternatives, progress)
+    periods = np.array(plan.environment.Tp)
+    n = len(periods)
+    forcing = forcing_at(plan, Seas(np.full(n, Hs), periods, np.full(n, beta)), at.x, at.y)
+    tip = forcing.deviation()
+    columns = {name: np.full((len(alternatives), n), np.nan) for name in ("eta_wire", "eta_load")}
+    for i, alternative in enumerate(alternatives):
+        if winch[alternative].known:
+            (load,) = _hanging(plan.under(alternative), at, np.array([z]))
+            residual = sigmas(forcing, load, winch[alternative].at(load.s_w))
+            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - residual.u / tip, 1.0 - residual.load / tip
+    data = {name: (("alternative", "period"), values) for name, values in columns.items()}
+    coords = {"alternative": [str(a) for a in alternatives], "period": periods}
+    return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})
+
+
 def _hanging(plan: LiftPlan, tip: TipPoint, z: FloatArray) -> list[SuspendedLoad]:
     """What hangs below a crane tip, with the underside at heights z [m]."""
     return [suspended_load(plan.crane, plan.hanging(float(x), tip.z), float(x)) for x in z]
@@ -257,7 +287,7 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     return Reference(heading, period, axes.headings[heading], axes.periods[period], height)
 
 
-EXPECTED = {"depth": 2.1, "sensitivity": 1.5}
+EXPECTED = {"depth": 0.9, "efficiency": 1.2, "sensitivity": 1.5}
 """What each block took of the embedded plan [s]: for progress, in ratio to each other."""
 
 
@@ -268,12 +298,15 @@ def reference_blocks(
     *,
     residuals: bool = True,
 ) -> dict[str, xarray.Dataset]:
-    """Blocks depth and sensitivity of a result at the reference cell; none where no phase is compensated.
+    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
     residuals: identify the winch again with other friction and with a late signal, some seconds."""
     at, parts, alternatives = reference_of(plan, of), Parts(progress, EXPECTED), tuple(of.axes.alternatives)
+    ends = [z for p in plan.phases if p.compensated for z in (p.z_start, p.z_end) if z is not None]
     if not any(phase.compensated for phase in plan.phases):
         return {}
     datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts("depth"))}
+    deepest = min(ends, default=0.0)
+    datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, deepest, parts("efficiency"))
     where = sensitive_at(of)
     if where is not None:
         ask = (of.shown(),) if residuals else ()

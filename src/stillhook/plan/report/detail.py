@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     import xarray
 
 GOVERNING = ("governing_phase", "governing_rule")
-BEHIND = ("depth", "sensitivity")
+BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
 """Blocks behind the limits."""
 FACTORS = {
     "C_A": "added mass",
@@ -246,7 +246,7 @@ def _by_month(result: PlanResult) -> Part:
 
 
 def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
-    """Depth and sensitivity, where they were computed."""
+    """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
     parts: list[Part] = []
     for name in BEHIND:
         if name in result:

@@ -4,7 +4,7 @@ search of the twin's tier (`stillhook.plan.tiers.time_domain.search`)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -18,6 +18,7 @@ from stillhook.plan.tiers.time_domain.crossings import (
     SEEDS_OF_SEA,
     ColumnFeatures,
     CrossingLimits,
+    Feature,
     Features,
     Place,
     crossing_limits,
@@ -153,3 +154,25 @@ class CrossingSearch:
         low = np.where(np.isnan(Hs), np.fmax(limits.low, least), np.fmin(limits.low, Hs))
         draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, 0.0)), most)
         return replace(limits, Hs=Hs, low=low, high=np.fmax(limits.high, Hs), draws=draws)
+
+    def by_first(
+        self,
+        lines: Sequence[LimitSearch],
+        about: Sequence[float],
+        rule: Limited,
+        used: Mapping[str, Feature],
+        n: int,
+    ) -> CurveLimits:
+        """A rule's limits by the first n runs of every column, in the order in which they were made; used: the feature
+        of every rule."""
+        work, order = self.work, {cell: i for i, cell in enumerate(self.work.cells.runs)}
+        columns, features = [], []
+        for x, a in zip(lines, about, strict=True):
+            of, each = work.runs_of(x, rule.rule.quantity, a), self.features(x, a)
+            made = sorted(range(len(of.cells)), key=lambda i: order[x.phase.name, x.winch, x.spot(of.cells[i][0])])
+            sizes = np.cumsum([len(of.cells[i][1]["duration"]) for i in made])
+            kept = sorted(made[: max(int(np.searchsorted(sizes, n, side="right")), 1)])
+            columns.append(replace(of, cells=tuple(of.cells[i] for i in kept)))
+            features.append(replace(each, cells=tuple(each.cells[i] for i in kept)))
+        highest = max(work.plan.environment.Hs)
+        return crossing_limits(columns, features, work.bands(rule), highest, feature=used[rule.rule.key]).limits

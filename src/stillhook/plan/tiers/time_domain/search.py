@@ -283,6 +283,10 @@ class Work:
         """Lowest limit of a line as it stands [m], and half of its interval in ln."""
         return self._so_far(line).least(line.column)
 
+    def judgement(self, line: LimitSearch) -> Judged:
+        """Limits of a line's phase under its alternative in all columns that have runs."""
+        return self.judge(line.phase.name, line.alternative)
+
     def _so_far(self, line: LimitSearch) -> Judged:
         """The same of those rules that runs came near to."""
         return self.judge(line.phase.name, line.alternative, near=True)
@@ -344,6 +348,14 @@ class Work:
             except NUMERICAL as problem:
                 failed[each.rule.key] = in_words(problem)
         return Judged(columns, curves, limits, failed, features)
+
+    def limits_by_first(self, line: LimitSearch, rule: Limited, judged: Judged, n: int) -> CurveLimits:
+        """A rule's limits in all columns by the first runs alone: n of every cell, or by crossings n of every column in
+        the order in which they were made."""
+        if rule.rule.key not in judged.features:
+            return self.limits_of(rule, [_first(of, n) for of in judged.curves[rule.rule.key].columns])[1]
+        lines = [x for x in self.phases[line.phase.name, line.alternative] if x.column in judged.columns]
+        return self.crossings.by_first(lines, [self.about(x, judged) for x in lines], rule, judged.features, n)
 
     def limits_of(
         self,
@@ -458,3 +470,8 @@ class Work:
             tell(self.share)
 
         return report
+
+
+def _first(of: ColumnRuns, n: int) -> ColumnRuns:
+    """The first n runs of every cell of a column."""
+    return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))

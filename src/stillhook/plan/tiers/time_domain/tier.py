@@ -1,4 +1,7 @@
-"""The twin's tier: limits by runs in the time domain, placed about the limits that the other tiers predict."""
+"""The twin's tier: limits by runs in the time domain, placed about the limits that the other tiers predict.
+
+Blocks of a result that only runs give: how landing speeds scatter, and how limits settle as seeds are added.
+"""
 
 from __future__ import annotations
 
@@ -14,18 +17,119 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.limits import Limits
-from stillhook.plan.result import Cause, Failures, cause
-from stillhook.plan.tiers.time_domain.cells import Cells, Execution, Runs
+from stillhook.plan.limits import Limits, limited
+from stillhook.plan.result import Cause, Failures, cause, labelled
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, merged
 from stillhook.plan.tiers.time_domain.levels import cell_levels
+from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, prediction_factors
+from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, or_inf, prediction_factors, snapped
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.estimate import Estimate
+from stillhook.units import show
 
 if TYPE_CHECKING:
-    pass
+    import xarray
+
+
+STEPS = 6
+"""Numbers of runs for which a convergence is reported."""
+SHOWN = 6
+"""Largest number of limits whose convergence is reported."""
+
+
+def landing(work: Work) -> xarray.Dataset | None:
+    """Landing speeds of every alternative in one sea, seed by seed: where the best one is at its limit in the middle
+    period.
+
+    None where the plan has no landing, or no limit is known.
+    """
+    phase = next((p for p in work.plan.phases if p.kind is PhaseKind.LANDING), None)
+    column = middle(work)
+    if phase is None or column is None:
+        return None
+    best = max((work.least(a, column) for a in work.plan.alternatives), default=math.nan)
+    Hs = snapped(min(best, max(work.plan.environment.Hs)))
+    if not best > 0.0:
+        return None
+    sea_state, seeds = SeaState(Hs, *column), LANDINGS
+    asks = {a: CellRequest(phase.name, winch_of(phase, a), sea_state, seeds) for a in work.plan.alternatives}
+    work.cells.request(merged(list(asks.values())))
+    rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
+    rules = limited(work.plan, phase, work.plan.alternatives[0])
+    limit = next((r.limit for r in rules if r.rule.quantity == "v_landed"), math.nan)
+    return labelled(
+        {"v_landed": (("alternative", "run"), rows)},
+        {"alternative": [a.value for a in asks], "run": np.arange(1, seeds + 1)},
+        {"Hs": Hs, "Tp": column[0], "beta": column[1], "limit": limit, "phase": phase.name},
+    )
+
+
+LANDINGS = 32
+"""Landings of each alternative whose speeds are shown."""
+
+
+def middle(work: Work) -> Column | None:
+    """The column of the middle period in which the limits are lowest; None where nothing was looked for."""
+    periods = sorted(work.plan.environment.Tp)
+    Tp = periods[len(periods) // 2]
+    columns = sorted({line.column for line in work.lines if line.column[0] == Tp})
+    return min(columns, key=lambda c: min(work.least(a, c) for a in work.plan.alternatives)) if columns else None
+
+
+def convergence(work: Work) -> xarray.Dataset | None:
+    """Limits of the middle column with their 95 % interval [m], by the first runs of every cell alone.
+
+    One line for each way of running the winch that governs there; n runs of the largest cell.
+    """
+    import xarray
+
+    column = middle(work)
+    lines = [] if column is None else _shown(work, column)
+    if not lines or column is None:
+        return None
+    most = max(len(work.runs(line, h)["duration"]) for line in lines for h in work.heights(line))
+    most = max(
+        [most, *(sum(len(work.runs(x, h)["duration"]) for h in work.heights(x)) for x in lines if work.crosses(x))]
+    )
+    n = np.unique(np.linspace(min(8, most), most, STEPS).round().astype(int))
+    table = np.full((3, len(lines), len(n)), np.nan)
+    names = []
+    for i, line in enumerate(lines):
+        judged = work.judgement(line)
+        at = judged.columns.index(column)
+        key = min(judged.limits, key=lambda rule: or_inf(judged.limits[rule].Hs[at]))
+        names.append(_named(line, key))
+        rule = next(each for each in work.rules(line) if each.rule.key == key)
+        for j, count in enumerate(n):
+            limits = work.limits_by_first(line, rule, judged, int(count))
+            table[:, i, j] = limits.Hs[at], limits.low[at], limits.high[at]
+    parts = dict(zip(("Hs_limit", "low", "high"), table, strict=True))
+    return xarray.Dataset(
+        {name: (("cell", "n"), values) for name, values in parts.items()}, coords={"cell": names, "n": n}
+    )
+
+
+def _shown(work: Work, column: Column) -> list[LimitSearch]:
+    """Lines that limit their alternative in a column, each run once."""
+    limiting: dict[tuple[str, object], LimitSearch] = {}
+    for line in work.lines:
+        if (
+            line.column == column
+            and line.resolved
+            and 0.0 < line.limit < math.inf
+            and line.limit <= work.least(line.alternative, column)
+        ):
+            limiting.setdefault((line.phase.name, line.winch), line)
+    return list(limiting.values())[:SHOWN]
+
+
+def _named(line: LimitSearch, key: str) -> str:
+    apart = line.phase.compensated or line.winch.below is not None
+    who = line.alternative.value if apart else "all alternatives"
+    T, beta = line.column
+    return f"{line.phase.name}, {who}: {key} at Tp {show(T, 'time')}, {math.degrees(beta):.4g} deg"
 
 
 MOST_ROUNDS = 200
@@ -40,6 +144,7 @@ class TwinTier:
     runs: Mapping[str, Any]  # number of runs and seeds
     reasons: Mapping[str, Cause]  # phase -> why it was run, or not
     notes: tuple[Cause, ...] = ()  # remarks on the limits
+    blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)  # "landing" and "convergence"
     failures: Failures = field(default_factory=Failures)  # what could not be computed
 
 
@@ -60,7 +165,7 @@ def refine(
     (common random numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
-    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.records`);
+    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`);
     execution: where runs are kept, so that an interrupted plan goes on, and who runs them; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
@@ -78,6 +183,8 @@ def _result(work: Work) -> TwinTier:
     failures = Failures()
     demands = [_demand(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
     limits = [_limits(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
+    makers = {"landing": landing, "convergence": convergence}
+    blocks = {name: failures.attempt(name, partial(make, work), None) for name, make in makers.items()}
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
@@ -86,6 +193,7 @@ def _result(work: Work) -> TwinTier:
         _runs(work.cells),
         {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
+        {name: data for name, data in blocks.items() if data is not None},
         failures,
     )
 
