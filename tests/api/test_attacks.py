@@ -20,7 +20,7 @@ from stillhook.cli import run as command
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.formats.case_file import stored_cases
 from stillhook.library import changed
-from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors
 
 CRANE = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")
@@ -241,10 +241,7 @@ class TestScenarios:
         ("fields", "text"),
         [
             ({"duration": "30.004 s"}, "leaves no whole PLC cycle of 0.01 s of the duration 30.004 s"),
-            ({"load": "20 t", "water": Water(volume="30 m^3")}, "The payload floats"),
-            ({"load": "20 t", "water": Water(volume="20 m^3")}, "The payload floats: 20 t in air displaces 20 m^3 of"),
             ({"load": "250.1 t"}, "(100.04 %)"),
-            ({"power_loss": PowerLoss(time="0 s", unit=4)}, "3 hydraulic power units"),
         ],
     )
     def test_what_cannot_be_run_is_refused(self, fields, text):
@@ -316,13 +313,17 @@ class TestPython:
         with pytest.raises(ScenarioError, match=text):
             compare(CRANE, scenario(), modes)
 
-    def test_wrong_things_to_compare_are_named(self):
-        with pytest.raises(SpecError, match="not a Crane"):
-            compare("nov-250t", scenario())
-        with pytest.raises(ScenarioError, match="not a Scenario"):
-            compare(CRANE, None)
-        with pytest.raises(ScenarioError, match="a list of cases"):
-            compare(CRANE, [scenario()])
+    @pytest.mark.parametrize(
+        ("crane", "case", "text"),
+        [
+            ("nov-250t", scenario(), "not a Crane"),
+            (CRANE, None, "not a Scenario"),
+            (CRANE, [scenario()], "a list of cases"),
+        ],
+    )
+    def test_wrong_things_to_compare_are_named(self, crane, case, text):
+        with pytest.raises(StillhookError, match=text):
+            compare(crane, case)
 
     @pytest.mark.slow
     def test_cases_of_different_length_come_back_in_the_order_given(self):
@@ -389,7 +390,6 @@ class TestCaseFiles:
             (b"x = " + b"[" * 5000 + b"]" * 5000, "not valid TOML"),
             (CASE.encode("utf-16"), "not UTF-8"),
             (CASE.encode() + b"\x00", "not valid TOML"),
-            (CASE.encode() + b"self = 1\n", "Scenario.self: unknown field"),
             (CASE.encode() + b'"a\\nb" = 1\n', r"a\nb: unknown field"),
             (CASE.encode() + b"sensors = { seed = 1.5 }\n", "Sensors.seed = 1.5"),
             (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile[0][1]: missing"),
