@@ -301,29 +301,20 @@ class TestPython:
             simulate(CRANE, scenario(), speed="1 m/s")
 
     @pytest.mark.parametrize(
-        ("modes", "text"),
+        ("arguments", "text"),
         [
-            ("ssc", "give a list"),
-            ([], "empty"),
-            (["ns", "ns"], '"ns" is named twice'),
-            ([5], "not one of"),
+            ((CRANE, scenario(), "ssc"), "give a list"),
+            ((CRANE, scenario(), []), "empty"),
+            ((CRANE, scenario(), ["ns", "ns"]), '"ns" is named twice'),
+            ((CRANE, scenario(), [5]), "not one of"),
+            (("nov-250t", scenario()), "not a Crane"),
+            ((CRANE, None), "not a Scenario"),
+            ((CRANE, [scenario()]), "a list of cases"),
         ],
     )
-    def test_wrong_modes_to_compare_are_named(self, modes, text):
-        with pytest.raises(ScenarioError, match=text):
-            compare(CRANE, scenario(), modes)
-
-    @pytest.mark.parametrize(
-        ("crane", "case", "text"),
-        [
-            ("nov-250t", scenario(), "not a Crane"),
-            (CRANE, None, "not a Scenario"),
-            (CRANE, [scenario()], "a list of cases"),
-        ],
-    )
-    def test_wrong_things_to_compare_are_named(self, crane, case, text):
+    def test_wrong_things_to_compare_are_named(self, arguments, text):
         with pytest.raises(StillhookError, match=text):
-            compare(crane, case)
+            compare(*arguments)
 
     @pytest.mark.slow
     def test_cases_of_different_length_come_back_in_the_order_given(self):
@@ -354,18 +345,14 @@ class TestPython:
         assert lost.any()
         assert lost[int(np.argmax(lost)) :].all()
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("window", [0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None])
-    def test_metrics_refuse_a_window_that_is_none(self, window):
-        run = answer(tip="still")
-        assert metrics.e_c_pp(run, window="30 s").identical(metrics.e_c_pp(run))
-        with pytest.raises(StillhookError, match=r"^metrics: window = "):
-            metrics.e_c_pp(run, window=window)
-
-    def test_metrics_say_what_a_dataset_lacks(self):
+    def test_metrics_say_what_a_dataset_lacks_and_refuse_a_window_that_is_none(self):
         with pytest.raises(StillhookError, match="no time series"):
             metrics.eta_c(simulate(CRANE, [scenario()]))
         run = answer(tip="still")
+        assert metrics.e_c_pp(run, window="30 s").identical(metrics.e_c_pp(run))
+        for window in (0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None):
+            with pytest.raises(StillhookError, match=r"^metrics: window = "):
+                metrics.e_c_pp(run, window=window)
         with pytest.raises(StillhookError, match="has no e_c"):
             metrics.e_c_pp(run.drop_vars("e_c"))
         with pytest.raises(StillhookError, match="after the end of the run"):
