@@ -156,7 +156,7 @@ def test_a_table_that_names_its_first_heading_again_after_a_turn_is_read(tmp_pat
             {"headings": "travel to"},
             "headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, depth, source, note; did you",
         ),
-        ({"name": ""}, "line 1: name: nothing is said"),
+        ({"name": ""}, "line 1: name: no value"),
         ({"depth": "80"}, 'vessel.csv: depth = "80": no unit'),
         ({"depth": "0 m"}, "depth 0 m is not above 0"),
         ({"time": "exp(-i omega t)"}, "It would fit with time the other way"),
@@ -174,7 +174,7 @@ def test_rotations_in_mixed_units_are_refused(tmp_path: Path) -> None:
 
 def test_degrees_that_are_said_to_be_radians_are_refused(tmp_path: Path) -> None:
     rows = [[*row[:8], *(57.3 * v for v in row[8:])] for row in table()]
-    assert "rotations in deg/m that are said to be rad/m" in refused(written(tmp_path, head(), columns(), rows))
+    assert "rotations in deg/m that are declared as rad/m" in refused(written(tmp_path, head(), columns(), rows))
 
 
 def test_a_missing_motion_is_named(tmp_path: Path) -> None:

@@ -102,7 +102,9 @@ def _refuse_units(file: str, text: str) -> None:
             f"{file}: gravity is {gravity[1]}, and metres are read (9.81 m/s^2). Run AQWA in metric units (kg, m, N)."
         )
     if speed is not None and float(speed[1]) != 0.0:
-        raise SeaError(f"{file}: is for a forward speed of {speed[1]}. Run AQWA at zero speed: vessels at work stand.")
+        raise SeaError(
+            f"{file}: is for a forward speed of {speed[1]}. Run AQWA at zero speed, that of a vessel at work."
+        )
 
 
 def _tables(file: str, lines: Sequence[str]) -> dict[int, list[_Line]]:

@@ -193,7 +193,7 @@ def _declare(
     if key in declared:
         raise SeaError(f"{file}: line {number}: {key} is given twice, first in line {declared[key][0]}. Keep one.")
     if not value:
-        raise SeaError(f"{file}: line {number}: {key}: nothing is said. Say it.")
+        raise SeaError(f"{file}: line {number}: {key}: no value. Add it.")
     declared[key] = (number, value)
 
 
@@ -239,7 +239,7 @@ def _motions(head: _Head, rotation: str) -> tuple[ComplexArray, int]:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
         raise SeaError(
-            f"{table.name}: columns of {columns} go with one line such as {line}, and none of {other}. Say it."
+            f"{table.name}: columns of {columns} go with one line such as {line}, and none of {other}. Add it."
         )
     H = np.empty((len(DOFS), len(table.rows)), dtype=np.complex128)
     for d, dof in enumerate(DOFS):

@@ -89,7 +89,7 @@ def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
     speed, depth, wave, point = _constants(six[0])
     if speed:
         raise SeaError(
-            f"{path.name}: is for {speed:g} m/s forward. Run HydroStar at zero speed: vessels at work stand."
+            f"{path.name}: is for {speed:g} m/s forward. Run HydroStar at zero speed, that of a vessel at work."
         )
     degrees = six[0].degrees
     convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))

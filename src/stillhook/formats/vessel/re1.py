@@ -98,7 +98,7 @@ def read_re1(path: Path, text: str) -> Rao:
         )
     if _has_more(r) and speeds == 1:
         raise SeaError(
-            f"{path.name}: line {r.last}: goes on where its {headings} headings end. Check the counts in its line 10."
+            f"{path.name}: line {r.last}: continues after its {headings} headings. Check the counts in its line 10."
         )
     origin = (
         f"{abs(x_aft):.6g} m {'aft' if x_aft >= 0.0 else 'forward'} of Lpp/2, centreline, {z_keel:.6g} m above the keel"

@@ -155,7 +155,7 @@ def stamped(
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say date_order ="
+            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or give date_order ="
             " ymd, mdy or dmy."
         )
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))

@@ -40,7 +40,7 @@ CAPTIONS = {
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
     "model-and-map": "The map is exact in its own cells, with nothing outside; the model smooths and extrapolates.",
-    "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
+    "second-loop-system": "With a right motor model, tests of one load fall on one curve at every displacement.",
 }
 TEST_HEADER = (
     "test",
