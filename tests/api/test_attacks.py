@@ -20,7 +20,7 @@ from stillhook.cli import run as command
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.formats.case_file import stored_cases
 from stillhook.library import changed
-from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors
 
 CRANE = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")
@@ -241,10 +241,7 @@ class TestScenarios:
         ("fields", "text"),
         [
             ({"duration": "30.004 s"}, "leaves no whole PLC cycle of 0.01 s of the duration 30.004 s"),
-            ({"load": "20 t", "water": Water(volume="30 m^3")}, "The payload floats"),
-            ({"load": "20 t", "water": Water(volume="20 m^3")}, "The payload floats: 20 t in air displaces 20 m^3 of"),
             ({"load": "250.1 t"}, "(100.04 %)"),
-            ({"power_loss": PowerLoss(time="0 s", unit=4)}, "3 hydraulic power units"),
         ],
     )
     def test_what_cannot_be_run_is_refused(self, fields, text):
@@ -304,25 +301,20 @@ class TestPython:
             simulate(CRANE, scenario(), speed="1 m/s")
 
     @pytest.mark.parametrize(
-        ("modes", "text"),
+        ("arguments", "text"),
         [
-            ("ssc", "give a list"),
-            ([], "empty"),
-            (["ns", "ns"], '"ns" is named twice'),
-            ([5], "not one of"),
+            ((CRANE, scenario(), "ssc"), "give a list"),
+            ((CRANE, scenario(), []), "empty"),
+            ((CRANE, scenario(), ["ns", "ns"]), '"ns" is named twice'),
+            ((CRANE, scenario(), [5]), "not one of"),
+            (("nov-250t", scenario()), "not a Crane"),
+            ((CRANE, None), "not a Scenario"),
+            ((CRANE, [scenario()]), "a list of cases"),
         ],
     )
-    def test_wrong_modes_to_compare_are_named(self, modes, text):
-        with pytest.raises(ScenarioError, match=text):
-            compare(CRANE, scenario(), modes)
-
-    def test_wrong_things_to_compare_are_named(self):
-        with pytest.raises(SpecError, match="not a Crane"):
-            compare("nov-250t", scenario())
-        with pytest.raises(ScenarioError, match="not a Scenario"):
-            compare(CRANE, None)
-        with pytest.raises(ScenarioError, match="a list of cases"):
-            compare(CRANE, [scenario()])
+    def test_wrong_things_to_compare_are_named(self, arguments, text):
+        with pytest.raises(StillhookError, match=text):
+            compare(*arguments)
 
     @pytest.mark.slow
     def test_cases_of_different_length_come_back_in_the_order_given(self):
@@ -353,18 +345,14 @@ class TestPython:
         assert lost.any()
         assert lost[int(np.argmax(lost)) :].all()
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("window", [0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None])
-    def test_metrics_refuse_a_window_that_is_none(self, window):
-        run = answer(tip="still")
-        assert metrics.e_c_pp(run, window="30 s").identical(metrics.e_c_pp(run))
-        with pytest.raises(StillhookError, match=r"^metrics: window = "):
-            metrics.e_c_pp(run, window=window)
-
-    def test_metrics_say_what_a_dataset_lacks(self):
+    def test_metrics_say_what_a_dataset_lacks_and_refuse_a_window_that_is_none(self):
         with pytest.raises(StillhookError, match="no time series"):
             metrics.eta_c(simulate(CRANE, [scenario()]))
         run = answer(tip="still")
+        assert metrics.e_c_pp(run, window="30 s").identical(metrics.e_c_pp(run))
+        for window in (0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None):
+            with pytest.raises(StillhookError, match=r"^metrics: window = "):
+                metrics.e_c_pp(run, window=window)
         with pytest.raises(StillhookError, match="has no e_c"):
             metrics.e_c_pp(run.drop_vars("e_c"))
         with pytest.raises(StillhookError, match="after the end of the run"):
@@ -389,7 +377,6 @@ class TestCaseFiles:
             (b"x = " + b"[" * 5000 + b"]" * 5000, "not valid TOML"),
             (CASE.encode("utf-16"), "not UTF-8"),
             (CASE.encode() + b"\x00", "not valid TOML"),
-            (CASE.encode() + b"self = 1\n", "Scenario.self: unknown field"),
             (CASE.encode() + b'"a\\nb" = 1\n', r"a\nb: unknown field"),
             (CASE.encode() + b"sensors = { seed = 1.5 }\n", "Sensors.seed = 1.5"),
             (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile[0][1]: missing"),

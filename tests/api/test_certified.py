@@ -38,13 +38,22 @@ UNCERTIFIED_NOTES = "the wire of 1000 m weighs 36 t in air, 35% of the hook load
 """What any crane says of this run: 1 km of wire at 36 kg/m on a hook of 104 t."""
 
 
+def stored(made, folder: Path) -> Path:
+    """A crane file with its certificate in a folder."""
+    (folder / "certificate.json").write_text(made.text(), encoding="utf-8")
+    (folder / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
+    return folder / "crane.toml"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory):
+    """A certificate of logs that are not synthetic."""
+    return certificate_of(staged(write(tmp_path_factory.mktemp("campaign"), synthetic=False)))
+
+
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
-    """A crane file with its certificate, of logs that are not synthetic."""
-    made = certificate_of(staged(write(tmp_path, synthetic=False)))
-    (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
-    (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
-    return tmp_path / "crane.toml"
+def file(made, tmp_path: Path) -> Path:
+    return stored(made, tmp_path)
 
 
 @pytest.fixture
@@ -167,10 +176,7 @@ def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
 
 @pytest.mark.slow
 def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
-    made = certificate_of(staged(write(tmp_path)))
-    (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
-    (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
-    found = load_crane(tmp_path / "crane.toml")
+    found = load_crane(stored(certificate_of(staged(write(tmp_path))), tmp_path))
     (note,) = doubts(found, case())
     assert note.endswith("is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
     assert "SYNTHETIC" in twin_line(found)
@@ -237,10 +243,9 @@ def test_a_crane_with_a_friction_set_from_a_file_needs_no_file_but_its_certifica
     made = certificate_of(staged(write(trial, crane="ours.toml", synthetic=False)))
     alone = tmp_path / "alone"
     alone.mkdir()
-    (alone / "certificate.json").write_text(made.text(), encoding="utf-8")
-    (alone / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
-    assert doubts(load_crane(alone / "crane.toml"), case()) == ()
-    drawn = crane_with(load_crane(alone / "crane.toml"), load_friction("crane-2"))
+    crane = load_crane(stored(made, alone))
+    assert doubts(crane, case()) == ()
+    drawn = crane_with(crane, load_friction("crane-2"))
     assert doubts(drawn, case())[0].endswith("changed since in friction")
 
 

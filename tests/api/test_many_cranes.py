@@ -131,7 +131,6 @@ def test_a_run_of_one_crane_is_stored_as_it_always_was():
         ([BASE, load_crane("nov-100t-pure-active")], CASE, 'simulate: crane 0 "nov-150t" is active-passive with a PLC'),
         ([BASE, changed(BASE, {"control": {"t_cycle": "20 ms"}})], CASE, 'simulate: crane 0 "nov-150t" is'),
         ([BASE, "nov-250t"], CASE, 'crane = "nov-250t": not a Crane. Read one with load_crane, by name or path.'),
-        ("nov-250t", CASE, 'crane = "nov-250t": not a Crane. Read one with load_crane, by name or path.'),
         (CRANES[:2], CASE.model_copy(update={"load": 200e3}), 'case 0: Load 200 t exceeds the SWL 150 t of "nov-150t"'),
     ],
 )

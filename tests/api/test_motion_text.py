@@ -75,7 +75,7 @@ def test_bad_texts_are_refused_in_one_line(text: object, error: type[StillhookEr
 
 
 @pytest.mark.slow
-@given(st.text(max_size=200))
+@given(st.text(max_size=60))
 def test_any_text_is_a_motion_or_a_one_line_error(text: str) -> None:
     try:
         parse_motion("sine 1 m 5 s + " + text)

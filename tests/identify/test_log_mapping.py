@@ -86,7 +86,7 @@ def test_a_row_of_time_takes_no_sign():
 def test_an_unknown_name_is_told_with_the_nearest():
     text = said({"p_A": {"column": "PT101", "unit": "bar"}})
     assert text.startswith('test.toml: signals.p_A: "p_A" is not a signal of Stillhook; did you mean "p_')
-    assert 'For a name of your own give what it measures, such as quantity = "pressure" (one of length,' in text
+    assert 'For another name give what it measures, such as quantity = "pressure" (one of length,' in text
 
 
 @pytest.mark.parametrize(

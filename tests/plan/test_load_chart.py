@@ -233,7 +233,7 @@ class TestPlan:
                     ('kind = "in-air"', 'kind = "in-air"\ntip = "x=-15 m, y=-20 m, z=36 m"'),
                 ),
                 ROWS,
-                ["over the side", "tip of its own", "load_chart.pedestal"],
+                ["over the side", "has another tip", "load_chart.pedestal"],
             ),
         ],
     )

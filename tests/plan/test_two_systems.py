@@ -153,7 +153,7 @@ class TestTiers:
             "every limiting Hs is that of the wind sea" in line for line in map(sentence, result.facts["remarks"])
         )
         titles = [str(getattr(part, "title", "")) for part in brief(result).front]
-        assert any("of the wind sea beside a swell of Hs 1.2 m" in title for title in titles), titles
+        assert any("of the wind sea with a swell of Hs 1.2 m" in title for title in titles), titles
         assert result.facts["operation"]["swell_wf"] < 1.2
 
 
@@ -178,7 +178,7 @@ def test_a_swell_that_cannot_be_is_refused_in_one_line(tmp_path: Path, line: str
 def test_check_names_the_swell(tmp_path, capsys):
     (tmp_path / "plan.toml").write_text(PLAN, encoding="utf-8")
     assert run(["plan", str(tmp_path / "plan.toml"), "--check"]) == 0
-    assert "each beside a swell of Hs 1.2 m, Tp 9 s, travelling 180 deg" in " ".join(capsys.readouterr().out.split())
+    assert "each with a swell of Hs 1.2 m, Tp 9 s, travelling 180 deg" in " ".join(capsys.readouterr().out.split())
 
 
 def series(n=48, **columns):

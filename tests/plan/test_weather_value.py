@@ -249,7 +249,7 @@ def test_a_fixed_heading_without_directions_is_refused(plan, season):
     blind = replace(season, columns={k: v for k, v in season.columns.items() if k != "come_from"}, source="buoy.csv")
     with pytest.raises(
         WeatherError,
-        match=r"buoy.csv: gives no direction of waves, and weather.ship holds the vessel's heading at 10 deg. Say .* weather.sense",
+        match=r"buoy.csv: gives no direction of waves, and weather.ship holds the vessel's heading at 10 deg. State .* weather.sense",
     ):
         valued(replace(plan, weather=WeatherUse("buoy.csv", ship=math.radians(10.0))), blind, LIMITS)
 
@@ -297,7 +297,7 @@ def test_days_gained_are_taken_over_starts_from_which_both_get_their_window(plan
 
 def test_records_that_the_table_does_not_reach_are_told_for_they_are_no_bad_weather(plan, season):
     long = replace(season, columns={**season.columns, "T_p": np.where(np.arange(HOURS) % 4 == 0, 16.0, 8.0)})
-    said = "25 % of the records lie above 14 s, the highest period of the table"
+    said = "25 % of the records are above 14 s, the highest period of the table"
     assert f"{said}: counted as not workable" in seas_of(plan, long)[1]
     held = replace(plan, weather=WeatherUse("season", ship=0.0))
     beta = [math.degrees(b) for b in plan.environment.headings]

@@ -170,7 +170,7 @@ def test_rotations_in_mixed_units_are_refused(tmp_path: Path) -> None:
 
 def test_degrees_that_are_said_to_be_radians_are_refused(tmp_path: Path) -> None:
     rows = [[*row[:8], *(57.3 * v for v in row[8:])] for row in table()]
-    assert "rotations in deg/m that are said to be rad/m" in refused(written(tmp_path, head(), columns(), rows))
+    assert "rotations in deg/m that are declared as rad/m" in refused(written(tmp_path, head(), columns(), rows))
 
 
 def test_a_missing_motion_is_named(tmp_path: Path) -> None:

@@ -133,7 +133,7 @@ def test_headings_from_the_other_end_are_found_by_their_motions(tmp_path: Path) 
         (" 1 7 8 6", " 1 7 8", "numbers of speeds, headings, frequencies and degrees of freedom should be (4 numbers)"),
         (" 1 7 8 6", " 1 -7 8 6", "1, -7, 8, 6 are not counts of a table"),
         (" 1 7 8 6", " 1 99999 99999 6", "are not counts of a table"),
-        (" 1 7 8 6", " 1 6 8 6", "goes on where its 6 headings end"),
+        (" 1 7 8 6", " 1 6 8 6", "continues after its 6 headings"),
         (" 60.0 16.0 4.0", " 60.0 16.0", "Lpp, breadth and draught should be (3 numbers)"),
         (" 0.0 0.0 0.0 5.0 4.0", " 3.0 0.0 0.0 5.0 4.0", "holds no zero speed, only up to 3 m/s"),
         (TITLE[0], " EXCITATION FORCE TRANSFER FUNCTIONS", "not the motions. Give the .re1"),
@@ -160,4 +160,4 @@ def test_a_file_in_degrees_is_refused(tmp_path: Path) -> None:
         else line
         for line in lines()
     ]
-    assert "rotations in deg/m that are said to be rad/m" in refused(tmp_path, damaged)
+    assert "rotations in deg/m that are declared as rad/m" in refused(tmp_path, damaged)

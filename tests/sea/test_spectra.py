@@ -175,7 +175,7 @@ class TestTorsethaugen:
     def test_a_primary_peak_flatter_than_the_plain_one_is_told(self):
         wave = Torsethaugen(1.0, 6.5)
         assert wave.peaks[0].gamma == 1.0
-        assert wave.notes() == ("gamma of the primary peak comes out at 0.966 and is taken as 1",)
+        assert wave.notes() == ("gamma of the primary peak is calculated as 0.966 and is taken as 1",)
         assert Mixed((wave, pierson_moskowitz(1.0, 8.0))).notes() == wave.notes()
         assert Torsethaugen(3.0, 8.0).notes() == ()
 

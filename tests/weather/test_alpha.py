@@ -162,7 +162,7 @@ class TestTablesOfCells:
 
     def read(self, folder, text, name="own.csv"):
         (folder / name).write_text(text, encoding="utf-8")
-        return read_alpha_table(str(folder / name), "--alpha")
+        return read_alpha_table(str(folder / name))
 
     def test_the_printed_table_as_a_csv_gives_the_printed_factors(self, tmp_path):
         own = self.read(tmp_path, CELLS)

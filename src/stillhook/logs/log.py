@@ -270,7 +270,8 @@ def _spacing(source: Source, clock: Clock) -> float:
         )
     if np.count_nonzero(step == 0.0) > COARSE * len(step):
         raise LogError(
-            f"{place}: most stamps repeat ({len(ahead)} of {len(step)} go on). Export them with fractions of a second."
+            f"{place}: most stamps repeat ({len(ahead)} of {len(step)} advance). Export them with fractions of a"
+            " second."
         )
     spacing = float(np.median(ahead))
     if 1.0 / spacing > FASTEST:

@@ -156,7 +156,7 @@ def _kind(name: str, quantity: Any, where: str) -> str:
         if quantity_of_name is None:
             near = nearest(name, ("time", *PHYSICAL))
             raise LogError(
-                f"{where}: {quote(name)} is not a signal of Stillhook{near} For a name of your own give what "
+                f"{where}: {quote(name)} is not a signal of Stillhook{near} For another name give what "
                 f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return quantity_of_name

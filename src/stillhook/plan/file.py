@@ -241,8 +241,7 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
     """Crane tip, its height above still water [m], and vessel."""
     if file.tip.motion is not None:
         raise PlanError(
-            "tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table"
-            " [boom]."
+            "tip.motion: replaces vessel and sea, and a plan needs many seas. Give tip.at, or a table [boom]."
         )
     if file.vessel is None:
         raise table.missing("vessel")
@@ -312,7 +311,7 @@ def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase,
     phases_take = sum(phase.counted for phase in phases)
     hours = f"{number(phases_take / 3600.0, 3)} h"
     if operation.T_POP is None:
-        return phases_take, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
+        return phases_take, (f"operation.T_POP is not given: the sum of the phases is used, {hours}",)
     if phases_take > operation.T_POP * (1.0 + ROUNDED):
         raise table.wrong(f"the phases alone take {hours}. Give more, or leave it out.", "T_POP")
     return operation.T_POP, ()

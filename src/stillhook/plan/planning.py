@@ -119,7 +119,7 @@ def plan(
     execution = Execution(store, client, threads, seed)
     begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
     parts("preparation")
-    table, records = read_alpha_table(alpha, "--alpha"), weather
+    table, records = read_alpha_table(alpha), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:

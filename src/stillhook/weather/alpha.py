@@ -27,6 +27,8 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.tables.table import Fraction, Spec, Text
 from stillhook.units import Hours, quote, show
 
+OPTION = "--forecast-factors"
+"""By which commands take a table."""
 DEFAULT = "dnv-os-h101"
 TEXTS = ("title", "version", "standard", "edition", "clause", "note")
 """What a table says of itself."""
@@ -117,16 +119,15 @@ def alpha_tables() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in _SHELF.glob("*.toml")))
 
 
-def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> AlphaTable:
-    """A table by name or from a TOML file of one's own (others: `stillhook.formats.weather.alpha_table`); option that
-    named it.
+def load_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
+    """A table by name or from a TOML file of one's own (others: `stillhook.formats.weather.alpha_table`).
 
     Errors: WeatherError of one line that names file and field.
     """
     path = Path(name_or_path)
     if name_or_path not in alpha_tables() and not path.suffix:
         raise WeatherError(
-            f"{option} {quote(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
+            f"{OPTION} {quote(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
             f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a file, TOML, CSV or XLSX."
         )
     own = name_or_path not in alpha_tables()
@@ -153,10 +154,9 @@ def _table(table: TomlTable) -> AlphaTable:
     return AlphaTable(table.path.stem, file.Hs, T_POP, alpha, ends.T_POP_below, ends.T_R_below, texts)
 
 
-def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None, *, option: str = "--table") -> Alpha:
+def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None) -> Alpha:
     """Alpha of an operation with limiting height hs [m] (its OP_LIM) and planned time T_POP [s]; T_C contingency [s],
-    None: not assessed; option: by which a command takes a table of one's own, for what is said where the table leaves
-    the factor open.
+    None: not assessed.
 
     Errors: WeatherError for a height or time that is not above 0, and a contingency below 0.
     """
@@ -166,7 +166,7 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
             " time must be above 0, the contingency not below. Check the numbers."
         )
     T_R, restricted = reference_period(table, T_POP, T_C)
-    alpha, reason = _alpha(table, hs, T_POP, option)
+    alpha, reason = _alpha(table, hs, T_POP)
     if not restricted and not reason:
         reason = _unrestricted(table, T_POP, T_R)
     op_wf = None if alpha is None else alpha * hs
@@ -195,7 +195,7 @@ def _unrestricted(table: AlphaTable, T_POP: float, T_R: float) -> str:
     )
 
 
-def _alpha(table: AlphaTable, hs: float, T_POP: float, option: str) -> tuple[float | None, str]:
+def _alpha(table: AlphaTable, hs: float, T_POP: float) -> tuple[float | None, str]:
     if T_POP > table.T_POP[-1] + _ROUND:
         return None, (
             f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the"
@@ -204,8 +204,8 @@ def _alpha(table: AlphaTable, hs: float, T_POP: float, option: str) -> tuple[flo
     if hs < table.Hs[0] - _ROUND:
         return None, (
             f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the"
-            " table: case by case. Agree a factor with your warranty surveyor, and put it into a table of your own"
-            f" ({option})."
+            " table: case by case. Agree a factor with your warranty surveyor, and enter it in your project's table"
+            f" ({OPTION})."
         )
     return float(alphas(table, np.array([hs]), T_POP)[0]), ""
 

@@ -157,7 +157,7 @@ def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None)
     """
     if ship is None and _of_heading(limits):
         raise WeatherError(
-            '--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".'
+            '--ship: missing: a limit depends on beta. Give where the bow points, "315 deg" from north, or "free".'
         )
     return _inside(limits, weather, ship)
 

@@ -132,7 +132,7 @@ def test_the_native_function_gives_what_the_python_one_gives(built: Path, rows: 
         ({"parameters": "TipObject=Vessel;Mode=fast"}, "the crane has no mode fast"),
         ({"parameters": "TipObject=Vessel;WireOut=1e9"}, "outside the range of the crane"),
         ({"parameters": "TipObject=Vessel;SpeedResult=Heave"}, "no result Heave. Name it in the parameters"),
-        ({"data": "WholeSimulationTension"}, "was asked for WholeSimulationTension"),
+        ({"data": "WholeSimulationTension"}, "OrcaFlex requested WholeSimulationTension"),
     ],
 )
 def test_what_is_wrong_in_the_model_is_recorded_as_one_line(built: Path, rows: Path, more, line):

@@ -240,7 +240,7 @@ class DriveComparison:
         if len(self.runs) == 1:
             return f"By {by}: one drive alone; name others to compare it with."
         if not self.n:
-            return f"By {by}: not distinguished, as nothing was drawn."
+            return f"By {by}: not distinguished without draws."
         slow = {run.name: run.short for run in self.runs if run.short}
         fast = [[drive for drive in group if drive not in slow] for group in self.ranking(name)]
         groups = [group for group in fast if group]

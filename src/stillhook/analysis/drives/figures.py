@@ -32,7 +32,7 @@ def kwh(E: float) -> float:
 def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
     """Error and net energy of every drive, bars at the nominal values and the 5 to 95 % band of the draws."""
     runs = comparison.ordered()
-    bands = f", lines: 5 to 95 % of {comparison.n} draws" if comparison.n else ", nothing drawn"
+    bands = f", lines: 5 to 95 % of {comparison.n} draws" if comparison.n else ", no draws"
     text = f"{title}{bands}; not validated"
     figure, axes = kit.panels(1, 2, (10.0, 1.8 + 0.5 * len(runs)), text, grid="x", sharey=True)
     axes = axes.ravel()

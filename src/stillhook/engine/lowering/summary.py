@@ -427,7 +427,7 @@ def notes(run: LoweringRun) -> list[str]:
     if run.hang.course.sup.stuck > 0.0:
         notes_of_run.append(
             f'phase "{name}" did not end within its timeout of {run.packed.programme.rows[i][5]:g} s: the programme'
-            " stands"
+            " stopped there"
         )
     elif run.hang.course.sup.done == 0.0:
         notes_of_run.append(

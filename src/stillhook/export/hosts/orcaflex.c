@@ -278,7 +278,7 @@ static void of_initialise(of_info *info)
         known = wcsncmp(info->data_name, allowed[i], wcslen(allowed[i])) == 0;
     info->data = NULL;
     if (!known) {
-        of_say(info, L"StillhookWinch gives a rate of pay-out, and was asked for ", info->data_name,
+        of_say(info, L"StillhookWinch gives a rate of pay-out, and OrcaFlex requested ", info->data_name,
                ". Choose it for the winch's pay-out rate.");
         return;
     }

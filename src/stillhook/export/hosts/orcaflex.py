@@ -56,8 +56,8 @@ class Winch:
         """Read parameters, units and a stored state."""
         if not str(info.DataName).startswith(DATA_NAMES):
             raise SimulationError(
-                f"StillhookWinch gives a rate of pay-out, and was asked for {units.quote(str(info.DataName))}. Choose"
-                " it for the winch's pay-out rate."
+                f"StillhookWinch gives a rate of pay-out, and OrcaFlex requested {units.quote(str(info.DataName))}."
+                " Choose it for the winch's pay-out rate."
             )
         given = _parameters(info)
         self._force, self._length = _factors(info)

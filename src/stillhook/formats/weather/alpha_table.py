@@ -30,14 +30,14 @@ RESTRICTED = {"T_POP_below": "72 h", "T_R_below": "96 h"}
 """Ends of what counts as weather restricted, where a file does not give them: those of DNV-OS-H101 (recalled)."""
 
 
-def read_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> AlphaTable:
-    """A table by its name in the library, or from a file: TOML, CSV or XLSX; option: by which a command takes it.
+def read_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
+    """A table by its name in the library, or from a file: TOML, CSV or XLSX.
 
     Errors: WeatherError of one line that names file and place: a column, unit or cell that is missing, a factor that is
     not above 0 and at most 1, a cell that comes twice, remarks that are none.
     """
     if name_or_path in alpha_tables() or Path(name_or_path).suffix.lower() not in ENDINGS:
-        return load_alpha_table(name_or_path, option)
+        return load_alpha_table(name_or_path)
     try:
         return _table(read_columns(name_or_path, COLUMNS, error=WeatherError))
     except UnitError as e:

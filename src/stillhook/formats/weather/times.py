@@ -182,7 +182,7 @@ def stamped(
     wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < FIRST_YEAR) | (year > LAST_YEAR)
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        do = "Correct the line, or say date_order = ymd, mdy or dmy."
+        do = "Correct the line, or give date_order = ymd, mdy or dmy."
         raise WeatherError(f"{name}: line {lines[i]}: {quote(texts[i])} is no date. {do}")
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 

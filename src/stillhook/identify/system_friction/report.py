@@ -43,7 +43,7 @@ CAPTIONS = {
         " nominal torque."
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
-    "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
+    "second-loop-system": "With a right motor model, tests of one load fall on one curve at every displacement.",
 }
 MAX_SIMILAR = 2
 """Findings of one kind in one signal of a log that are reported one by one."""

@@ -135,7 +135,7 @@ def governing_run(
         for run in about
     ]
     if not judged:
-        raise PlanError(f"--cell: {ask.text}: runs of {of.phase.name} say nothing of {of.rule or 'its rules'}.")
+        raise PlanError(f"--cell: {ask.text}: runs of {of.phase.name} do not cover {of.rule or 'its rules'}.")
     _, rule, worst = max(judged, key=lambda row: row[0])
     measure = known[rule.rule.quantity]
     crane, cases = cells.cases(_at(plan, cell, worst.Hs, 1), [worst.number])

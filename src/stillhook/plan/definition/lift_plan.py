@@ -320,7 +320,7 @@ def check_chart(plan: LiftPlan) -> None:
             )
         if used.radius is not None and phase.tip is not None:
             raise PlanError(
-                f"{called(phase)}: has a tip of its own, and load_chart.radius is that of the plan's. Give"
+                f"{called(phase)}: has another tip, and load_chart.radius is that of the plan's. Give"
                 " load_chart.pedestal in its place."
             )
 

@@ -96,7 +96,7 @@ def rules(result: PlanResult) -> list[Part]:
     parts.append(Table(head, rows))
     stand = [[rule_code(result, row[0]), *row] for row in limits_of_rules(result.facts)]
     if stand:
-        parts.append(Table(("", *LIMITS), stand, "Limits as they stand"))
+        parts.append(Table(("", *LIMITS), stand, "Limits of the rules"))
     return parts
 
 

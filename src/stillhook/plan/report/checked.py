@@ -180,7 +180,7 @@ def _seas(answer: dict[str, Any]) -> str:
     steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
     return (
         f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
-        f" bow{steep}{f', each beside a {swell}' if (swell := seas.get('swell')) else ''}"
+        f" bow{steep}{f', each with a {swell}' if (swell := seas.get('swell')) else ''}"
     )
 
 

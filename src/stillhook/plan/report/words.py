@@ -196,7 +196,7 @@ def of_wind_sea(result: PlanResult) -> str:
     """What limits are of where a swell is beside the wind sea of the table, for titles: ", of the wind sea beside a
     swell of ..."; empty without one."""
     swell = result.facts["settings"].get("swell")
-    return "" if swell is None else f", of the wind sea beside a {swell['text']}"
+    return "" if swell is None else f", of the wind sea with a {swell['text']}"
 
 
 def workable(cells: xarray.Dataset) -> list[str]:

@@ -62,7 +62,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         hint = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
             f"{weather.source}: gives no direction of waves{hint}, and weather.ship holds the vessel's heading at"
-            f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
+            f" {show(ship, 'angle', 4)}. State what the file's directions mean by weather.sense, or leave weather.ship"
             " out."
         )
     seas = Records(Hs, periods, come_from, ship, of_both)
@@ -93,7 +93,7 @@ def free_to_turn(directions: bool) -> str:
 def _outside(plan: LiftPlan, seas: Records) -> list[str]:
     """How many records the plan's table does not reach: its limit there is 0 m, whatever the weather is."""
     words = {
-        "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
+        "above_period": f"are above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
         "no_direction": "give no direction",
     }

@@ -72,7 +72,7 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
     open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
-    reason = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C, option="--alpha").reason if len(open_) else ""
+    reason = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C).reason if len(open_) else ""
     used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
     swell = plan.environment.swell
@@ -251,8 +251,8 @@ def _limit_words(plan: LiftPlan, seas: Records) -> str:
     words = "wave height at most OP_WF of its period and direction"
     if plan.environment.swell is None:
         return words
-    beside = f"beside a {plan.environment.swell.describe()}"
-    return f"wind sea: {words}; swell within the plan's" if seas.systems.apart else f"{words}, {beside}"
+    with_swell = f"with a {plan.environment.swell.describe()}"
+    return f"wind sea: {words}; swell within the plan's" if seas.systems.apart else f"{words}, {with_swell}"
 
 
 def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -345,7 +345,7 @@ class Torsethaugen(Peaks):
 
     def notes(self) -> tuple[str, ...]:
         gamma = self._parts()[0][2]
-        return (f"gamma of the primary peak comes out at {gamma:.3g} and is taken as 1",) if gamma < 1.0 else ()
+        return (f"gamma of the primary peak is calculated as {gamma:.3g} and is taken as 1",) if gamma < 1.0 else ()
 
     def _parts(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """Height [m], period [s] and gamma of the primary and of the secondary peak."""

@@ -252,13 +252,13 @@ def _remedy(rao: Rao) -> str:
         ),
         ("headings that turn the other way, or y to the other side", lambda H: other_side * H),
         ("both time and the turn of headings the other way", lambda H: np.conj(other_side * H)),
-        ("rotations in deg/m that are said to be rad/m", lambda H: degrees * H),
-        ("rotations in rad/m that are said to be deg/m", lambda H: H / degrees),
+        ("rotations in deg/m that are declared as rad/m", lambda H: degrees * H),
+        ("rotations in rad/m that are declared as deg/m", lambda H: H / degrees),
         ("z the other way, or phases from the trough", lambda H: -H),
     )
     sizes: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
         ("motions per metre of wave height (crest to trough) in place of amplitude", lambda H: 2.0 * H),
-        ("motions per metre of wave amplitude that are said to be per height", lambda H: 0.5 * H),
+        ("motions per metre of wave amplitude that are declared as per height", lambda H: 0.5 * H),
     )
     heavy = list(HEAVY)
     for words, change in sizes:

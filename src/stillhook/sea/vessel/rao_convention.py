@@ -133,7 +133,8 @@ def to_rao(
     if gap > np.radians(WIDEST_GAP) + SAME_HEADING:
         raise SeaError(
             f"{source}: no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read. Give"
-            " headings all round, or one side and say that the ship is the same on the other (mirror: port-starboard)."
+            " headings all round, or one side and state that the ship is the same on the other (mirror:"
+            " port-starboard)."
         )
     return Rao(name, omega, beta, H, source=source, notes=notes, origin=origin, depth=depth)
 
@@ -148,8 +149,8 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
     starboard = (np.sin(beta) < 0.0) & ~along
     if port.any() and starboard.any():
         raise SeaError(
-            f"{source}: is said to hold one side of a symmetric ship and has headings on both. "
-            "Say mirror: none, or keep one side from head to following sea."
+            f"{source}: is declared to hold one side of a symmetric ship and has headings on both. "
+            "State mirror: none, or keep one side from head to following sea."
         )
     if along.sum() != 2:
         raise SeaError(

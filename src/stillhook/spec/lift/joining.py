@@ -158,9 +158,11 @@ def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
     if up is not None and (start - end) * (1.0 if up else -1.0) < CLOSE:
         raise LiftError(f"{called(phase)}: {way}, and it goes {'up' if up else 'down'}. Exchange or correct them.")
     if phase.kind in STANDS and abs(end - start) > CLOSE:
-        raise LiftError(f"{called(phase)}: {way}, and it stands. Use lowering to move, or leave depth out.")
+        raise LiftError(f"{called(phase)}: {way}, and it does not move. Use lowering to move, or leave depth out.")
     if phase.kind is K.LOWERING and abs(end - start) < CLOSE:
-        raise LiftError(f"{called(phase)}: starts and ends at {_at(start)}. Use deep to stand, or give where it goes.")
+        raise LiftError(
+            f"{called(phase)}: starts and ends at {_at(start)}. Use deep for a stop, or give where it goes."
+        )
     bottom = {K.LANDING: end, K.SEABED_LIFT_OFF: start}.get(phase.kind or K.DEEP)
     if bottom is not None and abs(bottom - water.depth) > CLOSE:
         verb = "ends" if phase.kind is K.LANDING else "starts"
@@ -176,8 +178,8 @@ def _timed(phase: Phase, start: float, end: float) -> Phase:
     if way <= CLOSE:
         if phase.speed is not None:
             raise LiftError(
-                f"{called(phase)}: speed is given, and it stands at {_at(start)}. Leave speed out, or give where it"
-                " goes."
+                f"{called(phase)}: speed is given, and it does not move from {_at(start)}. Leave speed out, or give"
+                " where it goes."
             )
         time = TIME[phase.kind or K.DEEP] if phase.duration is None else phase.duration
         return phase.model_copy(update={"start_depth": start, "depth": start, "time": time, "planned": None})
@@ -235,7 +237,7 @@ def one_run(
         broken = phases[first + follows[first:last].index(False)]
         reason = "begins or ends on a ground" if broken.kind in NO_RUN else "has its crane tip at another place"
         raise LiftError(
-            f"{called(broken)}: {reason}, and one run cannot go on after it. Lower the phases before and after it in"
+            f"{called(broken)}: {reason}, and one run cannot continue after it. Lower the phases before and after it in"
             " two files."
         )
     left_out = [phase.name for phase in (*phases[:first], *phases[last:])]

@@ -102,7 +102,7 @@ class Phase(Record):
         default=None, ge=-10.0, le=10.0, description="wire speed; without a depth negative hoists"
     )
     time: u.Time | None = Field(
-        default=None, gt=0, description="how long a phase lasts that stands or moves for a time"
+        default=None, gt=0, description="duration of a phase that does not move or moves for a time"
     )
     planned: u.Time | None = Field(default=None, gt=0, description="time that a plan counts for a way to a depth")
     wire: u.Length | None = Field(default=None, ge=0, description="wire out at which the phase ends")
