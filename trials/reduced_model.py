@@ -23,7 +23,7 @@ from stillhook.physics.scalar import clip
 from stillhook.sea.motion.motion import Motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.winches.circuits.packing import NO_LIMIT
+from stillhook.winches.circuits.tables import NO_LIMIT
 
 RTOL = 1e-9
 LONGEST_STEP = 0.05

@@ -313,7 +313,7 @@ def test_a_load_that_runs_away_is_caught_by_the_brake():
     assert abs(result.column("omega_m")[-1]) < 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_lowering_into_the_water_loses_no_energy_unseen():
     levels = tuple({"h": f"{h} m", "V": f"{2 * h} m^3", "A33": f"{8 * h} t", "A_p": "20 m^2"} for h in (0.0, 5.0))
     case = Lowering(

@@ -3,7 +3,6 @@
 import math
 import types
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,8 +40,6 @@ LINEAR = 0.02
 GUARD = 1.15
 """Peak of the speed without the guard over that with it, with the speed control of the first file (15 1/s): at SWL a fifth more, with
 less load two thirds; the rest is the time that the swash plates take. A stiffer control leaves the guard less."""
-HALVED = (0.15, 0.35)
-"""Error after half the step over that before: a quarter, for a method of second order."""
 
 BASE = {
     "load": "125 t",
@@ -324,13 +321,9 @@ def test_the_steady_speed_limit_is_where_a_run_passes_the_power_units(lowering):
         assert ("power" in words(run(**(moves(v) | {"load": "200 t"})))) is passed
 
 
-def test_more_load_is_never_faster_and_a_load_beyond_the_units_does_not_move():
+def test_a_load_beyond_the_units_does_not_move():
     p = params()
-    geo = secondary.geometry(200.0, p)
-    for lowering in (False, True):
-        speeds = [secondary.speed_limit(p, geo, m * 1e3 * G, lowering)[0] for m in range(0, 300, 25)]
-        assert all(a >= b for a, b in pairwise(speeds))
-    assert secondary.speed_limit(p, geo, 600e3 * G) == (0.0, "torque")
+    assert secondary.speed_limit(p, secondary.geometry(200.0, p), 600e3 * G) == (0.0, "torque")
 
 
 def test_a_brake_opens_only_when_the_units_carry_the_load():
@@ -348,12 +341,6 @@ def test_a_lost_power_unit_does_not_slow_the_winch():
     whole, less = run(), run(power_loss=PowerLoss(time="10 s", unit=3))
     assert words(less) == {"ok"}
     assert float(less.e_c_pp) == pytest.approx(float(whole.e_c_pp), rel=0.01)
-
-
-def test_half_the_step_makes_a_quarter_of_the_error():
-    case = Scenario(**(BASE | {"duration": "12 s", "warm_up": "5 s"}))
-    s_w = [run_one(crane(), case, n_sub=n, every=0).state.path.s_w for n in (2, 4, 64)]
-    assert HALVED[0] * abs(s_w[0] - s_w[2]) < abs(s_w[1] - s_w[2]) < HALVED[1] * abs(s_w[0] - s_w[2])
 
 
 @pytest.mark.thorough

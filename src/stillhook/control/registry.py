@@ -102,22 +102,8 @@ class ControlLaw:
     def displacement(self, u_ff: float, F: float, K_wire: float, plc: Any, settings: Any = None) -> float:
         """Displacement of the motors that the law demands at a feedforward u_ff [-] with F on the load cell [N], on the
         layer of K_wire [-]."""
-        y = Sensed(
-            s_tip=0.0,
-            v_tip=0.0,
-            a_tip=0.0,
-            v_op=0.0,
-            s_op=0.0,
-            mode=self.code,
-            f_pump=1.0,
-            s_w=0.0,
-            F=F,
-            alpha_m=1.0,
-            K_wire=K_wire,
-            dp=0.0,
-            dp_load=0.0,
-            p_hp=0.0,
-        )
+        still = Sensed._make([0.0] * len(Sensed._fields))
+        y = still._replace(mode=self.code, f_pump=1.0, F=F, alpha_m=1.0, K_wire=K_wire)
         return float(self.demand(Reading(y=y, e_c=0.0, F=F, u_ff=u_ff, u_fb=0.0), plc, settings).u_m)
 
 

@@ -10,6 +10,7 @@ hangs (in 3,000 m it weighs as much as the load).
 from typing import NamedTuple
 
 from stillhook.control.plc import MANUAL, low_pass
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import G, clip, fmax, fmin, scalar, sqrt
 
 STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -242,6 +243,9 @@ def reached(left, F_1, since, landed, stage):
     return over
 
 
+in_next_stage = replace(Supervisor, "stage", "t_0", "entered", "v_joy", "F_ref", "landed")
+
+
 @scalar
 def supervise(y, m, stage, s):
     """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new
@@ -314,27 +318,7 @@ def supervise(y, m, stage, s):
     done = 1.0 if over else m.done
     stuck = 1.0 if late else m.stuck
     entered = 1.0 if now_in else 0.0
-    if ends and not over:
-        v_next = v_joy if manual else v_op
-        return orders, Supervisor(
-            stage=m.stage + 1.0,
-            t_0=y.t,
-            entered=0.0,
-            mode=mode,
-            v_joy=v_next,
-            v_op=v_op,
-            s_op=s_op,
-            F_1=F_1,
-            F_slow=F_slow,
-            F_ref=F_1,
-            F_suspended=F_suspended,
-            s_ref=s_ref,
-            s_out=s_out,
-            landed=0.0,
-            done=done,
-            stuck=stuck,
-        )
-    return orders, Supervisor(
+    after = Supervisor(
         stage=m.stage,
         t_0=t_0,
         entered=entered,
@@ -352,3 +336,6 @@ def supervise(y, m, stage, s):
         done=done,
         stuck=stuck,
     )
+    if ends and not over:
+        return orders, in_next_stage(after, m.stage + 1.0, y.t, 0.0, v_joy if manual else v_op, F_1, 0.0)
+    return orders, after

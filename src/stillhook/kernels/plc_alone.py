@@ -234,31 +234,3 @@ def _guarded_cycles(laws_of: ControlLaws, Lane: Any) -> Any:
         put(A, 0, Lane(m, laws, plc, control))
 
     return guarded_cycles
-
-
-class GuardedPlc:
-    """A guarded PLC with one controller, cycle after cycle.
-
-    Parameters: names controllers that not every kernel holds, drive as of `kernel`; memory before the first cycle;
-    own settings of the controllers that have some, by name; guard as of `stillhook.control.guard.guard_at_start`.
-    """
-
-    def __init__(
-        self, names: tuple[str, ...], drive: str, memory: Memory, plc: Plc, control: MotorControl,
-        own: Mapping[str, Any], guard: Guard,
-    ) -> None:  # fmt: skip
-        self.kernel = kernel(names, drive, True)
-        first = self.kernel.Lane(memory, self.kernel.laws.blank(dict(own), guard), plc, control)
-        self.lane = np.array(flatten(first))
-
-    def run(self, rows: FloatArray) -> FloatArray:
-        """Commands (n, numbers of `GuardedCommands`) of n cycles on rows (n, numbers of `Outside`)."""
-        seen = np.ascontiguousarray(rows, dtype=np.float64).reshape(-1, OUTSIDE)
-        out = np.empty((len(seen), GUARDED))
-        self.kernel.run(self.lane, seen.reshape(-1), out.reshape(-1), len(seen))
-        return out
-
-    @property
-    def memory(self) -> Any:
-        """Everything that it carries: fields m and laws."""
-        return unflatten(self.kernel.Lane, iter(self.lane.tolist()))

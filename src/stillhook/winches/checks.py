@@ -244,8 +244,7 @@ def _check_rows(module: ModuleType) -> None:
             if row.unit != unit:
                 do = f'A {row.kind or "plain number"} is in "{unit}"'
                 raise fault(module, f"{record}.{name}: unit {row.unit!r}", do)
-            if not contract.is_text(row.meaning):
-                raise fault(module, f"{record}.{name}: meaning {row.meaning!r}", f"It must be {TEXT.allowed}")
+            _check_meaning(module, f"{record}.{name}", row.meaning)
 
 
 def _check_limits(module: ModuleType) -> None:
@@ -254,8 +253,12 @@ def _check_limits(module: ModuleType) -> None:
         if not contract.is_text(cause.status) or cause.status == "ok" or "," in cause.status:
             do = 'It must be words for a run\'s status, without a comma, and not "ok"'
             raise fault(module, f"Limits.{name}: status {cause.status!r}", do)
-        if not contract.is_text(cause.meaning):
-            raise fault(module, f"Limits.{name}: meaning {cause.meaning!r}", f"It must be {TEXT.allowed}")
+        _check_meaning(module, f"Limits.{name}", cause.meaning)
+
+
+def _check_meaning(module: ModuleType, place: str, meaning: Any) -> None:
+    if not contract.is_text(meaning):
+        raise fault(module, f"{place}: meaning {meaning!r}", f"It must be {TEXT.allowed}")
 
 
 def _check_pairs(module: ModuleType) -> None:

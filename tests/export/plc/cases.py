@@ -17,7 +17,8 @@ from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.program import Block
 from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.kernels.control_laws import control_laws, extra_controllers
-from stillhook.kernels.plc_alone import OUTSIDE, GuardedPlc
+from stillhook.kernels.lanes import flatten, unflatten
+from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, kernel
 from stillhook.library import cranes, load_crane
 from stillhook.physics.hydraulics.swash import known_displacement
 
@@ -121,12 +122,26 @@ def unguarded(block: Block, rows: np.ndarray) -> np.ndarray:
     return np.array(out)
 
 
-def guarded_plc(block: Block, guard: GuardSettings | None = None) -> GuardedPlc:
-    """The exported controller, compiled."""
-    own = {block.controller: block.own} if block.own is not None else {}
-    start = guard_at_start(guard or block.guard, block.code)
-    names = extra_controllers([block.controller])
-    return GuardedPlc(names, block.drive, block.memory, block.plc, block.control, own, start)
+class GuardedPlc:
+    """The exported controller, compiled, cycle after cycle."""
+
+    def __init__(self, block: Block, guard: GuardSettings | None = None) -> None:
+        own = {block.controller: block.own} if block.own is not None else {}
+        self.kernel = kernel(extra_controllers([block.controller]), block.drive, True)
+        laws = self.kernel.laws.blank(own, guard_at_start(guard or block.guard, block.code))
+        self.lane = np.array(flatten(self.kernel.Lane(block.memory, laws, block.plc, block.control)))
+
+    def run(self, rows: np.ndarray) -> np.ndarray:
+        """Commands (n, numbers of `GuardedCommands`) of n cycles on rows (n, numbers of `Outside`)."""
+        seen = np.ascontiguousarray(rows, dtype=np.float64).reshape(-1, OUTSIDE)
+        out = np.empty((len(seen), GUARDED))
+        self.kernel.run(self.lane, seen.reshape(-1), out.reshape(-1), len(seen))
+        return out
+
+    @property
+    def memory(self) -> Any:
+        """Everything that it carries: fields m and laws."""
+        return unflatten(self.kernel.Lane, iter(self.lane.tolist()))
 
 
 def all_good(rows: np.ndarray) -> np.ndarray:

@@ -18,11 +18,11 @@ import pytest
 from tests.export.plc.cases import (
     CLOSED,
     N_SIGNALS,
+    GuardedPlc,
     all_good,
     bits,
     block_of,
     faulty,
-    guarded_plc,
     pairs,
     random_inputs,
 )
@@ -155,7 +155,7 @@ def test_a_million_cycles_with_faults_give_the_program_the_numbers_of_the_compil
     block = block_of(crane, controller)
     rows = rows_with_faults(block, FAULTY_LONG, 6)
     ours = outputs_of(program(crane, controller), rows)
-    np.testing.assert_array_equal(ours, guarded_plc(block).run(rows))
+    np.testing.assert_array_equal(ours, GuardedPlc(block).run(rows))
     assert np.isfinite(ours).all()
     assert set(ours[:, STATE]) == {HEALTHY, SUBSTITUTED, STOPPED}
 

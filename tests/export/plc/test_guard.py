@@ -17,11 +17,11 @@ from tests.export.plc.cases import (
     CLOSED,
     NAN,
     SIGNALS,
+    GuardedPlc,
     bits,
     block_of,
     cycles_of,
     faulty,
-    guarded_plc,
     machine_of,
     pairs,
     steady,
@@ -113,7 +113,7 @@ def test_a_signal_that_stays_bad_has_its_reaction(crane, controller, signal):
     for value in [*wrong_values(block, signal), "quality"]:
         rows = steady(block)
         rows[BEFORE:, N + i if value == "quality" else i] = 0.0 if value == "quality" else value
-        out = guarded_plc(block).run(rows)
+        out = GuardedPlc(block).run(rows)
         safe(block, out)
         assert not out[:BEFORE, AT["alarm"]].any()
         assert (out[BEFORE:, AT["alarm"]] == 2.0**i).all(), value
@@ -133,13 +133,13 @@ def test_a_jump_is_replaced_until_the_signal_has_been_good_for_a_while(signal):
     jump = 1.5 * step if rows[BEFORE, i] + 1.5 * step < most else -1.5 * step
     assert least < rows[BEFORE, i] + jump < most
     rows[BEFORE:, i] += jump
-    out = guarded_plc(block).run(rows)
+    out = GuardedPlc(block).run(rows)
     safe(block, out)
     back = math.ceil(block.guard.t_back / block.t_cycle)
     assert (out[BEFORE : BEFORE + back, AT["alarm"]] == 2.0**i).all()
     assert not out[BEFORE + back + 1 :, AT["alarm"]].any()
     if signal in ("s_tip", "s_w", "s_op"):  # a jump of a position moves the reference, not the winch
-        undisturbed = guarded_plc(block).run(steady(block))
+        undisturbed = GuardedPlc(block).run(steady(block))
         assert np.abs(out[:, AT["u_p"]] - undisturbed[:, AT["u_p"]]).max() < 0.01
 
 
@@ -150,7 +150,7 @@ def test_zeros_and_the_smallest_numbers_are_numbers(signal, value):
     rows = steady(block)[:100]
     rows[:, SIGNALS.index(signal)] = value
     rows[:, SIGNALS.index("mode")] = 0.0
-    out = guarded_plc(block).run(rows)
+    out = GuardedPlc(block).run(rows)
     assert not out[:, AT["alarm"]].any()
     safe(block, out)
 
@@ -161,7 +161,7 @@ def test_an_unknown_mode_holds_the_winch(crane, controller, mode):
     block = block_of(crane, controller)
     rows = steady(block)
     rows[BEFORE:, SIGNALS.index("mode")] = (1.0 if block.code == 2.0 else 2.0) if isinstance(mode, str) else mode
-    out = guarded_plc(block).run(rows)
+    out = GuardedPlc(block).run(rows)
     safe(block, out)
     assert stopped(block, out[BEFORE + cycles_to_stop(block)])
 
@@ -171,7 +171,7 @@ def test_the_first_cycle_may_be_bad():
     for i in range(N):
         rows = steady(block)
         rows[:, i] = NAN
-        out = guarded_plc(block).run(rows)
+        out = GuardedPlc(block).run(rows)
         safe(block, out)
         if block.guard.stops[i] > 0.5:
             assert (out[:, AT["u_p"]] == 0.0).all()
@@ -186,13 +186,13 @@ def test_a_stop_is_left_by_an_acknowledgement_at_rest_alone():
     rows[700:, at("mode")] = 0.0
     rows[800:, at("v_op")] = 0.0
     rows[[600, 700, 750], -1] = 1.0  # mode is not manual; joystick is not released
-    assert (guarded_plc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
+    assert (GuardedPlc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
     rows[820:, -1] = 1.0
-    out = guarded_plc(block).run(rows)
+    out = GuardedPlc(block).run(rows)
     assert (out[500:820, AT["state"]] == STOPPED).all()
     assert not out[820:, AT["state"]].any()
     rows[750:, -1] = 1.0  # held down since before: no edge
-    assert (guarded_plc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
+    assert (GuardedPlc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
 
 
 def test_a_signal_that_fails_a_tenth_of_the_time_stops_the_winch_as_one_that_fails():
@@ -200,7 +200,7 @@ def test_a_signal_that_fails_a_tenth_of_the_time_stops_the_winch_as_one_that_fai
     rows = steady(block, 3000)
     for k in range(400, 3000, 20):
         rows[k : k + 3, SIGNALS.index("v_tip")] = NAN
-    assert stopped(block, guarded_plc(block).run(rows)[-1])
+    assert stopped(block, GuardedPlc(block).run(rows)[-1])
 
 
 def test_a_joystick_that_failed_is_obeyed_again_when_it_was_released():
@@ -211,7 +211,7 @@ def test_a_joystick_that_failed_is_obeyed_again_when_it_was_released():
     rows[:400, at] = rows[0, at]
     rows[400:440, at] = NAN
     rows[700:710, at] = 0.0
-    out = guarded_plc(block).run(rows)
+    out = GuardedPlc(block).run(rows)
     assert (out[500:700, AT["u_ff"]] == 0.0).all()
     assert abs(out[-1, AT["u_ff"]]) == pytest.approx(speed, rel=1e-9)
 
@@ -219,7 +219,7 @@ def test_a_joystick_that_failed_is_obeyed_again_when_it_was_released():
 @pytest.mark.slow
 def test_a_million_random_cycles_with_faults_are_safe():
     block, n = block_of(CLOSED, "ssc"), 50_000
-    plc = guarded_plc(block)
+    plc = GuardedPlc(block)
     stops = 0
     wait = cycles_to_stop(block)
     for seed in range(RANDOM // n):
@@ -243,7 +243,7 @@ def test_random_faults_give_the_text_and_the_compiled_controller_the_same_output
     as_bool = rows.copy()
     as_bool[:, N:] = np.abs(rows[:, N:] - 1.0) < 0.5
     ours = np.array([step(*row) for row in as_bool.tolist()])
-    np.testing.assert_array_equal(ours, guarded_plc(block).run(as_bool))
+    np.testing.assert_array_equal(ours, GuardedPlc(block).run(as_bool))
     assert len(set(ours[:, AT["state"]])) > 1
 
 
@@ -259,7 +259,7 @@ def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
         step = machine.start()
         out = np.array([step(*row) for row in rows.tolist()])
         safe(block, out)
-        np.testing.assert_array_equal(out, guarded_plc(block).run(rows), err_msg=signal)
+        np.testing.assert_array_equal(out, GuardedPlc(block).run(rows), err_msg=signal)
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

@@ -41,7 +41,7 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.winches.circuits.packing import NO_LIMIT
+from stillhook.winches.circuits.tables import NO_LIMIT
 from stillhook.winches.records import Tip
 
 if TYPE_CHECKING:

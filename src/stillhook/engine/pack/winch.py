@@ -24,7 +24,6 @@ from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
 from stillhook.spec.settings import sensor_settings
-from stillhook.winches.circuits import packing
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
@@ -111,7 +110,7 @@ def _pumps(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Pumps:
 
 def _motors(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Motors:
     leak = leak_law(circuit)
-    return packing.motors_record(circuit.motor, leak.C_1, leak.C_2)
+    return circuits.motors_record(circuit.motor, leak.C_1, leak.C_2)
 
 
 def _motor_control(motor: circuits.MotorSet) -> MotorControl:
@@ -125,18 +124,18 @@ def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
     return ActiveCircuit(
         pumps=_pumps(a),
-        pump_servo=packing.servo_record(a.pump.servo),
+        pump_servo=circuits.servo_record(a.pump.servo),
         motors=_motors(a),
-        motor_servo=packing.servo_record(a.motor.servo, a.motor.alpha_min),
+        motor_servo=circuits.servo_record(a.motor.servo, a.motor.alpha_min),
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
         i_beta=1.0 / a.line.bulk_modulus,
-        boost=packing.boost_record(a.boost),
-        relief=packing.relief_record(a.relief),
-        flushing=packing.flushing_record(a.flushing, a.boost),
+        boost=circuits.boost_record(a.boost),
+        relief=circuits.relief_record(a.relief),
+        flushing=circuits.flushing_record(a.flushing, a.boost),
         n_full=a.motor.n_max_full,
         n_max=a.motor.n_max,
-        P_back=packing.power_back(crane),
+        P_back=circuits.power_back(crane),
     )
 
 
@@ -147,18 +146,18 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     pump = _pumps(p)
     return PassiveCircuit(
         pumps=pump,
-        pump_servo=packing.servo_record(p.pump.servo),
+        pump_servo=circuits.servo_record(p.pump.servo),
         motors=_motors(p),
-        motor_servo=packing.servo_record(p.motor.servo, p.motor.alpha_min),
+        motor_servo=circuits.servo_record(p.motor.servo, p.motor.alpha_min),
         accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive"),
-        relief=packing.relief_record(p.relief),
+        relief=circuits.relief_record(p.relief),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
             Q_p_max=pump.D_max * pump.omega_p,
             p_lp=p.p_lp,
             p_set=p.accumulator.gas.p_0,
             K_acc=crane.control.K_acc,
-            dp_least=packing.DP_LEAST,
+            dp_least=circuits.DP_LEAST,
         ),
         n_full=p.motor.n_max_full,
         n_max=p.motor.n_max,
@@ -283,9 +282,9 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
 
 def power_most(crane: Crane) -> float:
     """Largest hydraulic power that all power units give together [W]: the lesser of their power, and of their torque at
-    the pumps' speed; packing.NO_LIMIT where the crane file names none."""
+    the pumps' speed; circuits.NO_LIMIT where the crane file names none."""
     if crane.hpu is None:
-        return packing.NO_LIMIT
+        return circuits.NO_LIMIT
     T, omega = crane.hpu.T_max, crane.plant.type.pump_speed(crane)
     return crane.hpu.P_max if T is None or omega is None else min(crane.hpu.P_max, T * omega)
 

@@ -31,8 +31,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
-from stillhook.winches.circuits.packing import loss_fit
-from stillhook.winches.circuits.tables import MotorSet
+from stillhook.winches.circuits.tables import MotorSet, loss_fit
 
 
 class Foreseen(NamedTuple):

@@ -19,10 +19,6 @@ from stillhook.winches.load_path.payload import SNAP, Body, ahead, later
 from stillhook.winches.load_path.wire import Wire
 from stillhook.winches.records import Geometry
 
-NODE = ("Q", "V", "W", "C", "D")
-"""Numbers of one node of the wire: displacement q [m] against the unstretched wire, speed [m/s], weight [N], and two
-columns of the elimination."""
-
 
 @dataclass(frozen=True)
 class BelowWinch:
@@ -39,6 +35,8 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
     pull_joint, mean, energy = joint.pull, joint.mean, joint.energy
     rows_of, first_row, inner_row, hook_row = wire.rows_of, wire.first_row, wire.inner_row, wire.hook_row
     depth_ahead, momentum, fold_step, on_ground = body.depth_ahead, body.momentum, body.fold_step, body.on_ground
+    # a node of the wire: displacement q [m] against the unstretched wire, speed [m/s], weight [N], two columns of the
+    # elimination
     Q, V, W, C, D = (f * LANES for f in range(5))
     ROW = 5 * LANES
 

@@ -19,7 +19,7 @@ from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
-from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits import rows, tables
 from stillhook.winches.circuits.active import NEAR_LIMIT, ActiveFlows, servo_rate
 from stillhook.winches.interface import Parts, PartSpeed, Stiffness, Stroke
 from stillhook.winches.records import folded, highest, largest, lowest
@@ -251,15 +251,15 @@ def cylinder_drive(crane: Any, accumulator: Accumulator, hoist: Any) -> Cylinder
             regular=hoist.bristle.regular,
             i_omega_r=1.0 / f.v_reg,
         ),
-        servo=packing.servo_record(t.pump.servo),
+        servo=tables.servo_record(t.pump.servo),
         Q_p=t.Q,
         C_leak=t.pump.C_leak,
-        boost=packing.boost_record(t.boost),
-        relief=packing.relief_record(t.relief),
-        flushing=packing.flushing_record(t.flushing, t.boost),
+        boost=tables.boost_record(t.boost),
+        relief=tables.relief_record(t.relief),
+        flushing=tables.flushing_record(t.flushing, t.boost),
         accumulator=accumulator,
-        passive_relief=packing.relief_record(t.passive.relief),
-        P_back=packing.power_back(crane),
+        passive_relief=tables.relief_record(t.passive.relief),
+        P_back=tables.power_back(crane),
         v_rod=t.v_max,
         v_winch=t.winch.v_max,
         i_tau=1.0 / t.winch.tau,

@@ -12,7 +12,7 @@ from stillhook.physics.hydraulics.pump import PumpLeak, Pumps
 from stillhook.physics.hydraulics.secondary import largest_speed_gain, setting_for_torque
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
-from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits import rows, tables
 from stillhook.winches.circuits.passive import PassiveCircuit, stroke_notes, stroke_of
 from stillhook.winches.interface import Parts, Stroke
 from stillhook.winches.records import folded, highest, largest, lowest
@@ -159,18 +159,18 @@ def rail_record(rail: Secondary, K_acc: float, gas_held: bool, parts: Parts) -> 
     unit, pump = rail.unit, rail.pump
     return PassiveCircuit(
         pumps=Pumps(D_max=sum(pump.D), omega_p=pump.omega_p, leak=PumpLeak(*[pump.C_leak] * len(PumpLeak._fields))),
-        pump_servo=packing.servo_record(pump.servo),
-        motors=packing.motors_record(unit, unit.C_1, unit.C_2),
-        motor_servo=packing.servo_record(unit.servo),
+        pump_servo=tables.servo_record(pump.servo),
+        motors=tables.motors_record(unit, unit.C_1, unit.C_2),
+        motor_servo=tables.servo_record(unit.servo),
         accumulator=parts.accumulator(rail.accumulator, rail.line, gas_held, "secondary"),
-        relief=packing.relief_record(rail.relief),
+        relief=tables.relief_record(rail.relief),
         settings=PassiveSettings(
             D_m_max=unit.D_total,
             Q_p_max=pump.Q_max,
             p_lp=rail.p_lp,
             p_set=rail.accumulator.gas.p_0,
             K_acc=K_acc,
-            dp_least=packing.DP_LEAST,
+            dp_least=tables.DP_LEAST,
         ),
         n_full=unit.n_max_full,
         n_max=unit.n_max_full,

@@ -26,7 +26,7 @@ from stillhook.physics.hydraulics.pump import LoadSensing, load_pressure, pump_s
 from stillhook.physics.hydraulics.swash import Servo, displacement
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
-from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits import rows, tables
 from stillhook.winches.circuits.active import servo_rate
 from stillhook.winches.records import folded, highest, largest
 
@@ -278,9 +278,9 @@ def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
     c = crane.open
     v, b, w, t, m, d = c.valve, c.counterbalance, c.pump, c.tank, c.motor, c.drive
     return ValveCircuit(
-        motors=packing.motors_record(m, m.C_1, m.C_2),
+        motors=tables.motors_record(m, m.C_1, m.C_2),
         edges=valves.Edges(valves.flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
-        spool=packing.servo_record(v.servo),
+        spool=tables.servo_record(v.servo),
         cb=valves.Counterbalance(
             psi=b.ratio,
             p_crack=b.p_crack,
@@ -301,8 +301,8 @@ def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
         ),
         tank=valves.Tank(t.p, t.dp_make_up, t.conductance),
         law=FlowLaw(d.deadband, d.jump, d.share, d.dp_nominal, d.dp_least, d.tau_dp),
-        relief=packing.relief_record(c.relief),
-        supply_relief=packing.relief_record(c.supply_relief),
+        relief=tables.relief_record(c.relief),
+        supply_relief=tables.relief_record(c.supply_relief),
         i_C_h=1.0 / capacitance(c.line.V, c.line.bulk_modulus),
         i_C_s=1.0 / capacitance(c.supply.V, c.supply.bulk_modulus),
         i_beta=1.0 / c.line.bulk_modulus,

@@ -153,17 +153,6 @@ class Compensator(JointUnit):
         r"""Stiffness of the gas at a stroke s [m], :math:`n p A^2 / V` [N/m]."""
         return self.n * self.pressure(s) * self.area**2 / (self.V_0 - self.area * s)
 
-    def static_stroke(self, F: float) -> float:
-        """Stroke at which the gas carries F [N], from 0 to `stroke` [m]; F less the sea's push on the rod where there
-        is one."""
-        lo, hi = 0.0, self.stroke
-        if self.force(lo) >= F:
-            return lo
-        if self.force(hi) <= F:
-            return hi
-        ratio = float((self.area * self.p_0 / F) ** (1.0 / self.n))
-        return min(max((1.0 - ratio) * self.V_0 / self.area, lo), hi)
-
     def extension(self, F: float, z: float, weight: float) -> float:
         """Stroke with F [N] on the rod [m]; z height of the cylinder's lower end above still water with the rod fully
         in [m], weight that of a cubic metre of water [N/m^3]. The further the rod is out, the less deep is the

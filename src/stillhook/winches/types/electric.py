@@ -7,6 +7,7 @@ from stillhook.base.variable import Row
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.electric import machine, supply
 from stillhook.physics.friction import system_friction_dry
+from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 from stillhook.units import show
 from stillhook.winches import shaft
@@ -200,41 +201,21 @@ def rates(c, x, q, u, geo, p):
     )
 
 
+still, with_load = zeros_but(State, "E", "theta", "theta_store"), replace(State, "i", "T_ff", "T_n", "z")
+
+
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
-    return State(
-        i=0.0,
-        omega_m=0.0,
-        omega_ref=0.0,
-        T_ff=0.0,
-        T_n=0.0,
-        E=p.drive.store.E_set,
-        theta=p.drive.theta_0,
-        theta_store=p.drive.theta_store_0,
-        heat=0.0,
-        trip=0.0,
-        z=0.0,
-    )
+    return still(p.drive.store.E_set, p.drive.theta_0, p.drive.theta_store_0)
 
 
 @scalar
 def settle(x, q, u, tick, geo, p):
-    """The state at rest under the PLC's first commands: machines or brake hold the load."""
+    """The state at rest under the PLC's first commands: machines or brake hold the load; x that of `start`."""
     T = q.F_w * geo.r_eff
-    return State(
-        i=machine.current((1.0 - u.brake) * T, p.drive.machines),
-        omega_m=0.0,
-        omega_ref=0.0,
-        T_ff=u.T_ff,
-        T_n=(1.0 - u.brake) * (T - u.T_ff),
-        E=x.E,
-        theta=x.theta,
-        theta_store=x.theta_store,
-        heat=x.heat,
-        trip=0.0,
-        z=-u.brake * T / p.hoist.bristle.sigma_0,
-    )
+    i = machine.current((1.0 - u.brake) * T, p.drive.machines)
+    return with_load(x, i, u.T_ff, (1.0 - u.brake) * (T - u.T_ff), -u.brake * T / p.hoist.bristle.sigma_0)
 
 
 @scalar

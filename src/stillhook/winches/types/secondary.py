@@ -24,7 +24,6 @@ from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import cavitates, out_of_power, relieves
-from stillhook.winches.circuits.packing import power_back
 from stillhook.winches.circuits.passive import (
     PassiveCircuit,
     PassiveFlows,
@@ -45,6 +44,7 @@ from stillhook.winches.circuits.rail import (
     rail_record,
     stroke,
 )
+from stillhook.winches.circuits.tables import power_back
 from stillhook.winches.interface import Cause, Parts, Stiffness
 from stillhook.winches.load_path import load
 from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
