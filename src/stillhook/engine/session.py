@@ -18,8 +18,7 @@ from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.arguments import SERIES_STEP, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.saved import CYCLES, SETTING, SETTINGS, Range, bytes_of, printable, ranges, seal, unseal, wrong
-from stillhook.engine.scenario.case import ScenarioType
-from stillhook.engine.scenario.run import Ready, ScenarioBlock, first_lane
+from stillhook.engine.scenario.run import Ready, ScenarioBlock, ScenarioType, first_lane
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import Setup, results_hash
 from stillhook.kernels.lanes import VL, aligned, flatten, offset, paths

@@ -20,7 +20,7 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.lowering.case import LoweringType
 from stillhook.engine.runner import Ending, Run
-from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.store import Store, Summary, keys_of
 from stillhook.engine.tasks import CaseType, Task, cut, landed
 from stillhook.errors import ScenarioError, SimulationError
