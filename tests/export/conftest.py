@@ -1,7 +1,6 @@
 """Compiled sources, shared by all tests of a session: the same one is compiled once."""
 
 import hashlib
-import os
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,10 +15,10 @@ QUICK = ("-O0", "-fno-sanitize=undefined")
 
 
 @pytest.fixture(scope="session")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+def compiled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Library of a C source with flags, for this system, compiled by the first of all workers that asks for it."""
     base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "compiled"
+    folder = (base.parent if hasattr(request.config, "workerinput") else base) / "compiled"
     folder.mkdir(exist_ok=True)
 
     def library(source: str, flags: Sequence[str] = ()) -> Path:

@@ -190,9 +190,8 @@ class Ranges(NamedTuple):
     least: FloatArray
     most: FloatArray
 
-    def at(self, first: int, count: int) -> Ranges:
-        """Of some of them that follow each other."""
-        part = slice(first, first + count)
+    def at(self, part: slice) -> Ranges:
+        """Of some of them."""
         return Ranges(self.names[part], self.kinds[part], self.least[part], self.most[part])
 
 
@@ -218,13 +217,13 @@ def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mappin
 
 
 def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: int, codes: Sequence[float]) -> str:
-    """What is wrong with numbers (numbers, lanes) from outside, in a few words about the first; "" where nothing is.
+    """What is wrong with numbers from outside, in a few words about the first; "" where nothing is.
 
     Parameters: own: those of what they are restored into; blank: those of a run that begins, which are always allowed
     (extremes of nothing yet are no numbers of a winch); k: PLC cycles since the start; codes of the modes.
     """
-    kinds, least, most = r.kinds[:, None], r.least[:, None], r.most[:, None]
-    ranged: BoolArray = (found >= least) & (found <= most)
+    kinds = r.kinds
+    ranged: BoolArray = (found >= r.least) & (found <= r.most)
     counted: BoolArray = (found >= 0.0) & (found <= k) & (found == np.floor(found))
     good = np.select(
         [kinds == Kind.SAME, kinds == Kind.COUNT, kinds == Kind.CODE],
@@ -234,13 +233,13 @@ def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: i
     good |= (kinds != Kind.SAME) & (_bits(found) == _bits(blank))
     if good.all():
         return ""
-    i, lane = (int(x) for x in np.argwhere(~good)[0])
+    i = int(np.argmax(~good))
     allowed = {
-        Kind.SAME: f"that of this winch, {own[i, lane]:.9g}",
+        Kind.SAME: f"that of this winch, {own[i]:.9g}",
         Kind.COUNT: f"a whole number from 0 to {k}",
         Kind.CODE: f"the code of a mode, {', '.join(f'{code:g}' for code in sorted(codes))}",
     }.get(Kind(int(r.kinds[i])), f"{r.least[i]:.9g} to {r.most[i]:.9g}")
-    return f"{r.names[i].removeprefix('.')} = {found[i, lane]:.9g}, allowed is {allowed}"
+    return f"{r.names[i].removeprefix('.')} = {found[i]:.9g}, allowed is {allowed}"
 
 
 def _bits(values: FloatArray) -> FloatArray:

@@ -237,6 +237,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     y = offset(d.Lane, "y", 1) + d.Signals._fields.index("s_w")
     full = float(winch.params.hoist.drum.L_full)
     lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
+    at_tick = offset(d.Lane, "tick", 1)
     return Made(
         text=_translated(entries),
         ports=found,
@@ -248,7 +249,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         defines=defines,
         columns=where,
         lane=lane,
-        of_row=lane.at(offset(d.Lane, "tick", 1), len(Tick._fields)),
+        of_row=lane.at(slice(at_tick, at_tick + len(Tick._fields))),
         wire_out=y,
         quintic=scale_weights(hermite_weights(n_sub), ready.drive.t_cycle).tolist(),
     )
