@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import stillhook
 from stillhook.export.fmu import package
 from stillhook.export.twin import compile_library, own_platform
 
@@ -32,6 +33,11 @@ def compiled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
         return file
 
     return library
+
+
+@pytest.fixture(scope="session")
+def nov() -> stillhook.Crane:
+    return stillhook.load_crane("nov-250t")
 
 
 @pytest.fixture(scope="module")

@@ -43,7 +43,6 @@ PARAMETERS: dict[str, tuple[str, float, float]] = {
 LEAST_SHARE = 0.01
 """Least share of pumps: with none left nothing would hold the load."""
 MOTION = ("s_tip", "v_tip", "a_tip")
-OPERATION = ("v_op", "mode", "f_pump", "f_known", "f_passive")
 COMMANDS = ("u_p", "u_m", "brake")
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
