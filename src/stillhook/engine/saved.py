@@ -168,16 +168,13 @@ TENSION: Mapping[str, Range] = {
     ".ti[cp]*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
 }
 """Of the tip, and of a winch on a host's wire, whose tip is that of the tension."""
-SETTINGS: Mapping[str, Range] = {
-    "u_thr": SHARE,
-    "alpha_ns": (0.001, 1.0),
-    "alpha_hs": (0.001, 1.0),
-    "alpha_swl": (0.001, 1.0),
-    "t_lead": (0.0, 60.0),
-    "t_bumpless": (0.0, 60.0),
-    "tau_F": (0.0, 60.0),
+PARAMETERS: Mapping[str, tuple[str, Range]] = {
+    **{name: (f"gains.{name}", SETTING) for name in ("K_1", "K_2", "K_p")},
+    "u_thr": ("motors.u_thr", SHARE),
+    **{name: (f"motors.{name}", (0.001, 1.0)) for name in ("alpha_ns", "alpha_hs", "alpha_swl")},
+    **{name: (name, (0.0, 60.0)) for name in ("t_lead", "t_bumpless", "tau_F")},
 }
-"""Ranges of settings of the PLC by name; `SETTING` of the others."""
+"""Settings of the PLC that may change while it runs: place in `Plc`, and range."""
 FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
 COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
 

@@ -17,7 +17,7 @@ from stillhook.base.atomic import atomic_file
 from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.arguments import SERIES_STEP, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.saved import CYCLES, SETTING, SETTINGS, Range, bytes_of, printable, ranges, seal, unseal, wrong
+from stillhook.engine.saved import CYCLES, PARAMETERS, Range, bytes_of, printable, ranges, seal, unseal, wrong
 from stillhook.engine.scenario.run import Ready, ScenarioBlock, ScenarioType, first_lane
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import Setup, results_hash
@@ -48,12 +48,6 @@ WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
 """Inputs of a winch whose wire is the host's: the tip's place is that of the tension."""
 TIP, WIRE = "tip", "wire"
 MOTION = ("s_tip", "v_tip", "a_tip")
-PARAMETERS: Mapping[str, str] = {
-    **{name: f".plc.gains.{name}" for name in ("K_1", "K_2", "K_p")},
-    **{name: f".plc.motors.{name}" for name in ("u_thr", "alpha_ns", "alpha_hs", "alpha_swl")},
-    **{name: f".plc.{name}" for name in ("t_lead", "t_bumpless", "tau_F")},
-}
-"""Settings of the PLC that may change while it runs, by name, with their place in the records of every winch type."""
 
 
 class WireBlock(ScenarioBlock):
@@ -125,16 +119,15 @@ class Session:
         d = self._block.d
         self._signals: tuple[str, ...] = d.Signals._fields
         self._y = offset(d.Lane, "y", 1)
-        places = paths(d.Params)
-        start = offset(d.Lane, "p", 1)
-        self._parameters = {name: start + places.index(at) for name, at in PARAMETERS.items() if at in places}
+        places, start = paths(d.Params), offset(d.Lane, "p", 1)
+        self._parameters = {name: start + places.index(f".plc.{at}") for name, (at, _) in PARAMETERS.items()}
         self._A = self._block.A[:, 0]
         self._begin = self._A.copy()
         self._ranges = ranges(
             paths(d.Lane),
             wire=winch.params.hoist.drum.L_full,
             tension=self._wire,
-            settings={i: SETTINGS.get(name, SETTING) for name, i in self._parameters.items()},
+            settings={i: PARAMETERS[name][1] for name, i in self._parameters.items()},
         )
         self._names = [*self._ranges.names, *(f".row.{name}" for name in Tick._fields)]
         text = json.dumps([crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str)
@@ -199,7 +192,7 @@ class Session:
         A motion that is set is held until it is set again: better give it to every `step`.
         """
         if name in self._parameters:
-            self._A[self._parameters[name]] = self._number(name, value, SETTINGS.get(name, SETTING))
+            self._A[self._parameters[name]] = self._number(name, value, PARAMETERS[name][1])
         else:
             self._held[name] = self._value(name, value)
             self._row[list(self._columns[name])] = self._held[name]

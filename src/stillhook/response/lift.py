@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, fill
 from stillhook.base.progress import Progress
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import LiftFile
@@ -80,8 +80,8 @@ class Waves:
         ship: str | None = None,
         spread: float | None = None,
     ) -> None:
-        travel = None if beta is None else parse_direction(beta, "beta")
-        self._fill(of, travel, None if ship is None else parse_direction(ship, "ship"), spread)
+        texts = {"beta": beta, "ship": ship}
+        fill(self, of=of, spread=spread, **{n: None if t is None else parse_direction(t, n) for n, t in texts.items()})
 
     @classmethod
     def from_si(
@@ -94,14 +94,8 @@ class Waves:
     ) -> Self:
         """Waves with directions in rad."""
         waves = cls.__new__(cls)
-        waves._fill(of, beta, ship, spread)
+        fill(waves, of=of, beta=beta, ship=ship, spread=spread)
         return waves
-
-    def _fill(
-        self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None
-    ) -> None:
-        for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
-            object.__setattr__(self, name, value)
 
     def with_waves(self, of: Sea | SpectrumSeries | SeaStates) -> Self:
         """Other waves with the same directions."""
