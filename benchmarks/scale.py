@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.simulate import row_of, run_cases
 from stillhook.engine.tasks import Task, cut
 from stillhook.kernels.build import results_hash

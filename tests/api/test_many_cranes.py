@@ -7,7 +7,7 @@ import pytest
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine.scenario import case as engine_run
+from stillhook.engine.scenario import run as engine_run
 from stillhook.errors import StillhookError
 from stillhook.formats.results import origin, rerun
 from stillhook.library import changed

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.export.conftest import compiled  # noqa: F401, a fixture
 from tests.export.twin.host import OK, Host
 from tests.export.twin.test_core import TIP, case_of, hosted, rows, series
 
@@ -90,22 +89,22 @@ def test_a_winch_on_a_host_s_wire_reads_by_its_sensors() -> None:
     assert session.get("e_c") - session.get("e_c_measured") == pytest.approx(SLIP * travel, abs=1e-5)
 
 
-def test_an_export_reads_by_the_sensors_of_its_crane(tmp_path: Path) -> None:
+def test_an_export_reads_by_the_sensors_of_its_crane(compiled) -> None:  # noqa: F811
     crane = wheel()
     case = case_of(crane)
     made, run = export(crane, case), series(crane, case)
     assert {"measuring-wheel.slip", "measuring-wheel.tau", "measuring-wheel.count"} <= {p.name for p in made.ports}
     names = ("s_w", "s_w_measured", "e_c", "e_c_measured", "u_p")
-    host, signals = hosted(made, tmp_path, rows(crane, case), names)
+    host, signals = hosted(made, compiled, rows(crane, case), names)
     for signal, values in zip(names, signals, strict=True):
         assert np.abs(values - run[signal].values).max() < 1e-9, signal
     assert host.get("measuring-wheel.slip") == SLIP
 
 
-def test_a_plant_alone_gives_what_its_sensors_read(tmp_path: Path) -> None:
+def test_a_plant_alone_gives_what_its_sensors_read(compiled) -> None:  # noqa: F811
     crane = wheel(slip=SLIP, count="0.001 mm")
     made = export(crane, case_of(crane), contents="plant")
-    host = Host(made, tmp_path)
+    host = Host(made, compiled)
     host.set(**dict.fromkeys(TIP, 0.0), u_p=-0.3)
     assert host.start() == OK
     start = host.get("s_w")

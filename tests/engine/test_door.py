@@ -149,10 +149,10 @@ def test_a_result_is_known_by_what_it_follows_from(tmp_path, counted, before, af
     assert len(counted) == (1 if known else 2)
 
 
-@pytest.mark.parametrize("options", [{"step": "2.5 ms"}, {"sampled": 2}, {"short": True}])
+@pytest.mark.parametrize("options", [{"step": "2.5 ms"}, {"sampling": "20 ms"}, {"end": "programme"}])
 def test_results_made_otherwise_are_kept_apart(tmp_path, counted, options):
     for each in ({}, options, options):
-        run_cases(CRANE, [in_sea()], store=tmp_path, **each)
+        simulate(CRANE, [in_sea()], store=tmp_path, **each)
     assert counted == [0, 0]
 
 

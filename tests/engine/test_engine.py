@@ -19,7 +19,7 @@ from stillhook.engine.arguments import check_step, fastest_rates
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario import case as case_module
+from stillhook.engine.scenario import run as case_module
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import SimulationError, SpecError

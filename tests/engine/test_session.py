@@ -44,16 +44,6 @@ def test_modes_operator_and_noise_happen_as_in_a_simulation():
     assert all(session.get(name) == float(run[name][N]) for name in SIGNALS)
 
 
-def test_lanes_side_by_side_give_the_bits_of_each_alone():
-    cases = [CASE.model_copy(update={"load": 1000.0 * m}) for m in range(60, 160, 5)]
-    together = stillhook.Session(CRANE, cases)
-    together.step(cycles=300)
-    for i in (0, 7, 19):
-        alone = stillhook.Session(CRANE, cases[i])
-        alone.step(cycles=300)
-        assert all(together.get(name)[i] == alone.get(name) for name in SIGNALS)
-
-
 @pytest.mark.parametrize("by_file", [False, True])
 def test_a_restored_session_goes_on_with_the_same_bits(by_file, tmp_path):
     session = stillhook.Session(CRANE, CASE)

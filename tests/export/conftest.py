@@ -1,13 +1,13 @@
 """Compiled sources, shared by all tests of a session: the same one is compiled once."""
 
 import hashlib
-import os
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
+import stillhook
 from stillhook.export.fmu import package
 from stillhook.export.twin import compile_library, own_platform
 
@@ -16,10 +16,10 @@ QUICK = ("-O0", "-fno-sanitize=undefined")
 
 
 @pytest.fixture(scope="session")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+def compiled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Library of a C source with flags, for this system, compiled by the first of all workers that asks for it."""
     base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "compiled"
+    folder = (base.parent if hasattr(request.config, "workerinput") else base) / "compiled"
     folder.mkdir(exist_ok=True)
 
     def library(source: str, flags: Sequence[str] = ()) -> Path:
@@ -33,6 +33,11 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         return file
 
     return library
+
+
+@pytest.fixture(scope="session")
+def nov() -> stillhook.Crane:
+    return stillhook.load_crane("nov-250t")
 
 
 @pytest.fixture(scope="module")

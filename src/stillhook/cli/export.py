@@ -177,9 +177,8 @@ def plc_export(
     """
     from stillhook.control.registry import default_of
     from stillhook.export.plc.block import PlcError, controller_block
-    from stillhook.export.plc.plcopen import plcopen_xml
     from stillhook.export.plc.sequence import sequence_csv
-    from stillhook.export.plc.text import settings, structured_text
+    from stillhook.export.plc.text import plcopen_xml, settings, structured_text
     from stillhook.library import load_crane
 
     if language not in LANGUAGES:

@@ -168,16 +168,13 @@ TENSION: Mapping[str, Range] = {
     ".ti[cp]*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
 }
 """Of the tip, and of a winch on a host's wire, whose tip is that of the tension."""
-SETTINGS: Mapping[str, Range] = {
-    "u_thr": SHARE,
-    "alpha_ns": (0.001, 1.0),
-    "alpha_hs": (0.001, 1.0),
-    "alpha_swl": (0.001, 1.0),
-    "t_lead": (0.0, 60.0),
-    "t_bumpless": (0.0, 60.0),
-    "tau_F": (0.0, 60.0),
+PARAMETERS: Mapping[str, tuple[str, Range]] = {
+    **{name: (f"gains.{name}", SETTING) for name in ("K_1", "K_2", "K_p")},
+    "u_thr": ("motors.u_thr", SHARE),
+    **{name: (f"motors.{name}", (0.001, 1.0)) for name in ("alpha_ns", "alpha_hs", "alpha_swl")},
+    **{name: (name, (0.0, 60.0)) for name in ("t_lead", "t_bumpless", "tau_F")},
 }
-"""Ranges of settings of the PLC by name; `SETTING` of the others."""
+"""Settings of the PLC that may change while it runs: place in `Plc`, and range."""
 FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
 COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
 
@@ -190,9 +187,8 @@ class Ranges(NamedTuple):
     least: FloatArray
     most: FloatArray
 
-    def at(self, first: int, count: int) -> Ranges:
-        """Of some of them that follow each other."""
-        part = slice(first, first + count)
+    def at(self, part: slice) -> Ranges:
+        """Of some of them."""
         return Ranges(self.names[part], self.kinds[part], self.least[part], self.most[part])
 
 
@@ -218,13 +214,13 @@ def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mappin
 
 
 def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: int, codes: Sequence[float]) -> str:
-    """What is wrong with numbers (numbers, lanes) from outside, in a few words about the first; "" where nothing is.
+    """What is wrong with numbers from outside, in a few words about the first; "" where nothing is.
 
     Parameters: own: those of what they are restored into; blank: those of a run that begins, which are always allowed
     (extremes of nothing yet are no numbers of a winch); k: PLC cycles since the start; codes of the modes.
     """
-    kinds, least, most = r.kinds[:, None], r.least[:, None], r.most[:, None]
-    ranged: BoolArray = (found >= least) & (found <= most)
+    kinds = r.kinds
+    ranged: BoolArray = (found >= r.least) & (found <= r.most)
     counted: BoolArray = (found >= 0.0) & (found <= k) & (found == np.floor(found))
     good = np.select(
         [kinds == Kind.SAME, kinds == Kind.COUNT, kinds == Kind.CODE],
@@ -234,13 +230,13 @@ def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: i
     good |= (kinds != Kind.SAME) & (_bits(found) == _bits(blank))
     if good.all():
         return ""
-    i, lane = (int(x) for x in np.argwhere(~good)[0])
+    i = int(np.argmax(~good))
     allowed = {
-        Kind.SAME: f"that of this winch, {own[i, lane]:.9g}",
+        Kind.SAME: f"that of this winch, {own[i]:.9g}",
         Kind.COUNT: f"a whole number from 0 to {k}",
         Kind.CODE: f"the code of a mode, {', '.join(f'{code:g}' for code in sorted(codes))}",
     }.get(Kind(int(r.kinds[i])), f"{r.least[i]:.9g} to {r.most[i]:.9g}")
-    return f"{r.names[i].removeprefix('.')} = {found[i, lane]:.9g}, allowed is {allowed}"
+    return f"{r.names[i].removeprefix('.')} = {found[i]:.9g}, allowed is {allowed}"
 
 
 def _bits(values: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,9 +21,9 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.lowering.case import LoweringType
 from stillhook.engine.runner import Ending, Run
-from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.store import Store, Summary, keys_of
-from stillhook.engine.tasks import CaseType, Task, cut, landed
+from stillhook.engine.tasks import CaseType, Task, cut, on_cluster, on_threads
 from stillhook.errors import ScenarioError, SimulationError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
@@ -149,7 +150,7 @@ def _run(
         )
         for part in cut(of, cranes, cases, [i for i in range(len(cases)) if i not in results], lanes, workers)
     ]
-    with landed(tasks, threads=threads, client=client, meter=meter) as answers:
+    with closing(on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)) as answers:
         for task, made in answers:
             if store is not None:
                 folder.put([keys[i] for i in task.indices], made)

@@ -8,7 +8,6 @@ import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import closing
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.progress import Meter, Progress
@@ -151,8 +150,12 @@ def cut(
     return out
 
 
-def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, list[Any]], None, None]:
-    """Tasks with what is kept of their runs, as they finish."""
+Answers = Generator[tuple[Task, list[Any]], None, None]
+"""Tasks with what is kept of their runs, as they finish; closing it stops the threads, or the cluster, at once."""
+
+
+def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Answers:
+    """Tasks run on threads of this machine."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
             yield task, task.run(meter.part(task.seconds))
@@ -177,7 +180,7 @@ def run_packed(packed: bytes) -> tuple[Any, str]:
     return pickle.loads(packed).run(), results_hash()
 
 
-def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tuple[Task, list[Any]], None, None]:
+def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Answers:
     """The same on a cluster; a few are under way for each of its threads, and a lost worker's are given again.
 
     Errors: those of a case; SimulationError where the cluster fails, or runs other code.
@@ -225,10 +228,3 @@ def _answer_of(future: Any) -> Any:
             " version everywhere."
         )
     return answer
-
-
-def landed(
-    tasks: Sequence[Task], *, threads: int, client: Any, meter: Meter
-) -> closing[Generator[tuple[Task, list[Any]], None, None]]:
-    """Tasks with what is kept of their runs, as they finish; closing it stops the threads, or the cluster, at once."""
-    return closing(on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter))

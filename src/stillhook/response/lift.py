@@ -10,13 +10,12 @@ import functools
 import math
 import warnings
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, fill
 from stillhook.base.progress import Progress
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import LiftFile
@@ -80,8 +79,8 @@ class Waves:
         ship: str | None = None,
         spread: float | None = None,
     ) -> None:
-        travel = None if beta is None else parse_direction(beta, "beta")
-        self._fill(of, travel, None if ship is None else parse_direction(ship, "ship"), spread)
+        texts = {"beta": beta, "ship": ship}
+        fill(self, of=of, spread=spread, **{n: None if t is None else parse_direction(t, n) for n, t in texts.items()})
 
     @classmethod
     def from_si(
@@ -94,14 +93,8 @@ class Waves:
     ) -> Self:
         """Waves with directions in rad."""
         waves = cls.__new__(cls)
-        waves._fill(of, beta, ship, spread)
+        fill(waves, of=of, beta=beta, ship=ship, spread=spread)
         return waves
-
-    def _fill(
-        self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None
-    ) -> None:
-        for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
-            object.__setattr__(self, name, value)
 
     def with_waves(self, of: Sea | SpectrumSeries | SeaStates) -> Self:
         """Other waves with the same directions."""
@@ -318,11 +311,6 @@ def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatA
     return np.asarray(rows[low, each] + part * (rows[high, each] - rows[low, each]))
 
 
-def residuals_folder() -> Path:
-    """Folder of the residuals of winches."""
-    return cache_root() / "residuals"
-
-
 def answer_of(response: LiftResponse, file: LiftFile, waves: Waves, *, records: bool = True) -> dict[str, Any]:
     """Numbers of a response by their names in `stillhook.variables`, SI: of one sea as they are; of records as a
     summary, and one by one unless not `records`. Those of a braked winch under "braked"."""
@@ -342,13 +330,9 @@ def answer_of(response: LiftResponse, file: LiftFile, waves: Waves, *, records: 
     }
     numbers = [str(name) for name in data.data_vars if name not in FLAGS]
     if "time" not in data.dims:
-        at = {name: float(data[name][0]) for name in numbers}
-        return (
-            head
-            | {"status": marked(status_of(data), _doubts(file))}
-            | _nested(at)
-            | {"notes": notes_of(response, file)}
-        )
+        exceeded = ", ".join(name for name in FLAGS if bool(data[name][0])) or "ok"
+        at = _nested({name: float(data[name][0]) for name in numbers})
+        return {**head, "status": marked(exceeded, _doubts(file)), **at, "notes": notes_of(response, file)}
     times = np.datetime_as_string(data["time"].values, unit="s")
     valid = np.isfinite(data["sigma_z"].values)
     head |= {
@@ -381,18 +365,8 @@ def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], valid: NDArray[np
         return {"first": math.nan, "mean": math.nan, "min": math.nan, "max": math.nan, "worst": ""}
     values = x[rows]
     worst = rows[int(np.argmin(values) if name.startswith("eta_") else np.argmax(values))]
-    summary = {
-        "first": float(values[0]),
-        "mean": float(values.mean()),
-        "min": float(values.min()),
-        "max": float(values.max()),
-    }
-    return summary | {"worst": f"{times[worst]}Z"}
-
-
-def status_of(data: xarray.Dataset) -> str:
-    """ "ok", or the limits exceeded in the first sea, joined by commas."""
-    return ", ".join(name for name in FLAGS if bool(data[name][0])) or "ok"
+    summary = {"first": values[0], "mean": values.mean(), "min": values.min(), "max": values.max()}
+    return {**{key: float(value) for key, value in summary.items()}, "worst": f"{times[worst]}Z"}
 
 
 def _doubts(file: LiftFile) -> tuple[str, ...]:
@@ -401,7 +375,7 @@ def _doubts(file: LiftFile) -> tuple[str, ...]:
 
 def notes_of(response: LiftResponse, file: LiftFile) -> list[str]:
     """Notes on the origin and validity of the numbers."""
-    now = f"identified now from runs of the twin, kept in {residuals_folder()}"
+    now = f"identified now from runs of the twin, kept in {cache_root() / 'residuals'}"
     origin = now if response.made else "identified before from runs of the twin"
     notes = [*_doubts(file), f"winch: {response.residual.about}; {origin}"]
     clear, load = file.lift.depth - response.depth, file.lift.payload

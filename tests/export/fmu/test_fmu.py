@@ -44,11 +44,6 @@ pytestmark = pytest.mark.skipif(OWN is None, reason="an FMU has no library for t
 
 
 @pytest.fixture(scope="module")
-def nov() -> stillhook.Crane:
-    return stillhook.load_crane("nov-250t")
-
-
-@pytest.fixture(scope="module")
 def case() -> stillhook.Scenario:
     return stillhook.Scenario(
         load="100 t", s_w="100 m", tip="sine 1 m 12 s", mode="ssc", duration="20 s", ramp="4 s", warm_up="0 s"

@@ -1,8 +1,6 @@
 """States of FMUs from outside, by FMPy: what is damaged is refused, and the instance goes on."""
 
 import ctypes
-import struct
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +8,13 @@ import pytest
 from tests.engine.damage import IMPOSSIBLE, damaged
 from tests.export.fmu.test_fmu import OWN, Slave
 from tests.export.host_clock import added_up
+from tests.export.twin.host import HEAD, remade
 
 import stillhook
 from stillhook.export.fmu import write_fmu
 from stillhook.export.twin import export
 
 pytestmark = pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
-HEAD, OWN_NUMBERS = 80, 2
-"""Bytes before the numbers, of which the first are phase and start."""
 CYCLES = 100
 REFUSED = r"(?i)(serialize|set)FMUstate|fmi[23]Error|status 3"
 
@@ -49,13 +46,6 @@ def started(file: Path, folder: Path, cycles: int = CYCLES) -> Slave:
 @pytest.fixture(scope="module")
 def slave(files: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Slave:
     return started(files["100 t"], tmp_path_factory.mktemp("unzipped"))
-
-
-def remade(data: bytes, changes: dict[int, float]) -> bytes:
-    body = bytearray(data[:-4])
-    for at, x in changes.items():
-        struct.pack_into("<d", body, HEAD + 8 * at, x)
-    return bytes(body) + struct.pack("<I", zlib.crc32(bytes(body)))
 
 
 def refused(slave: Slave, data: bytes, before: bytes) -> None:

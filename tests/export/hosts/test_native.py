@@ -35,11 +35,6 @@ pytestmark = pytest.mark.skipif(OWN is None, reason="no library for this system"
 
 
 @pytest.fixture(scope="module")
-def nov() -> stillhook.Crane:
-    return stillhook.load_crane("nov-250t")
-
-
-@pytest.fixture(scope="module")
 def case() -> stillhook.Scenario:
     return stillhook.Scenario(
         load="100 t", s_w="100 m", tip="sine 1 m 12 s", mode="ssc", duration="10 s", ramp="2 s", warm_up="0 s"

@@ -6,14 +6,13 @@ import hashlib
 import json
 import math
 import shutil
-import struct
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.engine.damage import IMPOSSIBLE, damaged
 from tests.export.host_clock import added_up
+from tests.export.twin.host import HEAD, remade
 
 import stillhook
 from stillhook.errors import SimulationError
@@ -21,15 +20,10 @@ from stillhook.export.hosts import Exchange, Sample, host_source
 from stillhook.export.twin import export
 
 NO_STATE, WRONG_STEP = 6, 2
-HEAD, HOST = 80, 17
-"""Bytes before the numbers of the C state, and how many of them are the host's."""
+HOST = 17
+"""Numbers of the C state that are the host's."""
 YEAR = 365 * 86400 * 100
 """PLC cycles of 10 ms."""
-
-
-@pytest.fixture(scope="module")
-def nov() -> stillhook.Crane:
-    return stillhook.load_crane("nov-250t")
 
 
 @pytest.fixture(scope="module")
@@ -207,13 +201,6 @@ class Native:
 @pytest.fixture(scope="module")
 def library(nov, case, compiled) -> Path:
     return compiled(host_source(export(nov, case, coupling="wire"), "orcaflex"))
-
-
-def remade(data: bytes, changes: dict[int, float]) -> bytes:
-    body = bytearray(data[:-4])
-    for at, x in changes.items():
-        struct.pack_into("<d", body, HEAD + 8 * at, x)
-    return bytes(body) + struct.pack("<I", zlib.crc32(bytes(body)))
 
 
 def test_the_library_takes_its_own_states_and_no_damaged_ones(library: Path):

@@ -13,48 +13,12 @@ TOKEN = re.compile(
     r"|(?P<sign>:=|<=|>=|<>|[-+*/()<>=;:,.])|(?P<end>$))",
     re.DOTALL,
 )
-KEYWORDS = frozenset(
-    [
-        "type",
-        "end_type",
-        "struct",
-        "end_struct",
-        "function",
-        "end_function",
-        "function_block",
-        "end_function_block",
-        "var",
-        "var_input",
-        "var_output",
-        "end_var",
-        "if",
-        "then",
-        "else",
-        "elsif",
-        "end_if",
-        "and",
-        "or",
-        "not",
-        "true",
-        "false",
-        "lreal",
-        "bool",
-        "abs",
-        "sqrt",
-        "on",
-        "of",
-        "s",
-        "r",
-        "n",
-        "p",
-        "l",
-        "d",
-        "q",
-        "t",
-        "by",
-        "do",
-    ]
-)
+WORDS = """
+    type end_type struct end_struct function end_function function_block end_function_block var var_input
+    var_output end_var if then else elsif end_if and or not true false lreal bool abs sqrt on of s r n p l d q
+    t by do
+"""
+KEYWORDS = frozenset(WORDS.split())
 STANDARD = {"abs": "abs", "sqrt": "sqrt"}
 
 

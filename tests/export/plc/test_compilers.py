@@ -30,8 +30,8 @@ from tests.export.plc.cases import (
 from stillhook.control.guard import HEALTHY, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.export.plc import structured_text
-from stillhook.export.plc.plcopen import SPACE, XHTML, plcopen_xml
 from stillhook.export.plc.sequence import Reference, inputs, numbers
+from stillhook.export.plc.text import SPACE, XHTML, plcopen_xml
 from stillhook.kernels.plc_alone import GuardedCommands
 
 CYCLES = 100_000

@@ -26,11 +26,13 @@ from tests.export.plc.cases import (
 )
 from tests.scripts import DOCS
 
+from stillhook.control.commands import SMALL
+from stillhook.control.guard import HEALTHY, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import sequence, structured_text
 from stillhook.export.plc.program import RESERVED, Names, literal
-from stillhook.export.plc.sequence import Reference, inputs, numbers, reaches
+from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 
 SHORT, LONG = 1_000, 1_000_000
@@ -96,6 +98,25 @@ def test_numbers_of_the_text_are_within_single_precision(crane, controller):
 def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
     rows, expected = cycles_of(crane, controller)
     np.testing.assert_array_equal(bits(outputs_of(machine_of(crane, controller).start(), rows)), bits(expected))
+
+
+def reaches(rows: list) -> dict[str, bool]:
+    """What a sequence of inputs and outputs brings about, each by name."""
+    return {
+        "manual": any(o.y.mode == 0.0 for o, _ in rows),
+        "compensation": any(o.y.mode > 0.0 for o, _ in rows),
+        "saturation": any(abs(d.u_raw) > 1.0 for _, d in rows),
+        "half of the pumps": any(o.y.f_pump < 1.0 for o, _ in rows),
+        "operator": any(abs(o.y.v_op) > SMALL for o, _ in rows),
+        "brake closed": any(d.brake == 1.0 for _, d in rows),
+        "brake open": any(d.brake == 0.0 for _, d in rows),
+        "limited stroke": any(abs(d.u_p) < min(abs(d.u_raw), 1.0) for _, d in rows),
+        "reduced displacement": any(d.u_m < 1.0 for _, d in rows),
+        "replaced input": any(d.state == SUBSTITUTED for _, d in rows),
+        "stop": any(d.state == STOPPED for _, d in rows),
+        "refused acknowledgement": any(o.reset > 0.0 and d.state == STOPPED for o, d in rows),
+        "acknowledgement": any(o.reset > 0.0 and d.state == HEALTHY for o, d in rows),
+    }
 
 
 def test_the_file_of_a_test_sequence_has_the_bits_of_its_cycles_and_reaches_every_part_of_the_controller(monkeypatch):

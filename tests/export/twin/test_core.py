@@ -100,11 +100,6 @@ def test_a_step_of_several_cycles_follows_the_quintic_between_its_ends(nov: stil
     assert np.abs(e_c - series(nov, case)["e_c"].values[::5]).max() < EXTRAPOLATED
 
 
-@pytest.fixture(scope="module")
-def nov() -> stillhook.Crane:
-    return stillhook.load_crane("nov-250t")
-
-
 def test_load_wire_out_and_gains_are_those_that_were_set_before_the_start(nov: stillhook.Crane, compiled):
     other = nov.model_copy(update={"control": nov.control.model_copy(update={"K_p": 0.3})})
     case = case_of(other, load="180 t", s_w="1500 m", mode="ns")

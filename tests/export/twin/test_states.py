@@ -1,19 +1,14 @@
 """States of the C core from outside, and its time by count."""
 
-import struct
-import zlib
-
 import numpy as np
 import pytest
 from tests.engine.damage import IMPOSSIBLE, damaged
 from tests.export.host_clock import added_up
-from tests.export.twin.host import NO_STATE, OK, OUT_OF_RANGE, WRONG_STEP, Host
+from tests.export.twin.host import HEAD, NO_STATE, OK, OUT_OF_RANGE, WRONG_STEP, Host, remade
 
 import stillhook
 from stillhook.export.twin import export
 
-HEAD = 80
-"""Kind, identity, count of the numbers."""
 CYCLES = 300
 DAY = 86400 * 100
 """PLC cycles of 10 ms."""
@@ -47,14 +42,6 @@ def host(compiled) -> Host:
     assert winch.start() == OK
     run(winch)
     return winch
-
-
-def remade(data: bytes, changes: dict[int, float]) -> bytes:
-    """With other numbers at these places, and a right checksum, by zlib."""
-    body = bytearray(data[:-4])
-    for at, x in changes.items():
-        struct.pack_into("<d", body, HEAD + 8 * at, x)
-    return bytes(body) + struct.pack("<I", zlib.crc32(bytes(body)))
 
 
 def numbers(data: bytes) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Ranges within which a crane's signals are, for the guard of an exported controller."""
 
 from itertools import pairwise
+from typing import Any
 
 from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops
 from stillhook.control.plc import MANUAL, Plc
@@ -33,6 +34,12 @@ RELEASED = 0.02
 
 HOST_CYCLES = 10.0
 """Cycles of the PLC for which a simulator may hold or extrapolate what it gives. Assumed: 0.1 s at 10 ms."""
+
+
+def motor_control(params: Any) -> MotorControl:
+    """How the PLC knows the motors' displacement; that of a drive without motors that turn is always known."""
+    active = getattr(params, "active", None)
+    return MotorControl(offset=0.0, half_width=0.0, feedback=1.0) if active is None else active.control
 
 
 def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: bool = False) -> GuardSettings:

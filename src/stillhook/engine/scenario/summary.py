@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,13 +11,12 @@ from typing import Any
 from stillhook.engine.pack.capacity import capacity_notes, judged
 from stillhook.engine.runner import OK, Run
 from stillhook.engine.scenario.checks import Foreseen, foresee
-from stillhook.engine.scenario.warm_up import WarmUp, warm_up_notes
 from stillhook.engine.store import Summary
 from stillhook.kernels.oscillation import Largest
 from stillhook.spec.crane import Crane
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
-from stillhook.variables import COMMON_SUMMARY, WINDOW
+from stillhook.variables import BY_NAME, COMMON_SUMMARY, WINDOW
 from stillhook.winches.registry import WinchType
 
 OSCILLATES = "oscillates"
@@ -24,6 +24,17 @@ OSCILLATES = "oscillates"
 OF_OSCILLATION = ("oscillation_time", "oscillation_period", "oscillation_v_w", "oscillation_F_w")
 """Numbers of an oscillation that the motion of the tip does not explain: see
 `stillhook.kernels.oscillation`."""
+OF_EVERY_WINCH = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
+"""Limits that every winch has, and their words in a status."""
+REACHED: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "cavitation": (("void_max", "vapour up to"), ("p_min", "pressure down to")),
+    "relief": (("p_max", "pressure up to"), ("p_r_max", "pressure up to")),
+    "overspeed": (("omega_m_max", "motor speed up to"),),
+    "rail": (("p_r_min", "pressure down to"),),
+    "rod_speed": (("v_rod_max", "rod speed up to"),),
+    "power": (("P_hpu_max", "power up to"),),
+}
+"""How far a limit was passed: the first of these numbers that a winch type has, and that is not 0."""
 OFFSET = 0.05
 """Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of
 error."""
@@ -44,14 +55,14 @@ COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScenarioRun(Run):
     """What came back of a scenario: statistics, the three peak-to-peak values over the moving window [m] and whether
-    the run was as long as that, PLC cycle and warm-up [s], what happened before (None without a warm-up)."""
+    the run was as long as that, PLC cycle and warm-up [s], statistics of the warm-up (None without one)."""
 
     stats: Any
     span: tuple[float, float, float]
     full_window: bool
     t_cycle: float
     warm_up: float
-    before: WarmUp | None
+    before: Any
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -209,6 +220,22 @@ def _window_notes(result: ScenarioRun) -> list[str]:
         f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of"
         " that part alone"
     ]
+
+
+def warm_up_notes(winch: WinchType, before: Any, t_cycle: float) -> list[str]:
+    """One line on the limits that were passed during the warm-up, which is part of no number: for how long, and how
+    far."""
+    if before is None:
+        return []
+    cycles = {name: getattr(before.common, f"{name}_cycles") for name in OF_EVERY_WINCH} | before.limits._asdict()
+    numbers, words = winch.own_numbers(before, t_cycle), OF_EVERY_WINCH | dict(winch.causes)
+    passed = []
+    for name, n in cycles.items():
+        if n > 0.0:
+            far = [(text, of) for of, text in REACHED.get(name, ()) if numbers.get(of, 0.0) != 0.0][:1]
+            reached = "".join(f", {text} {show(numbers[of], BY_NAME[of].kind, 3)}" for text, of in far)
+            passed.append(f"{words[name]} for {n * t_cycle:.3g} s{reached}")
+    return [f"during the warm-up, which is not counted: {'; '.join(passed)}"] if passed else []
 
 
 def numbers_of(crane: Crane) -> tuple[str, ...]:

@@ -1,9 +1,11 @@
-"""modelDescription.xml of FMI 2 and FMI 3, from the ports of an export."""
+"""The XML of an FMU from the ports of an export: modelDescription of FMI 2 and FMI 3, terminals of FMI 3, and the
+interface file of the Open Simulation Platform."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from stillhook._version import __version__
@@ -21,6 +23,8 @@ DERIVED: Mapping[str, Mapping[str, int]] = {
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
 }
 """Units by their exponents of base units."""
+OSP = "http://opensimulationplatform.com/osp-is/OSPModelDescription"
+"""Name of the format, not an address: OSP Interface Specification 1.0."""
 FACTOR = re.compile(r"(/?)\s*\(?([A-Za-z]+|1)(?:\^(-?\d+))?\)?")
 TOOL = f"Stillhook {__version__}"
 END = 60.0
@@ -217,4 +221,66 @@ def build_description(export: Export) -> str:
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=export.identifier)
     SubElement(SubElement(configuration, "SourceFileSet", language="C99"), "SourceFile", name=SOURCE)
     SubElement(configuration, "Library", name="m")
+    return xml_text(root)
+
+
+class Group(NamedTuple):
+    """Variables that are connected together: member -> variable."""
+
+    name: str
+    description: str
+    members: dict[str, str]
+
+
+def groups(export: Export) -> Iterator[Group]:
+    """The groups that an export has."""
+    names = {p.name for p in export.ports}
+    found = [
+        Group("crane_tip", "motion of the crane tip, up positive", {"s": "s_tip", "v": "v_tip", "a": "a_tip"}),
+        Group("operator", "what the operator chooses", {"v_op": "v_op", "mode": "mode"}),
+        Group("wire", "tension in; wire paid out and its speed out", {"F": "F_w", "s": "s_w", "v": "v_w"}),
+        Group("load", "motion of the load", {"s": "s_load", "v": "v_load"}),
+        Group(
+            "sensed",
+            "what the PLC reads of the winch",
+            {p.name.removeprefix("sensed_"): p.name for p in export.ports if p.name.startswith("sensed_")},
+        ),
+        Group("commands", "what the PLC commands", {"u_p": "u_p", "u_m": "u_m", "brake": "brake"}),
+    ]
+    for group in found:
+        members = {member: name for member, name in group.members.items() if name in names}
+        if len(members) > 1:
+            yield group._replace(members=members)
+
+
+def terminals(export: Export) -> str:
+    """terminalsAndIcons/terminalsAndIcons.xml: what a winch alone and a PLC alone have in common matches by name."""
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    listed = SubElement(root, "Terminals")
+    kinds = {p.name: p.causality for p in export.ports}
+    for group in groups(export):
+        made = SubElement(listed, "Terminal", name=group.name, matchingRule="plug", description=group.description)
+        for member, name in group.members.items():
+            kind = "signal" if kinds[name] in ("input", "output") else "parameter"
+            SubElement(made, "TerminalMemberVariable", variableName=name, memberName=member, variableKind=kind)
+    return xml_text(root)
+
+
+def osp(export: Export) -> str:
+    """Interface file of the Open Simulation Platform, which lies beside the FMU as NAME_OspModelDescription.xml. With
+    the coupling "wire" tension and wire speed are a mechanical port."""
+    root = Element("OspModelDescription", xmlns=OSP, version="1.0")
+    listed = SubElement(root, "VariableGroups")
+    if export.coupling == "wire":
+        port = SubElement(listed, "LinearMechanicalPort", name="wire_port")
+        SubElement(SubElement(port, "Force", name="wire_force"), "Variable", ref="F_w")
+        SubElement(SubElement(port, "LinearVelocity", name="wire_speed"), "Variable", ref="v_w")
+    for group in groups(export):
+        causes: dict[str, list[str]] = {}
+        for name in group.members.values():
+            causes.setdefault(export.port(name).causality, []).append(name)
+        for cause, names in causes.items():
+            made = SubElement(listed, "Generic", name=group.name if len(causes) == 1 else f"{group.name}_{cause}")
+            for name in names:
+                SubElement(made, "Variable", ref=name)
     return xml_text(root)

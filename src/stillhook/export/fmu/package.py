@@ -1,4 +1,4 @@
-"""An FMU as a file: libraries, source, what it was made of, and checksums of all of it."""
+"""An FMU as a file: libraries, source, what it was made of, checksums of all of it; and its reference results."""
 
 from __future__ import annotations
 
@@ -12,12 +12,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stillhook import units
+from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.engine.certificate import envelope_line, twin_line
-from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fmi3, title
-from stillhook.export.fmu.interfaces import osp, terminals
+from stillhook.engine.inputs import CycleInputs
+from stillhook.engine.simulate import simulate
+from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fmi3, osp, terminals, title
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library
+from stillhook.export.twin.ports import MOTION
 from stillhook.library import crane_toml
 
 FMI_VERSIONS = ("2", "3")
@@ -30,6 +35,8 @@ FOLDERS: Mapping[str, Mapping[str, str]] = {
 """Folders of libraries. FMI 2 has no name for Macs with ARM processors; hosts look for theirs in darwin64."""
 DATE = (1980, 1, 1, 0, 0, 0)
 """Of every member, so that the same export is the same file."""
+RELATIVE = 1e-9
+"""Part of a signal's largest value within which another compiler's results are those of a reference."""
 HERE = Path(__file__).parent
 
 
@@ -164,3 +171,37 @@ def facts(export: Export) -> dict[str, Any]:
         "modes": export.modes,
         "variables": ports,
     }
+
+
+def write_reference(export: Export, folder: str | Path) -> tuple[Path, ...]:
+    """Write NAME_in.csv (motion of the tip), NAME_ref.csv (signals of `stillhook.simulate` on the export's case) and
+    NAME_ref.opt. A row holds for the end of a step, `input_time` 0.
+
+    Errors: ExportError for another export than of a whole winch coupled at the tip.
+    """
+    if (export.contents, export.coupling) != ("plant+controller", "tip"):
+        raise ExportError("A reference is that of plant+controller with the coupling tip.")
+    case, t_cycle = export.case, export.t_cycle
+    if case.modes or case.operator.profile or case.operator.steps:
+        raise ExportError("A reference is of a case in one mode and without an operator. Leave them out.")
+    run = simulate(export.crane, case, every=f"{t_cycle!r} s", series=True)
+    t = np.asarray(run["time"].values)
+    drive = CycleInputs(export.crane, case)
+    tip = np.array([drive.full_row(k)[:3] for k in range(len(t))])
+    outputs = [p.name for p in export.ports if p.causality == "output"]
+    names = [name for name in outputs if name in run and run[name].dims == ("time",)]
+    base = Path(folder) / export.identifier
+    files = tuple(base.with_name(f"{base.name}_{end}") for end in ("in.csv", "ref.csv", "ref.opt"))
+    with atomic_file(files[0]) as one, atomic_file(files[1]) as two, atomic_file(files[2]) as three:
+        one.write_text(csv(t, MOTION, tip), encoding="utf-8")
+        two.write_text(csv(t, names, np.column_stack([run[n].values for n in names])), encoding="utf-8")
+        times = f"StartTime, 0.0\nStopTime, {float(t[-1])!r}\nStepSize, {t_cycle!r}\n"
+        three.write_text(f"{times}RelTol, {RELATIVE!r}\n", encoding="utf-8")
+    return files
+
+
+def csv(t: FloatArray, names: object, values: FloatArray) -> str:
+    """A table with its times; numbers read back to the same doubles."""
+    head = ",".join(f'"{name}"' for name in ["time", *names])  # type: ignore[misc]
+    rows = (",".join(repr(float(x)) for x in (time, *row)) for time, row in zip(t, values, strict=True))
+    return "\n".join([head, *rows]) + "\n"

@@ -23,7 +23,7 @@ from stillhook.control.guard import (
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
 from stillhook.control.registry import MANUAL_MODE, Mode
-from stillhook.engine.pack.guard import guard_settings
+from stillhook.engine.pack.guard import guard_settings, motor_control
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.export.plc.program import BOOL, LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
@@ -81,8 +81,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
     refuse_unsuited(crane, mode)
     law, own = mode.law, own_settings(crane.control, mode.law)
     packed = pack(crane, Scenario(load=f"{0.5 * crane.SWL} kg", s_w=USUAL_WIRE, mode=mode))
-    active = getattr(packed.params, "active", None)
-    control = MotorControl(offset=0.0, half_width=0.0, feedback=1.0) if active is None else active.control
+    control = motor_control(packed.params)
     plc, memory = packed.params.plc, packed.memory._replace(mode=0.0, F=0.0)  # both are read in the first cycle
     library = Library()
     guard = guard_settings(crane, plc, control)

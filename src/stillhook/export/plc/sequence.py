@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from stillhook.control.commands import SMALL
-from stillhook.control.guard import HEALTHY, STOPPED, SUBSTITUTED, GuardSettings, guard_at_start
+from stillhook.control.guard import GuardSettings, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import memory_before
 from stillhook.engine.pack.guard import time_to_stop
@@ -173,22 +172,3 @@ def sequence_csv(block: Block) -> str:
     for number, (outside, drive) in enumerate(inputs(block, Reference(block))):
         lines.append(",".join([str(number), *(repr(float(x)) for x in (*numbers(outside), *drive))]))
     return "".join(f"{line}\r\n" for line in lines)
-
-
-def reaches(rows: list[tuple[Any, Any]]) -> dict[str, bool]:
-    """What a sequence of inputs and outputs brings about, each by name."""
-    return {
-        "manual": any(o.y.mode == 0.0 for o, _ in rows),
-        "compensation": any(o.y.mode > 0.0 for o, _ in rows),
-        "saturation": any(abs(d.u_raw) > 1.0 for _, d in rows),
-        "half of the pumps": any(o.y.f_pump < 1.0 for o, _ in rows),
-        "operator": any(abs(o.y.v_op) > SMALL for o, _ in rows),
-        "brake closed": any(d.brake == 1.0 for _, d in rows),
-        "brake open": any(d.brake == 0.0 for _, d in rows),
-        "limited stroke": any(abs(d.u_p) < min(abs(d.u_raw), 1.0) for _, d in rows),
-        "reduced displacement": any(d.u_m < 1.0 for _, d in rows),
-        "replaced input": any(d.state == SUBSTITUTED for _, d in rows),
-        "stop": any(d.state == STOPPED for _, d in rows),
-        "refused acknowledgement": any(o.reset > 0.0 and d.state == STOPPED for o, d in rows),
-        "acknowledgement": any(o.reset > 0.0 and d.state == HEALTHY for o, d in rows),
-    }

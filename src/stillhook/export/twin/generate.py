@@ -17,7 +17,7 @@ from stillhook.control.sensors import SENSORS, Sensor
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.certificate import objections
 from stillhook.engine.inputs import hermite_weights, scale_weights
-from stillhook.engine.pack.guard import guard_settings
+from stillhook.engine.pack.guard import guard_settings, motor_control
 from stillhook.engine.pack.winch import pack, water_around
 from stillhook.engine.runner import nothing
 from stillhook.engine.saved import SETTING, Kind, Ranges, ranges
@@ -30,7 +30,6 @@ from stillhook.kernels.build import Setup, driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
-from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -195,7 +194,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         tick = tick._replace(override=1.0, u_m=1.0)
     if wire:
         tick = tick._replace(s=float(winch.params.hoist.load.W))
-    allowed: Any = guard_settings(crane, winch.params.plc, _motor_control(winch.params), hosted=True)
+    allowed: Any = guard_settings(crane, winch.params.plc, motor_control(winch.params), hosted=True)
     # the path of the operator is the core's own, and has no end
     least, most = allowed.least._replace(s_op=-FINITE), allowed.most._replace(s_op=FINITE)
     allowed = allowed._replace(least=least, most=most)
@@ -242,6 +241,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     y = offset(d.Lane, "y", 1) + d.Signals._fields.index("s_w")
     full = float(winch.params.hoist.drum.L_full)
     lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
+    at_tick = offset(d.Lane, "tick", 1)
     return Made(
         text=_translated(entries),
         ports=found,
@@ -253,7 +253,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         defines=defines,
         columns=where,
         lane=lane,
-        of_row=lane.at(offset(d.Lane, "tick", 1), len(Tick._fields)),
+        of_row=lane.at(slice(at_tick, at_tick + len(Tick._fields))),
         wire_out=y,
         quintic=scale_weights(hermite_weights(n_sub), ready.drive.t_cycle).tolist(),
     )
@@ -286,7 +286,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     winch = ready.winch
     extra = winch.extra_controllers
     k = plc_alone.kernel(extra, crane.plant.type.control, True)
-    control, plc = _motor_control(winch.params), winch.params.plc
+    control, plc = motor_control(winch.params), winch.params.plc
     guard = guard_at_start(guard_settings(crane, plc, control, hosted=True))
     record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings, guard), plc, control))
     law_at = offset(k.Lane, "laws", 1)
@@ -327,14 +327,6 @@ def _controller(crane: Crane, ready: Ready) -> Made:
         lane=ranges(paths(k.Lane), wire=p.ANY, tension=False, settings=_settings(found)),
         of_row=ranges([f".row.{name}" for name in names], wire=p.ANY, tension=False, settings={}),
     )
-
-
-def _motor_control(params: Any) -> Any:
-    """How the PLC knows the motors' displacement; that of a drive without motors that turn is always known."""
-    active = getattr(params, "active", None)
-    if active is not None:
-        return active.control
-    return MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
 
 
 def _tables(crane: Crane, made: Made, laws: list[ControlLaw]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.control.sensors import Sensor
 from stillhook.engine.pack.winch import drum_record
+from stillhook.engine.saved import PARAMETERS, SETTING
 from stillhook.kernels.lanes import offset, paths
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.spec.crane import Crane
@@ -27,23 +28,9 @@ from stillhook.winches.records import Tick
 
 ANY = 1.0e300
 """Stands for no end of a range."""
-PARAMETERS: dict[str, tuple[str, float, float]] = {
-    "K_1": ("gains.K_1", 0.0, ANY),
-    "K_2": ("gains.K_2", 0.0, ANY),
-    "K_p": ("gains.K_p", 0.0, ANY),
-    "u_thr": ("motors.u_thr", 0.0, 1.0),
-    "alpha_ns": ("motors.alpha_ns", 0.001, 1.0),
-    "alpha_hs": ("motors.alpha_hs", 0.001, 1.0),
-    "alpha_swl": ("motors.alpha_swl", 0.001, 1.0),
-    "t_lead": ("t_lead", 0.0, 60.0),
-    "t_bumpless": ("t_bumpless", 0.0, 60.0),
-    "tau_F": ("tau_F", 0.0, 60.0),
-}
-"""Settings of the PLC that may change while it runs: place in `Plc`, least and most [SI]."""
 LEAST_SHARE = 0.01
 """Least share of pumps: with none left nothing would hold the load."""
 MOTION = ("s_tip", "v_tip", "a_tip")
-OPERATION = ("v_op", "mode", "f_pump", "f_known", "f_passive")
 COMMANDS = ("u_p", "u_m", "brake")
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
@@ -136,9 +123,9 @@ def settings(
     """Settings of the PLC, and of controllers and sensors that have some of their own; at, law_at: places of the PLC's
     and of what controllers and sensors carry in a lane, whose numbers `record` holds."""
     places = paths(plc)
-    for name, (where, least, most) in PARAMETERS.items():
-        i = at + places.index(f".{where}")
-        yield port(name, "tunable", ("SH_OF_LANE", i), start=float(record[i]), least=least, most=most)
+    for name, (where, (least, most)) in PARAMETERS.items():
+        i, end = at + places.index(f".{where}"), ANY if most == SETTING[1] else most
+        yield port(name, "tunable", ("SH_OF_LANE", i), start=float(record[i]), least=least, most=end)
     places = paths(carried)
     for module in modules:
         for name, setting in module.settings.items():
