@@ -211,8 +211,8 @@ def test_the_library_s_own_gains_keep_the_margins(name: str) -> None:
 
 @pytest.mark.slow
 def test_tuning_and_strong_ssc_take_the_one_margin() -> None:
-    limits = Limits(load=150e3)
-    assert gain_allowed(CRANE, Mode.SSC, limits) == governing(CRANE, Mode.SSC, load=150e3).K_p
+    limits = Limits(load=0.0)
+    assert gain_allowed(CRANE, Mode.SSC, limits) == governing(CRANE, Mode.SSC, load=0.0).K_p
     wild = changed(CRANE, {"control": {"K_p": "0.9 1/m"}})
     broken = linear_broken(wild, Mode.SSC, limits, [1.0])
     assert broken[0].startswith("gain margin")

@@ -123,12 +123,10 @@ def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[
             c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})})
             for c in cases
         ]
-        out[name] = outcomes([_fixed(k, crane, machine) for k in controllers], [_plain(k) for k in controllers], sensed)
+        out[name] = outcomes(
+            [_fixed(k, crane, machine) for k in controllers], [Controller(k.name, k.mode) for k in controllers], sensed
+        )
     return out
-
-
-def _plain(controller: Controller) -> Controller:
-    return Controller(controller.name, controller.mode)
 
 
 def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:

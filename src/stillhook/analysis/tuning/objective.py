@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
-from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
+from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.base.identity import Keyed
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -417,13 +417,6 @@ def governing_loop(crane: Crane, mode: Mode, limits: Limits) -> Governing:
 @functools.lru_cache(maxsize=64)
 def _governing_loop(keyed: Keyed, mode: Mode, kept: tuple[float, float, float], load: float) -> Governing:
     return governing(keyed.machine, mode, kept, load=load)
-
-
-def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None) -> Margins | None:
-    """Margins of the position loop with its PLC at the place that allows the least gain, None where none decides; see
-    `governing_loop`."""
-    loop = governing_loop(crane, mode, limits or Limits()).loop
-    return None if loop is None else margins(loop, max(crane.control.K_p, 1e-6))
 
 
 def gain_allowed(crane: Crane, mode: Mode, limits: Limits) -> float:
