@@ -257,9 +257,7 @@ def test_limits_are_read_with_their_units() -> None:
         parse_limits(["p_max <= 300"])
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"loads": ["x %"]}, {"loads": ["300 %"]}, {"speeds": ["0 m/min"]}, {"loads": []}, {"periods": ["8 m"]}]
-)
+@pytest.mark.parametrize("wrong", [{"loads": ["x %"]}, {"speeds": ["0 m/min"]}, {"loads": []}, {"periods": ["8 m"]}])
 def test_scenarios_that_are_none_are_refused(wrong: dict[str, list[str]]) -> None:
     with pytest.raises(StillhookError):
         scenarios(CRANE, **wrong)
