@@ -37,6 +37,15 @@ CASE = Scenario(load="50 t", s_w="100 m", tip="sine 1 m 10 s", duration="60 s", 
 PAIR = ("pure-active", "active-passive")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def gains():
+    """Position gains as given, for speed: what the margins allow is the question of other tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("controllers", "drives.sizing"):
+            patch.setattr(f"stillhook.analysis.{module}.strong_gain", lambda crane, mode: (0.2, "as given"))
+        yield
+
+
 @pytest.fixture(scope="module")
 def pair() -> DriveComparison:
     return compare_drives(load_crane("nov-100t-pure-active"), CASE, PAIR, n=4, seed=3)
