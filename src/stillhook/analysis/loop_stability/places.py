@@ -61,10 +61,10 @@ def payloads_of_mode(
     return tuple(dict.fromkeys(share * heaviest for share in shares if share >= least)) or (heaviest,)
 
 
-def wire_range(crane: Crane, lengths: int = LENGTHS) -> tuple[float, ...]:
+def wire_range(crane: Crane) -> tuple[float, ...]:
     """Wire paid out from the shortest to all that the drum can pay out [m], in geometric steps."""
     longest = wire_usable(drum_record(crane))
-    return tuple(float(s) for s in np.geomspace(min(SHORTEST, longest), longest, lengths))
+    return tuple(float(s) for s in np.geomspace(min(SHORTEST, longest), longest, LENGTHS))
 
 
 def tip_speeds(crane: Crane) -> tuple[float, ...]:

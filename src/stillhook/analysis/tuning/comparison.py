@@ -70,7 +70,7 @@ class Point(NamedTuple):
 
 
 def outcomes(
-    crane: Crane | Sequence[Crane], controllers: Sequence[Controller], cases: Sequence[Scenario], threads: int = 2
+    crane: Crane | Sequence[Crane], controllers: Sequence[Controller], cases: Sequence[Scenario]
 ) -> list[Outcome]:
     """Every controller in all scenarios, in its own mode; crane that of all, or one for each controller. All runs side
     by side."""
@@ -80,7 +80,6 @@ def outcomes(
     results = run_cases(
         [m for m in machines for _ in range(n)],
         [case.with_mode(k.mode) for k in controllers for case in cases],
-        threads=threads,
     )
     return [_outcome(results[i * n : (i + 1) * n]) for i in range(len(controllers))]
 
