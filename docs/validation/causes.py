@@ -37,6 +37,7 @@ __all__ = [
     "attribute",
     "block",
     "from_series",
+    "heavier",
     "lower",
     "notes",
     "varied",
@@ -111,6 +112,13 @@ def nearest(found: Attribution) -> str:
 
     rows = [(str(e), *(cell(k, e) for k in range(len(found.figures)))) for e in found.nearest(SHOWN)]
     return table(("changes", *map(_head, found.figures)), rows)
+
+
+def heavier(crane: Crane, part: float) -> dict[str, Any]:
+    """Inertia times `part`, all of it in the drum."""
+    more = (part - 1.0) * crane.inertia.J_m_eff
+    J_drum = crane.inertia.J_drum + more * crane.i_hD**2
+    return {"inertia": {"J_m_eff": f"{crane.inertia.J_m_eff + more!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"}}
 
 
 def notes(runs: Mapping[str, Any]) -> str:

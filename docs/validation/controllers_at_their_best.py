@@ -13,6 +13,7 @@ from trials.ringing import rms_above
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.analysis.effects import scaled
+from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.tuning.comparison import (
     VARIATIONS,
     Outcome,
@@ -22,7 +23,7 @@ from stillhook.analysis.tuning.comparison import (
     pareto_figure,
     variations,
 )
-from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
+from stillhook.analysis.tuning.objective import Limits, Score, governing_loop, hold_out, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
 from stillhook.engine.simulate import run_cases
 from stillhook.units import show
@@ -99,8 +100,8 @@ def bar(p: float) -> str:
 def row(label: str, r: Rated) -> dict[str, Any]:
     s, h = r.score, r.held_out
     crane = r.controller.on(CRANE)
-    margins = loop_margins(crane, r.controller.mode)
-    margin = math.nan if margins is None else margins.gain_margin
+    loop = governing_loop(crane, r.controller.mode, Limits()).loop
+    margin = math.nan if loop is None else margins(loop, crane.control.K_p).gain_margin
     speed = show(s.v_w_capacity, "speed", 3)
     return locals()
 

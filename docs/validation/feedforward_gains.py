@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 from batch import side_by_side, sine
-from blocks import Blocks, Table, picture, save
+from blocks import Blocks, Table
 from numpy.typing import NDArray
 
 from stillhook import Scenario, load_crane
@@ -211,8 +211,8 @@ def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> di
     return locals()
 
 
-def compute() -> tuple[Blocks, dict[str, dict[str, FloatArray]]]:
-    """Blocks of the page, its claims, and the errors of the picture."""
+def compute() -> tuple[Blocks, None]:
+    """Blocks of the page and its claims."""
     base, late = errors(BASE), errors(LATE)
     told = claims(base, late)
     estimate = ("estimate of the missing speed, SSC", *(f"{missing_speed(k, 1.0):.1f}" for k in K_1S))
@@ -227,31 +227,4 @@ def compute() -> tuple[Blocks, dict[str, dict[str, FloatArray]]]:
         ),
         "sensitivity": Table(("variant", "lag asks for", *head_modes), [variant(r) for r in ROWS]),
     }
-    return blocks, {"no delay": base, "motion signal 0.1 s late": late}
-
-
-def draw(found: Mapping[str, Mapping[str, FloatArray]]) -> None:
-
-    figure = picture(10.0, 6.6)
-    axes = figure.subplots(2, 3, sharex=True, sharey=True)
-    levels = (2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0)
-    for line, (label, e) in zip(axes, found.items(), strict=True):
-        for ax, mode in zip(line, MODES, strict=True):
-            face = ax.contourf(K_2S, K_1S, np.log(e[mode]), levels=np.log(levels), cmap="viridis_r", extend="both")
-            lines = ax.contour(K_2S, K_1S, e[mode], levels=levels, colors="white", linewidths=0.7)
-            ax.clabel(lines, fmt="%g", fontsize=7)
-            top = best(BASE, e[mode])
-            ax.plot([top.K_2], [top.K_1], "*", color="#D55E00", ms=12)
-            ax.plot([1.0], [1.0], "o", mfc="none", mec="black", ms=7)
-            ax.axhline(PRINTED / IDEAL.K_1, color="black", lw=2.5, ls=":")
-            ax.set_ylim(0.8, K_1S[-1])
-            ax.set_title(f"{mode.upper()}, {label}", fontsize="small")
-    for ax in axes[1]:
-        ax.set_xlabel("K_2 / derived [-]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("K_1 / ideal [-]")
-    bar = figure.colorbar(face, ax=axes, ticks=np.log(levels), label="error peak-to-peak [cm]")
-    bar.ax.set_yticklabels([f"{x:g}" for x in levels])
-    title = "nov-250t, 100 t, 60 m/min, 12 s: circle as derived, star least error, dotted the printed 0.68 s/m"
-    figure.suptitle(title, fontsize="medium")
-    save(figure, "feedforward-gains.png")
+    return blocks, None

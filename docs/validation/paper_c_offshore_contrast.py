@@ -66,13 +66,6 @@ class Row(NamedTuple):
     more: Mapping[str, str] = {}
 
 
-def heavier(part: float) -> dict[str, Any]:
-    """Inertia times `part`, all of it in the drum."""
-    more = (part - 1.0) * CRANE.inertia.J_m_eff
-    J_drum = CRANE.inertia.J_drum + more * CRANE.i_hD**2
-    return {"inertia": {"J_m_eff": f"{CRANE.inertia.J_m_eff + more!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"}}
-
-
 NO_LEAK = {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 0.01}}}
 HELD = {
     "active": {
@@ -91,7 +84,7 @@ ROWS = (
     Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
     Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
     Row("twice the oil volume", {"active": {"line": {"V": f"{100.0 * 750.0 / 645.0!r} L"}}}),
-    Row("inertia ×1.5", heavier(1.5)),
+    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
     Row("hardly any leakage", NO_LEAK),
     Row("low side held: valves without dead band, four times as wide", HELD),
     Row("pumps of 500 + 250 cm³/rev", {"active": {"pump": {"D": ["500 cm^3/rev", "250 cm^3/rev"]}}}),

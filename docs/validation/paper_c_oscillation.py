@@ -95,13 +95,6 @@ class Row(NamedTuple):
     load: float = 0.0
 
 
-def heavier(part: float) -> dict[str, Any]:
-    """Inertia times `part`, all of it in the drum."""
-    more = (part - 1.0) * CRANE.inertia.J_m_eff
-    J_drum = CRANE.inertia.J_drum + more * CRANE.i_hD**2
-    return {"inertia": {"J_m_eff": f"{CRANE.inertia.J_m_eff + more!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"}}
-
-
 def oil(part: float) -> dict[str, Any]:
     return {"active": {"line": {"V": f"{part * CRANE.active.line.V!r} m^3"}}}
 
@@ -123,9 +116,9 @@ ROWS = (
     Row("stick over in 5 s", ramp=5.0),
     Row("30 m/min", speed=30.0),
     Row("20 t on the hook", load=20.0),
-    Row("inertia ×1.5", heavier(1.5)),
+    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
     Row("twice the oil volume", oil(2.0)),
-    Row("inertia ×1.5, oil /1.5: the same linear periods", heavier(1.5) | oil(1.0 / 1.5)),
+    Row("inertia ×1.5, oil /1.5: the same linear periods", causes.heavier(CRANE, 1.5) | oil(1.0 / 1.5)),
     Row("bulk modulus 14 000 bar", {"active": {"line": {"bulk_modulus": "14000 bar"}}}),
     Row("leakage doubled", LEAKY),
     Row("hardly any leakage", NO_LEAK),

@@ -42,13 +42,6 @@ def hs_at(alpha: float) -> dict[str, Any]:
     }
 
 
-def heavier(part: float) -> dict[str, Any]:
-    """Inertia times `part`, all of it in the drum."""
-    more = (part - 1.0) * CRANE.inertia.J_m_eff
-    J_drum = CRANE.inertia.J_drum + more * CRANE.i_hD**2
-    return {"inertia": {"J_m_eff": f"{CRANE.inertia.J_m_eff + more!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"}}
-
-
 ROWS = (
     Row("motors in open loop with feedback", OPEN_LOOP),
     Row("open loop with feedback, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
@@ -60,7 +53,7 @@ ROWS = (
     Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
     Row("dry friction without stick-slip (tanh)", more={"friction": "regularised"}),
     Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
-    Row("inertia ×1.5", heavier(1.5)),
+    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
     Row(
         "motors that leak three times as much",
         {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}},

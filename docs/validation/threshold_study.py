@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 from batch import Numbers, side_by_side, sine
-from blocks import Blocks, Table, panel, percent, picture, save
+from blocks import Blocks, Table, percent
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
-from stillhook.report.plots.colours import COLOURS
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
@@ -226,8 +225,8 @@ def only(slow: float, worst: float) -> str:
     return f"{' and '.join(places)} only" if places else "not reproduced"
 
 
-def compute() -> tuple[Blocks, dict[str, Grid]]:
-    """Blocks of the page, its claims, and the grids of the picture."""
+def compute() -> tuple[Blocks, None]:
+    """Blocks of the page and its claims."""
     found = {load: grid(CRANE, (load, s_w), THRESHOLDS, SPEEDS, PERIODS) for load, s_w in LOADS}
     loaded, empty = found.values()
     told = claims(loaded, empty)
@@ -244,34 +243,4 @@ def compute() -> tuple[Blocks, dict[str, Grid]]:
         "errors": Table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
         "sensitivity": Table(head_varied, [variant(r) for r in ROWS]),
     }
-    return blocks, found
-
-
-def draw(found: Mapping[str, Grid]) -> None:
-
-    figure = picture(10.0, 7.5)
-    axes = figure.subplots(2, 2, sharex=True)
-    panels = (
-        ("e_c_pp", CM, T_WORST, "error peak-to-peak [cm], 6 s"),
-        ("e_c_pp", CM, 12.0, "error peak-to-peak [cm], 12 s"),
-        ("alpha_p_max", 1.0, 12.0, "highest pump setting [-], 12 s"),
-        ("p_max", BAR, T_WORST, "highest pressure [bar], 6 s"),
-    )
-    for ax, (name, scale, period, label) in zip(axes.flat, panels, strict=True):
-        for colour, v in zip(COLOURS, SPEEDS, strict=False):
-            for (load, g), style in zip(found.items(), ("-", "--"), strict=True):
-                y = [scale * float(g.of(name, u, (v,), (period,))[0, 0]) for u in THRESHOLDS]
-                ax.plot(
-                    THRESHOLDS, y, style, color=colour, lw=1.4, label=f"{v:g} m/min" if load == LOADS[0][0] else None
-                )
-        ax.axvspan(TRIED, PREFERRED, color="#EEEEEE", zorder=0)
-        panel(ax, y=label, legend=False)
-    for ax in axes[1]:
-        ax.set_xlabel("u_thr [-]")
-    figure.suptitle(
-        "nov-250t, SSC: solid with 100 t, dashed with the empty hook; grey: what was tried at the quay",
-        fontsize="medium",
-    )
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    save(figure, "threshold-study.png")
+    return blocks, None

@@ -244,10 +244,6 @@ class TestLimits:
         assert s.T_hold == pytest.approx(s.F_w * s.winch.geometry.r_eff)
         assert outer(C150, 0.8).T_hold == pytest.approx(0.0, abs=1e-6)
 
-    def test_ssc_keeps_the_displacement_of_ns_for_the_swl(self):
-        s = outer(C150, 1.0)
-        assert s.alpha_least == pytest.approx(s.crane.control.alpha_ns)
-
     def test_the_hyperbola_of_the_rule_passes_through_the_speed_of_ns_at_the_swl(self):
         data, s = envelope_of(C150), outer(C150, 1.0)
         ours = float(data["v_w_power_rule"].sel(layer=11, load=150e3))

@@ -155,7 +155,9 @@ def test_the_verdict_is_by_the_crane_s_own_wire_and_paper_c_s_stands_beside_it()
     table = found.table()
     assert table["stable"] is False
     assert table["published"]["K_p_ms"] == pytest.approx(2.026039, abs=5e-7)
-    assert verdict(CRANE, loads=(0.0,), wires=(100.0,)).enough
+    light = verdict(CRANE, loads=(0.0,), wires=(100.0,))
+    assert light.ok
+    assert light.margins.gain_margin > 2.0  # type: ignore[union-attr]
 
 
 @pytest.mark.slow
@@ -211,8 +213,8 @@ def test_the_library_s_own_gains_keep_the_margins(name: str) -> None:
 
 @pytest.mark.slow
 def test_tuning_and_strong_ssc_take_the_one_margin() -> None:
-    limits = Limits(load=150e3)
-    assert gain_allowed(CRANE, Mode.SSC, limits) == governing(CRANE, Mode.SSC, load=150e3).K_p
+    limits = Limits(load=0.0)
+    assert gain_allowed(CRANE, Mode.SSC, limits) == governing(CRANE, Mode.SSC, load=0.0).K_p
     wild = changed(CRANE, {"control": {"K_p": "0.9 1/m"}})
     broken = linear_broken(wild, Mode.SSC, limits, [1.0])
     assert broken[0].startswith("gain margin")

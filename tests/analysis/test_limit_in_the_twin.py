@@ -33,28 +33,19 @@ QUICK = [
     ("nov-100t-electric", "position", 1.0, 15.0, 2.0),
 ]
 MORE = [
-    ("nov-250t", "ssc", 0.3, 15.0, 5.0),
     ("nov-250t", "ssc", 1.0, 300.0, 60.0),
     ("nov-250t", "ssc", 0.0, 15.0, -5.0),
-    ("nov-250t", "ssc", 0.3, 1000.0, 5.0),
     ("nov-250t", "hs", 0.6, 100.0, 20.0),
     ("nov-250t", "ns", 1.0, 300.0, -20.0),
-    ("nov-100t-pure-active", "ssc", 0.3, 15.0, 1.0),
     ("nov-100t-pure-active", "ssc", 1.0, 100.0, 10.0),
     ("nov-100t-pure-active", "ssc", 0.6, 100.0, -60.0),
-    ("nov-250t-secondary", "position", 1.0, 205.0, 0.5),
     ("nov-250t-secondary", "position", 1.0, 205.0, -2.0),
     ("nov-250t-secondary", "position", 0.3, 15.0, 2.0),
-    ("nov-250t-secondary", "position", 1.0, 2500.0, 2.0),
     ("utility-20t-open-circuit", "position", 0.3, 15.0, -2.0),
-    ("utility-20t-open-circuit", "position", 0.3, 100.0, 1.0),
-    ("utility-20t-open-circuit", "position", 1.0, 100.0, -2.0),
     ("utility-20t-open-circuit", "position", 1.0, 100.0, 10.0),
     ("nov-100t-cylinder", "position", 0.3, 100.0, 2.0),
     ("nov-100t-cylinder", "position", 1.0, 100.0, -0.5),
-    ("nov-100t-cylinder", "position", 0.6, 15.0, 1.0),
     ("nov-100t-electric", "position", 1.0, 15.0, 10.0),
-    ("nov-100t-electric", "position", 0.3, 15.0, -2.0),
     ("nov-100t-electric", "position", 0.0, 100.0, 5.0),
 ]
 

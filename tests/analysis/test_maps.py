@@ -125,19 +125,8 @@ class TestCauses:
         assert cause_of(drive, over, Mode.POSITION, 0.5 * drive.SWL) == "command saturated"
 
     WORST_FIRST = (
-        "diverged",
-        "audit",
-        "unstable",
-        "slack",
-        "wire",
-        "accumulator",
-        "overspeed",
-        "cavitation",
-        "relief",
-        "power",
-        "boost",
-        "saturated",
-        "uncompensated",
+        *("diverged", "audit", "unstable", "slack", "wire", "accumulator", "overspeed", "cavitation", "relief"),
+        *("power", "boost", "saturated", "uncompensated"),
     )
     """Limits of closed circuits; those of other winch types have rules behind them."""
 

@@ -27,7 +27,7 @@ def test_ishigami_function():
     n = 2048
     u = np.pi * (2.0 * even(n, 6, 0) - 1.0)
     plan = design(u[:, :3], u[:, 3:], [[0], [1], [2]])
-    found, change = indices(ishigami(plan.rows), 3, n)
+    found, change = indices(ishigami(plan), 3, n)
     assert [i.first.value for i in found] == pytest.approx([0.3139, 0.4424, 0.0], abs=SAMPLING)
     assert [i.total.value for i in found] == pytest.approx([0.5576, 0.4424, 0.2437], abs=SAMPLING)
     for i, (first, total) in zip(found, [(0.3139, 0.5576), (0.4424, 0.4424), (0.0, 0.2437)], strict=True):
@@ -42,7 +42,7 @@ def test_numbers_that_hang_together_are_one_group():
     u = even(n, 4, 1)
     A, B = (np.column_stack([c[:, 0], c[:, 0], c[:, 1]]) for c in (u[:, :2], u[:, 2:]))
     plan = design(A, B, [[0, 1], [2]])
-    found, _ = indices(plan.rows.sum(axis=1), 2, n)
+    found, _ = indices(plan.sum(axis=1), 2, n)
     assert [i.first.value for i in found] == pytest.approx([0.8, 0.2], abs=SAMPLING)
 
 

@@ -87,15 +87,6 @@ class TestTime:
             assert found.values["settling_time"][i, 1, 1, 0, 0] == pytest.approx(float(t), abs=BLOCK_TOLERANCE)
             assert found.values["alpha_m_end"][i, 1, 1, 0, 0] == float(run["alpha_m"][-1])
 
-    def test_a_response_of_known_form_has_the_settling_time_of_its_envelope(self):
-        import xarray
-
-        t = np.arange(0.0, 15.0, 0.001)
-        run = xarray.Dataset({"v_w": ("time", DV * (1.0 - np.exp(-t / 0.5)))}, coords={"time": t})
-        assert float(settling_time(run, start="0 s", target=f"{DV!r} m/s", step=f"{DV!r} m/s")) == pytest.approx(
-            0.5 * np.log(1.0 / BAND), abs=0.002
-        )
-
     @pytest.mark.slow
     def test_more_oil_in_the_lines_settles_later(self):
         soft = changed(CRANE, {"active": {"line": {"V": "160 L"}}})

@@ -39,7 +39,7 @@ def remarks(crane: Crane, mode: Mode, K_p: str) -> tuple[list[str], Governing]:
     )
     report = object.__new__(_Report)
     report.crane, report.tuned = crane, [tuned]
-    report.stable = [governing(tuned.controller.on(crane), mode)]
+    report.stable = [governing(tuned.controller.on(crane), mode, wires=(100.0,))]
     return report._stability_remarks(), report.stable[0]
 
 

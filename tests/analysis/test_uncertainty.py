@@ -251,10 +251,6 @@ def test_a_map_with_nothing_drawn_is_the_map():
         assert np.array_equal(
             drawn["applicable_chance"].sel(controller=label, interval="share"), plain["applicable"].sel(at)
         )
-        both = np.isfinite(plain["e_c_pp_change"].sel(at))
-        assert np.array_equal(
-            drawn["e_c_pp_change"].sel(at)[..., 1].values[both], plain["e_c_pp_change"].sel(at).values[both]
-        )
 
 
 @pytest.mark.thorough

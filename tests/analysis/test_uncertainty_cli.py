@@ -31,7 +31,7 @@ warm_up = "20 s"
 
 @pytest.mark.thorough
 def test_bands_of_every_mode_in_one_table(tmp_path, capsys):
-    assert command(["uncertainty", short(tmp_path), *DRAWS]) == 0
+    assert command(["uncertainty", short(tmp_path), *DRAWS, "--controllers", "ns,hs,ssc"]) == 0
     out = capsys.readouterr().out
     for words in ("friction", "lognormal 1", "assumed", "16 draws (seed 0)", "ns", "hs", "ssc / hs", "5 to 95 %"):
         assert words in out

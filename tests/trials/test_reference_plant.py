@@ -266,13 +266,6 @@ def test_hoisting_has_more_friction_than_lowering_where_the_truth_is_uneven():
     assert moving_loss_true(100.0, 1.0, f) == -moving_loss_true(-100.0, 1.0, f)
 
 
-def test_friction_scale_scales_all_of_it():
-    one, more = (reference_friction(CRANE, replace(PLAIN, friction=s)).friction for s in (1.0, 1.4))
-    terms = ("level", "load", "motors", "start", "start_load", "viscous", "turbulent")
-    assert [getattr(more, n) for n in terms] == pytest.approx([1.4 * getattr(one, n) for n in terms])
-    assert more.i_omega_s == one.i_omega_s
-
-
 # What else the twin has not
 
 
@@ -283,24 +276,6 @@ def test_pressure_at_the_motors_falls_behind_that_of_the_pumps_by_the_resistance
     plateau = slice(900, 1300)
     assert np.allclose(few["omega_m"].values[plateau], many["omega_m"].values[plateau], rtol=0.02)
     assert float(many["v_w_max"]) < float(few["v_w_max"])
-
-
-def test_pumps_slow_under_load():
-    stiff, soft = (simulate_reference(CRANE, hoisting(), replace(PLAIN, slip=x)) for x in (0.0, 0.05))
-    plateau = slice(900, 1300)
-    slower = soft["omega_m"].values[plateau].mean() / stiff["omega_m"].values[plateau].mean() - 1.0
-    dp = float((stiff["p_a"] - stiff["p_b"]).values[plateau].mean())
-    assert slower == pytest.approx(
-        -0.05 * dp / (250.0 * BAR), rel=0.3
-    )  # leakage and the pressure itself give way a little
-
-
-def test_oil_swings_about_nominal_once_a_run():
-    oil = pack_reference(CRANE, case(), replace(PLAIN, oil_swing=2.0, oil_phase=1.0)).params.extra.oil
-    t = np.linspace(0.0, 60.0, 601)
-    T = oil.T_0 * np.cos(oil.omega * t) + oil.T_1 / oil.omega * np.sin(oil.omega * t)
-    assert T.max() == pytest.approx(2.0, rel=1e-3)
-    assert np.trapezoid(T, t) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.slow

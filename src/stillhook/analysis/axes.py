@@ -142,9 +142,9 @@ def _values(item: object, kind: str, where: str, percent_of: float | None) -> It
             raise ScenarioError(
                 f'{where} = {quote(item)}: a range needs its step. Write "A to B by STEP", each with its unit.'
             )
-        yield _value(item, kind, where, percent_of)
+        yield value_of(item, kind, where, percent_of)
         return
-    a, b, step = (_value(text, kind, where, percent_of) for text in span.groups())
+    a, b, step = (value_of(text, kind, where, percent_of) for text in span.groups())
     n = round((b - a) / step) if step > 0.0 else -1
     if n >= MOST:
         raise ScenarioError(f"{where}: {quote(item)}: {n + 1} values; at most {MOST}. Choose a longer step.")
@@ -155,7 +155,8 @@ def _values(item: object, kind: str, where: str, percent_of: float | None) -> It
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
 
-def _value(item: object, kind: str, where: str, percent_of: float | None) -> float:
+def value_of(item: object, kind: str, where: str, percent_of: float | None) -> float:
+    """A value of 0 or more in SI from a text with its unit, or in per cent of `percent_of`."""
     percent = _PERCENT.fullmatch(item.strip()) if percent_of is not None and isinstance(item, str) else None
     if percent is not None and percent_of is not None:
         try:

@@ -95,10 +95,6 @@ class Governing(NamedTuple):
         return None if self.governs is None else self.governs.loop
 
     @property
-    def place(self) -> Place | None:
-        return None if self.governs is None else self.governs.place
-
-    @property
     def remembers(self) -> bool:
         """Whether the controller remembers the feedback, as in an integral part."""
         return any(p.loop is not None and p.loop.remembered is not None for p in self.places)

@@ -110,15 +110,13 @@ class PlantMode(NamedTuple):
         return sum(weight for name, weight in self.states if name in names)
 
 
-def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
+def linearise(point: OperatingPoint) -> Linear:
     """A, B, C, D of the plant at an operating point, by central differences.
 
     Parameters
     ----------
     point : OperatingPoint
         It need not be one of steady operation: any state of the plant will do (`at_state`).
-    kinks : bool, default True
-        Look for derivatives that are not the same on both sides, which doubles the work; else none are named.
 
     Returns
     -------
@@ -146,7 +144,7 @@ def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
         return np.hstack((rates(rows), outputs))
 
     steps = [step_of(name) for name in (*states, *inputs)]
-    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
+    J, rough = jacobian(values, start, steps)
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
     result = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
     return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, result)

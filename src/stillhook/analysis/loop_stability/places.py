@@ -51,24 +51,20 @@ class Place(NamedTuple):
         return f"{load} at {show(abs(self.v_tip), 'speed', 3)} on {wire} of wire, tip going {way}{at}"
 
 
-def heaviest_payload(crane: Crane, mode: Mode) -> float:
-    """Heaviest payload that a mode carries [kg]: HS 60 % of the SWL (paper C), the others all of it."""
-    return mode.law.swl_share * crane.SWL
-
-
 def payloads_of_mode(
     crane: Crane, mode: Mode, most: float = math.inf, shares: Sequence[float] = SHARES
 ) -> tuple[float, ...]:
-    """Payloads from the empty hook, where there is one, to the heaviest that a mode carries, `most` at most [kg]."""
-    heaviest = min(heaviest_payload(crane, mode), most)
+    """Payloads from the empty hook, where there is one, to the heaviest that a mode carries (HS 60 % of the SWL, the
+    others all of it), `most` at most [kg]."""
+    heaviest = min(mode.law.swl_share * crane.SWL, most)
     least = 0.0 if crane.hook_mass > 0.0 else min(shares[1:])
     return tuple(dict.fromkeys(share * heaviest for share in shares if share >= least)) or (heaviest,)
 
 
-def wire_range(crane: Crane, lengths: int = LENGTHS) -> tuple[float, ...]:
+def wire_range(crane: Crane) -> tuple[float, ...]:
     """Wire paid out from the shortest to all that the drum can pay out [m], in geometric steps."""
     longest = wire_usable(drum_record(crane))
-    return tuple(float(s) for s in np.geomspace(min(SHORTEST, longest), longest, lengths))
+    return tuple(float(s) for s in np.geomspace(min(SHORTEST, longest), longest, LENGTHS))
 
 
 def tip_speeds(crane: Crane) -> tuple[float, ...]:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -35,17 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Over(StrEnum):
-    """What a sweep goes over."""
-
-    ALPHA_M = "alpha_m"
-    LAYER = "layer"
-    LEAKAGE = "leakage"
-    DAMPING = "damping"
-    BULK_MODULUS = "bulk_modulus"
-    DELAY = "delay"
-
-
 TIMES = np.geomspace(0.25, 4.0, 17)
 """Default of those sweeps: the crane's own number times these. No source: wide enough for wear, aeration and a poor
 guess."""
@@ -62,27 +50,27 @@ class Axis(NamedTuple):
     path: str = ""
 
 
-AXES: Mapping[Over, Axis] = {
-    Over.ALPHA_M: Axis("alpha_m", "", "motor displacement [-]", lambda crane: np.linspace(0.05, 1.0, 39)),
-    Over.LAYER: Axis("layer", "", "layer", lambda crane: np.arange(1.0, crane.drum.layers + 1.0)),
-    Over.LEAKAGE: Axis(
+AXES: Mapping[str, Axis] = {
+    "alpha_m": Axis("alpha_m", "", "motor displacement [-]", lambda crane: np.linspace(0.05, 1.0, 39)),
+    "layer": Axis("layer", "", "layer", lambda crane: np.arange(1.0, crane.drum.layers + 1.0)),
+    "leakage": Axis(
         "C_leak", "leakage", "leakage [L/min/bar]", lambda crane: crane.active.C_leak * TIMES, "active.C_leak"
     ),
-    Over.DAMPING: Axis(
+    "damping": Axis(
         "B_v",
         "viscous_torque",
         "viscous friction B_v [N m s/rad]",
         lambda crane: crane.control.B_v * TIMES,
         "control.B_v",
     ),
-    Over.BULK_MODULUS: Axis(
+    "bulk_modulus": Axis(
         "bulk_modulus",
         "pressure",
         "bulk modulus [bar]",
         lambda crane: crane.active.line.bulk_modulus * TIMES,
         "active.line.bulk_modulus",
     ),
-    Over.DELAY: Axis("delay", "time", "delay of the position feedback [s]", lambda crane: np.linspace(0.0, 1.0, 41)),
+    "delay": Axis("delay", "time", "delay of the position feedback [s]", lambda crane: np.linspace(0.0, 1.0, 41)),
 }
 SWEPT = (
     "K_p_ms",
@@ -146,7 +134,7 @@ def slow_sweep(
 
 def sweep(
     crane: Crane,
-    over: Over | str = Over.ALPHA_M,
+    over: str = "alpha_m",
     values: Sequence[float] | None = None,
     *,
     alpha_m: float = 1.0,
@@ -161,15 +149,14 @@ def sweep(
     """
     import xarray
 
-    if over not in tuple(Over):
-        raise StillhookError(f'over = "{over}": choose one of {", ".join(Over)}.')
-    variable = Over(over)
-    name = AXES[variable].name
-    at = np.asarray(AXES[variable].default(crane) if values is None else list(values), dtype=np.float64)
-    rows = [_swept(crane, variable, float(v), alpha_m, delay) for v in at]
+    if over not in AXES:
+        raise StillhookError(f'over = "{over}": choose one of {", ".join(AXES)}.')
+    name = AXES[over].name
+    at = np.asarray(AXES[over].default(crane) if values is None else list(values), dtype=np.float64)
+    rows = [_swept(crane, over, float(v), alpha_m, delay) for v in at]
     data = {n: (name, [getattr(r, n) for r in rows], attributes(n)) for n in SWEPT}
-    fixed = {} if variable is Over.ALPHA_M else {"alpha_m": alpha_m}
-    fixed |= {} if variable is Over.DELAY else {"delay": delay}
+    fixed = {} if over == "alpha_m" else {"alpha_m": alpha_m}
+    fixed |= {} if over == "delay" else {"delay": delay}
     return xarray.Dataset(
         data,
         coords={name: (name, at, attributes(name))},
@@ -177,8 +164,8 @@ def sweep(
     )
 
 
-def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: float) -> Stability:
-    axis, machine = AXES[variable], crane
+def _swept(crane: Crane, over: str, value: float, alpha_m: float, delay: float) -> Stability:
+    axis, machine = AXES[over], crane
     if axis.path:
         changes: Any = f"{value!r} {KINDS[axis.kind].si}"
         for name in reversed(axis.path.split(".")):
@@ -186,9 +173,9 @@ def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: fl
         machine = changed(crane, changes)
     return stability(
         machine,
-        value if variable is Over.ALPHA_M else alpha_m,
-        layer=int(value) if variable is Over.LAYER else None,
-        delay=value if variable is Over.DELAY else delay,
+        value if over == "alpha_m" else alpha_m,
+        layer=int(value) if over == "layer" else None,
+        delay=value if over == "delay" else delay,
         strong=False,
     )
 

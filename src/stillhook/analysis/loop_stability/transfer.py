@@ -188,15 +188,13 @@ def full_matrices(
     return A, B, C, D
 
 
-def motor_poles(
-    crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
-) -> NDArray[np.complex128]:
+def motor_poles(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE) -> NDArray[np.complex128]:
     """The two poles of the motors' own loop, closed through the measured alpha_m in the feedforward [1/s].
 
-    The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 K_wire |v_tip|), with the same decay zeta_nm
+    The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 |v_tip|), with the same decay zeta_nm
     omega_nm.
     """
-    A = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
+    A = full_matrices(crane, about(crane, v_tip, mode=mode))[0]
     return np.linalg.eigvals(A[:2, :2]).astype(np.complex128)
 
 

@@ -19,7 +19,7 @@ from stillhook.analysis.loop_stability.governing import (
     stribeck_speed,
     with_wire_damping,
 )
-from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, Margins
+from stillhook.analysis.loop_stability.margins import Margins
 from stillhook.analysis.loop_stability.places import (
     SLOW,
     payloads_of_mode,
@@ -76,11 +76,6 @@ class Verdict(NamedTuple):
     def ok(self) -> bool:
         """Whether the complete plant dies out at every place."""
         return not self.oscillates and self.margins is not None
-
-    @property
-    def enough(self) -> bool:
-        """Whether it does so with a gain margin of 2."""
-        return self.ok and self.margins is not None and self.margins.gain_margin >= GAIN_MARGIN
 
     def table(self) -> dict[str, Any]:
         """Name -> value in SI. Places as load [kg], s_w [m], v_tip [m/s], alpha_m [-], and the gains low and high

@@ -79,18 +79,14 @@ def value_figure(
     return figure
 
 
-def change_figure(
-    result: Map, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None
-) -> Figure | None:
+def change_figure(result: Map, *, layer: int = 0, period: int = 0) -> Figure | None:
     """Change of error and pressure, or of settling time, against the best classic controller [%]; None where nothing is
     compared.
 
-    A row of panels for each controller (default those that are not classic), one panel for each value. Grey: one of the
-    two is not applicable.
+    A row of panels for each controller that is not classic, one panel for each value. Grey: one of the two is not
+    applicable.
     """
-    wanted = labels or [
-        x for x, m in zip(result.labels, result.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC
-    ]
+    wanted = [x for x, m in zip(result.labels, result.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC]
     changes = result.changes()
     if not changes or not wanted:
         return None

@@ -20,7 +20,6 @@ from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_dr
 from stillhook.analysis.uncertainty.report import INSIDE, chance
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.control.registry import CLASSIC
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 
 SHOWN = ("e_c_pp", "eta_c", "p_max", "alpha_m_min")
 """Numbers whose bands the map holds, where the winch type has them."""
-COMPARED = ("e_c_pp", "p_max")
-"""Numbers whose change against the best classic controller it holds; suffix `_change`."""
 QUANTILES = (0.5 * (1.0 - INSIDE), 0.5, 0.5 * (1.0 + INSIDE))
 INTERVAL = ("low", "share", "high")
 """A chance and the ends of its 95 % interval (Wilson)."""
@@ -87,9 +84,7 @@ def monte_carlo_map(
     -------
     Dataset
         Over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of
-        `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
-        that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
-        applicable), `applicable_chance` over "interval", `failed` draws.
+        `SHOWN` over "quantile" (5, 50, 95 %), `applicable_chance` over "interval", `failed` draws.
 
     Raises
     ------
@@ -127,7 +122,6 @@ class _Statistics:
         self.cells, self.n, total = cells, n, len(cells.cases)
         self.names = numbers_of(cells.cranes[0])
         self.values = {name: np.full((total, len(QUANTILES)), np.nan) for name in SHOWN if name in self.names}
-        self.changes = {name: np.full((total, len(QUANTILES)), np.nan) for name in COMPARED if name in self.names}
         self.chances = np.zeros((total, len(INTERVAL)))
         self.failed = np.zeros(total, dtype=np.int64)
 
@@ -138,18 +132,12 @@ class _Statistics:
 
     def take(self, place: list[int], rows: FloatArray, status: list[list[str]]) -> None:
         """The draws of one cell, all controllers: rows shape (controller, draw, number)."""
-        usable = np.array([self._usable(i, rows[c], status[c]) for c, i in enumerate(place)])
-        best = self._best_classic(rows, usable)
         for c, i in enumerate(place):
             for name in self.values:
                 self.values[name][i] = _quantiles(rows[c, :, self.names.index(name)])
-            probability = chance(usable[c])
+            probability = chance(self._usable(i, rows[c], status[c]))
             self.chances[i] = probability.low, probability.value, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
-            for name in self.changes if best is not None else ():
-                k = self.names.index(name)
-                both = usable[c] & usable[best]
-                self.changes[name][i] = _quantiles(rows[c, both, k] / rows[best, both, k] - 1.0)
 
     def _usable(self, i: int, rows: FloatArray, status: list[str]) -> NDArray[np.bool_]:
         case = self.cells.cases[i]
@@ -158,14 +146,6 @@ class _Statistics:
             for row, s in zip(rows.tolist(), status, strict=True)
         ]
         return np.array([not cause_of(self.cells.cranes[i], s, case.mode, case.load) for s in summaries])
-
-    def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
-        """The classic controller that an operator would choose in this cell, knowing the chances and not the draw."""
-        error = rows[:, :, self.names.index("e_c_pp")]
-        candidates = [
-            c for c, x in enumerate(self.cells.controllers) if x.mode in CLASSIC and np.isfinite(error[c]).any()
-        ]
-        return min(candidates, key=lambda c: (-int(usable[c].sum()), float(np.nanmedian(error[c]))), default=None)
 
 
 def _quantiles(values: FloatArray) -> FloatArray:
@@ -185,7 +165,7 @@ def _dataset(
     axes, labels = cells.axes, [c.name for c in cells.controllers]
     shape, dims = (len(labels), *axes.shape), DIMS
     columns: dict[str, Any] = {}
-    for name, flat in (*statistics.values.items(), *((f"{n}_change", x) for n, x in statistics.changes.items())):
+    for name, flat in statistics.values.items():
         columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
     columns["applicable_chance"] = (
         (*dims, "interval"),

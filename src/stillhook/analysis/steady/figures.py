@@ -39,19 +39,18 @@ def slower(data: xarray.Dataset) -> xarray.DataArray:
     return data["v_w_top"].min("direction", skipna=False)
 
 
-def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: str = "") -> Figure:
-    """Load over highest wire speed by mode, with the classic rectangles, the machine's own limit and hyperbolas of
-    constant power.
+def load_speed_figure(data: xarray.Dataset) -> Figure:
+    """Load over highest wire speed by mode on the outermost of the layers, with the classic rectangles, the machine's
+    own limit and hyperbolas of constant power.
 
-    Parameters: data from `envelope`; layer one of its layers, None the outermost in it. Of hoisting and lowering the
-    slower one counts. Source of the arrangement: Moslatt 2020 paper C figure 4.
+    data: from `envelope`. Of hoisting and lowering the slower one counts. Source of the arrangement: Moslatt 2020 paper
+    C figure 4.
     """
-    crane, number = _crane(data), int(data["layer"].max()) if layer is None else layer
+    crane, number = _crane(data), int(data["layer"].max())
     of_layer = data.sel(layer=number)
     v, tonnes = slower(of_layer), kit.display(of_layer["load"].values, "mass")
     place = f"{crane.name}, layer {number} of {crane.drum.layers}"
-    title = title or f"{place}: steady speed that each mode follows, losses included"
-    figure, ax = kit.panel((9.0, 6.0), title)
+    figure, ax = kit.panel((9.0, 6.0), f"{place}: steady speed that each mode follows, losses included")
     for mode, colour in _coloured(of_layer):
         speeds = kit.display(v.sel(mode=mode).values, "speed")
         if mode in RECTANGLES:
@@ -101,9 +100,9 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
     return figure
 
 
-def layer_figure(data: xarray.Dataset, *, title: str = "") -> Figure:
+def layer_figure(data: xarray.Dataset) -> Figure:
     """Highest wire speed by layer, one panel a load of the data, one colour a mode; the slower direction counts."""
-    v, title = slower(data), title or f"{_crane(data).name}: highest steady wire speed by layer"
+    v, title = slower(data), f"{_crane(data).name}: highest steady wire speed by layer"
     figure, axes = kit.panels(1, data.sizes["load"], (9.0, 5.0), title, sharey=True)
     axes = axes.ravel()
     for ax, load in zip(axes, data["load"].values, strict=True):

@@ -80,13 +80,13 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     )
 
 
-def speed_limit(crane: Crane, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> float:
+def speed_limit(crane: Crane, mode: Mode | str, load: float | None = None) -> float:
     """Highest wire speed of a mode with the pumps full [m/s]. Parameters, source and validity as `steady`."""
     fastest = wire_speed_max(crane, crane.active.motor.alpha_min)
-    return steady(crane, 2.0 * fastest, mode, load, K_wire=K_wire).v_w
+    return steady(crane, 2.0 * fastest, mode, load).v_w
 
 
-def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float = 1.0) -> float:
+def reduction_lead(crane: Crane, v_peak: float, period: float) -> float:
     """Time from the start of the motors' reduction to the fastest moment of a sine [s]: what the motors have to stroke
     in.
 
@@ -96,7 +96,7 @@ def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float 
     """
     if not (v_peak > 0.0 and 0.0 < period < math.inf):
         raise StillhookError(f"v_peak = {v_peak:g} m/s, period = {period:g} s: give numbers above 0.")
-    start = crane.control.u_thr / (gains(crane).K_1 * K_wire * v_peak)
+    start = crane.control.u_thr / (gains(crane).K_1 * v_peak)
     return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
 
 

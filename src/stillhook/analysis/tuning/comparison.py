@@ -70,7 +70,7 @@ class Point(NamedTuple):
 
 
 def outcomes(
-    crane: Crane | Sequence[Crane], controllers: Sequence[Controller], cases: Sequence[Scenario], threads: int = 2
+    crane: Crane | Sequence[Crane], controllers: Sequence[Controller], cases: Sequence[Scenario]
 ) -> list[Outcome]:
     """Every controller in all scenarios, in its own mode; crane that of all, or one for each controller. All runs side
     by side."""
@@ -80,7 +80,6 @@ def outcomes(
     results = run_cases(
         [m for m in machines for _ in range(n)],
         [case.with_mode(k.mode) for k in controllers for case in cases],
-        threads=threads,
     )
     return [_outcome(results[i * n : (i + 1) * n]) for i in range(len(controllers))]
 
@@ -123,12 +122,10 @@ def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[
             c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})})
             for c in cases
         ]
-        out[name] = outcomes([_fixed(k, crane, machine) for k in controllers], [_plain(k) for k in controllers], sensed)
+        out[name] = outcomes(
+            [_fixed(k, crane, machine) for k in controllers], [Controller(k.name, k.mode) for k in controllers], sensed
+        )
     return out
-
-
-def _plain(controller: Controller) -> Controller:
-    return Controller(controller.name, controller.mode)
 
 
 def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:

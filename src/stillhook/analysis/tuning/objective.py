@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.axes import value_of
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
-from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
+from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.base.identity import Keyed
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -172,7 +173,7 @@ def scenarios(
 
     Errors: StillhookError, UnitError for a text that is none of these.
     """
-    masses = [_mass(crane, load) for load in loads]
+    masses = [value_of(load, "mass", "loads", crane.SWL) for load in loads]
     pairs = [
         (parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in _speeds(crane, speeds) for T in periods
     ]
@@ -198,7 +199,7 @@ def hold_out(
     `seed` draws periods and phases. The runs count two minutes.
     """
     rng = np.random.default_rng([seed, PARTS])
-    masses = sorted(_mass(crane, load) for load in loads)
+    masses = sorted(value_of(load, "mass", "loads", crane.SWL) for load in loads)
     between = [0.5 * (a + b) for a, b in pairwise(masses)] or masses
     out = []
     for load in [*between, masses[-1]]:
@@ -210,21 +211,6 @@ def hold_out(
 
 def _speeds(crane: Crane, requested: Sequence[str] | None) -> Sequence[str]:
     return usual_speeds(crane) if requested is None else requested
-
-
-def _mass(crane: Crane, text: str) -> float:
-    if text.strip().endswith("%"):
-        try:
-            part = float(text.strip().removesuffix("%")) / 100.0
-        except ValueError:
-            part = math.nan
-        if not 0.0 <= part <= 1.0:
-            raise StillhookError(f'loads: "{text}": give a mass such as "100 t", or 0 to 100 % of the SWL.')
-        return part * crane.SWL
-    mass = parse(text, "mass", "loads")
-    if mass < 0.0:
-        raise StillhookError(f"loads: {quote(text)}: below 0. Give 0 or more.")
-    return mass
 
 
 def peak_sine(v: float, T: float) -> Motion:
@@ -417,13 +403,6 @@ def governing_loop(crane: Crane, mode: Mode, limits: Limits) -> Governing:
 @functools.lru_cache(maxsize=64)
 def _governing_loop(keyed: Keyed, mode: Mode, kept: tuple[float, float, float], load: float) -> Governing:
     return governing(keyed.machine, mode, kept, load=load)
-
-
-def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None) -> Margins | None:
-    """Margins of the position loop with its PLC at the place that allows the least gain, None where none decides; see
-    `governing_loop`."""
-    loop = governing_loop(crane, mode, limits or Limits()).loop
-    return None if loop is None else margins(loop, max(crane.control.K_p, 1e-6))
 
 
 def gain_allowed(crane: Crane, mode: Mode, limits: Limits) -> float:

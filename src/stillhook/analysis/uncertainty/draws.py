@@ -134,8 +134,10 @@ class Drawing:
         """
         check(self.crane, self.case)  # what is wrong with nothing drawn is no factor's fault
         middle = np.median(draws, axis=0)
-        wanted = [(k, name) for k, name in enumerate(self.columns) if crane or self._in_case(name)]
-        for k, name in wanted:
+        in_case = {name for name, f in FACTORS.items() if any(t.path.startswith(CASE) for t in f.targets)}
+        for k, name in enumerate(self.columns):
+            if not crane and name not in in_case:
+                continue
             for x in sorted({float(draws[:, k].min()), float(draws[:, k].max())}):
                 point = middle.copy()
                 point[k] = x
@@ -146,9 +148,6 @@ class Drawing:
                         check(*next(self.pairs(point[None, :])))
                 except StillhookError as problem:
                     raise type(problem)(f"factor {name} = {x:.4g}: {problem}") from None
-
-    def _in_case(self, name: str) -> bool:
-        return name in FACTORS and any(t.path.startswith(CASE) for t in FACTORS[name].targets)
 
 
 def _copy(record: Any, tree: Mapping[str, Any], i: int) -> Any:
@@ -219,10 +218,10 @@ class Uncertainty:
             reasons = [FACTORS[name].absent(crane, case) for crane, case in pairs]
             if all(reasons) and name not in self.optional:
                 raise SpecError(f"factor {name}: it has no effect here: {reasons[0]}")
-            if not (
-                all(reasons) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))
-            ):
-                relevant[name] = _resolved(name, law, pairs)
+            f, most = FACTORS[name], FACTORS[name].default.values[-1]
+            too_heavy = name == LOAD and any(case.load * most > crane.SWL for crane, case in pairs)
+            if not (all(reasons) or (too_heavy and name in self.optional)):  # else with the width of the crane's file
+                relevant[name] = f.of(pairs[0][0]) if f.of is not None and law == f.default else law
         if not relevant:
             raise SpecError("factors: none. Name at least one, such as friction = { lognormal = [1, 1.3] }.")
         return Uncertainty(relevant)
@@ -257,17 +256,6 @@ class Uncertainty:
             words = law.describe(FACTORS[name].kind) if isinstance(law, Distribution) else f'set "{law.name}"'
             rows.append((name, words, texts[name]["reason"]))
         return rows
-
-
-def _resolved(name: str, law: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
-    """The default distribution with the width that the first crane's file gives; anything else unchanged."""
-    of = FACTORS[name].of
-    return of(pairs[0][0]) if of is not None and law == FACTORS[name].default else law
-
-
-def _too_heavy(crane: Crane, case: Scenario) -> bool:
-    """Whether the default range of the load goes beyond the SWL."""
-    return case.load * FACTORS[LOAD].default.values[-1] > crane.SWL
 
 
 def _library_factor(name: str, value: Any, where: str, folder: Path) -> Distribution | Set:

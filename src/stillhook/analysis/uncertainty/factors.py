@@ -183,11 +183,6 @@ def passive_outside_fit(crane: Crane, case: Scenario) -> bool:
     )
 
 
-def motors_outside_fit(crane: Crane, case: Scenario) -> bool:
-    """Whether losses of motors that work outside their fit are a considerable part of this run's friction."""
-    return bool(loss_notes(case_friction(crane, case)))
-
-
 def _all(crane: Crane) -> float:
     return 1.0
 
@@ -223,8 +218,9 @@ class Factor:
     outside: tuple[float, float] | None = None
 
     def outside_fit(self, crane: Crane, case: Scenario) -> bool:
-        """Whether its default distribution does not hold at the working point of this run, where `outside` does."""
-        return self.outside is not None and motors_outside_fit(crane, case)
+        """Whether its default distribution does not hold at the working point of this run, where `outside` does: losses
+        of motors that work outside their fit are a considerable part of the run's friction."""
+        return self.outside is not None and bool(loss_notes(case_friction(crane, case)))
 
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Reason why it has no effect here; "" where it has one."""

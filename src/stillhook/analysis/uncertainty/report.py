@@ -421,13 +421,13 @@ def band_figure(run: xarray.Dataset, title: str = "", limits: Sequence[Limit] = 
     return figure
 
 
-def index_figure(results: Sequence[Sensitivity], title: str = "", least: float = MATTERS) -> Figure:
+def index_figure(results: Sequence[Sensitivity], title: str = "") -> Figure:
     """Indices as bars, one panel for each case and output: first order and, lighter, total order, with 95 % intervals.
 
-    Factors whose total index is below `least` in every panel are left out.
+    Factors whose total index is below `MATTERS` in every panel are left out.
     """
     largest = largest_totals(results)
-    names = [name for name, x in largest.items() if x >= least] or list(largest)[:1]
+    names = [name for name, x in largest.items() if x >= MATTERS] or list(largest)[:1]
     cases, outputs = list(dict.fromkeys(s.case for s in results)), list(dict.fromkeys(s.output for s in results))
     size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
     figure, axes = kit.panels(len(outputs), len(cases), size, title, grid="x", sharex=True, sharey=True)

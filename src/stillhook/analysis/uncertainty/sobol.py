@@ -81,31 +81,19 @@ def largest_totals(results: Sequence[Sensitivity]) -> dict[str, float]:
     return dict(sorted(largest.items(), key=lambda item: -item[1]))
 
 
-class Design(NamedTuple):
-    """Saltelli's tables: A, B shape (n, columns), and A with one group of columns taken from B, shape (groups, n,
-    columns)."""
-
-    A: FloatArray
-    B: FloatArray
-    AB: FloatArray
-
-    @property
-    def rows(self) -> FloatArray:
-        return np.concatenate([self.A, self.B, *self.AB])
-
-
-def design(A: FloatArray, B: FloatArray, groups: Sequence[Sequence[int]]) -> Design:
-    """The tables for groups of columns; the columns of a group may depend on each other, groups may not."""
+def design(A: FloatArray, B: FloatArray, groups: Sequence[Sequence[int]]) -> FloatArray:
+    """Saltelli's tables one below the other, shape (n (groups + 2), columns): A, B, and A with one group of columns
+    taken from B; the columns of a group may depend on each other, groups may not."""
     AB = np.repeat(A[None], len(groups), axis=0)
     for i, columns in enumerate(groups):
         AB[i][:, list(columns)] = B[:, list(columns)]
-    return Design(A, B, AB)
+    return np.concatenate([A, B, *AB])
 
 
 def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], float]:
-    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and how far they are from settled:
-    the largest change of one from half the draws, or the excess of a first order over its total one, which can only be
-    chance.
+    """Indices of every group from the values f at the rows of `design`, shape (n (d + 2),), and how far they are from
+    settled: the largest change of one from half the draws, or the excess of a first order over its total one, which can
+    only be chance.
 
     Saltelli 2010 for the first order, Jansen for the total one, by scipy.stats.sobol_indices; 95 % intervals by
     bootstrap.
@@ -197,9 +185,9 @@ def sensitivity(
     if against is not None and against not in names:
         raise SpecError(f"against = {quote(against)}: unknown case. Allowed: {', '.join(names)}.")
     uncertain = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
-    table, plan, varied = _tables(uncertain, n, seed)
-    drawings = base_drawings(cranes, cases, uncertain, table._replace(values=plan.rows))
-    numbers, status, _ = run_draws(drawings, plan.rows, progress=progress, **options)
+    table, rows, varied = _tables(uncertain, n, seed)
+    drawings = base_drawings(cranes, cases, uncertain, table._replace(values=rows))
+    numbers, status, _ = run_draws(drawings, rows, progress=progress, **options)
     failed = sum(s == "diverged" for row in status for s in row)
     if failed:
         raise SimulationError(
@@ -222,7 +210,7 @@ def _check(outputs: Sequence[str], available: Sequence[str], n: int) -> None:
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 
 
-def _tables(uncertain: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
+def _tables(uncertain: Uncertainty, n: int, seed: int) -> tuple[Draws, FloatArray, list[str]]:
     """Draws of the first table, the plan of all runs, and the factors that vary."""
     first, second = unit_points(n, seed, 2)
     A, B = shaped(uncertain, first, (seed, 1)), shaped(uncertain, second, (seed, 2))
