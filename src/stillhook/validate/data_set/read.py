@@ -366,7 +366,6 @@ def _segments(
         segments.append(segment(test, slice(a, b), mode_of_part, load, grid.t, grid.step, signals, window))
     return tuple(segments), [
         *_used(test, grid, mode, segments),
-        *_operator(test, signals, segments, grid.step),
         *statements,
     ]
 
@@ -410,15 +409,6 @@ def _used(test: CraneTest, grid: Grid, mode: FloatArray, segments: list[Segment]
     uncompensated = float(np.sum(mode == 0.0)) * grid.step if ahc else 0.0
     out = [Note("used", test=test.name, used=used, duration=duration, parts=parts)]
     return [*out, Note("not-compensated", test=test.name, seconds=uncompensated)] if uncompensated > 0.0 else out
-
-
-def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list[Segment], step: float) -> list[Note]:
-    """Moves of the joystick while the winch compensates."""
-    if test.kind is not Kind.AHC or "v_op" not in signals:
-        return []
-    moved = [np.abs(signals["v_op"][s.first : s.last]) > 0.0 for s in segments]
-    n, seconds = sum(len(stretches_of(m)) for m in moved), sum(float(m.sum()) for m in moved) * step
-    return [Note("operator-moves", test=test.name, n=n, seconds=seconds)] if n else []
 
 
 def _quality(test: CraneTest, log: Log, grid: Grid) -> list[Note]:

@@ -32,6 +32,7 @@ from stillhook.validate.criteria.results import (
     Step,
     StepNumber,
     Verdict,
+    plain,
 )
 from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.data_set.check import RESTS, tip_ranges
@@ -349,15 +350,6 @@ def view_of(validation: Validation) -> dict[str, Any]:
         "envelope": plain(envelope),
         "limitations": list(_limitations(validation, passed)),
     }
-
-
-def plain(x: Any) -> Any:
-    """Data as JSON has them: numbers out of NumPy, lists, tables with keys of text."""
-    if isinstance(x, Mapping):
-        return {str(k): plain(v) for k, v in x.items()}
-    if isinstance(x, list | tuple):
-        return [plain(v) for v in x]
-    return plain(x.tolist()) if hasattr(x, "tolist") else x
 
 
 def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
