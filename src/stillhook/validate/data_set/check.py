@@ -28,12 +28,9 @@ NEEDED = ("s_tip", "s_w", "u_p", "e_c_measured")
 
 
 def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[tuple[Record, ...]]:
-    """Coverage of the tests with heave compensation, and quality of all logs; estimates: the records.
-
-    Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
-    `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
-    show. Source: Moslatt 2020 paper F table 2, 1a-1d.
-    """
+    """Coverage of the tests with heave compensation, and quality of all logs; estimates: the records. Two wire lengths
+    differ where they are `layers_apart` layers apart, two loads where they are `load_apart` of the SWL apart: enough to
+    change layer, inertia and wire, or pressure, speed and friction. Source: Moslatt 2020 paper F table 2, 1a-1d."""
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
     spans = [tip_ranges(r, s, campaign.criteria.settings["window"]) for r, s in cases]
     measures = (*_coverage(campaign, records, [s for _, s in cases], spans), *_quality(records))

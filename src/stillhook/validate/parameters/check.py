@@ -65,8 +65,8 @@ class ParameterEstimates:
 
 
 def parameter_estimates(parts: Sequence[LogPart], progress: Progress, records: Sequence[Record]) -> ParameterEstimates:
-    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests,
-    which may be short."""
+    """Take every check on the parts; the clock first: lengths over speeds depend on it. records: for rests, which may
+    be short."""
     ratios = signals.ratios(parts)
     clock = signals.clock_of(ratios)
     radii = hoisting.effective_radii(parts, clock.error.value if clock.error is not None else 0.0)
@@ -310,12 +310,8 @@ Row = tuple[str, str, str, str, str, str]
 
 
 def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ParameterEstimates]:
-    """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
-    tip delay, against the crane.
-
-    Parameters: campaign with the twin under test; records as read; progress is called with the share done. Nothing is
-    refused here: a check whose signals were not logged gives a measure without a value that states what to log.
-    """
+    """Parameters implied by the logs against the crane. Nothing is refused: a check whose signals were not logged gives
+    a measure without a value that states what to log."""
     e = parameter_estimates(parts_of(campaign, records), progress, records)
     without = lacks(campaign.crane)
     results = tuple(m for m in measures(campaign, e, records) if m.name not in without)

@@ -88,9 +88,8 @@ def _logged(part: LogPart) -> bool:
 
 
 def _rows(part: LogPart) -> LeakRows | None:
-    """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the
-    motors' acceleration: a speed that was logged late has it, times its lag, whatever the displacement does
-    meanwhile."""
+    """Means over windows in the direction of the higher line; None where signals are missing. rate: flow of the motors'
+    acceleration, which a speed that was logged late has, times its lag."""
     alpha_p, alpha_m = known_setting(part, "p"), known_setting(part, "m")
     if not _logged(part) or alpha_p is None or alpha_m is None:
         return None
@@ -270,7 +269,7 @@ def _ended(t: FloatArray, dp: FloatArray, taus: tuple[float, float, float]) -> E
 
 def _mean(each: Sequence[Rest]) -> Estimate:
     """Mean of the rests after hoisting and of those after lowering, half each, so that residues of the last motion
-    cancel; its interval from the scatter between the rests and the interval of each."""
+    cancel; interval from the scatter and the interval of each."""
     groups = [[x for x in each if x.after == side] for side in (1, -1)]
     if not all(groups):
         groups = [list(each)]
@@ -313,7 +312,7 @@ APART = parse("10 bar", "pressure")
 @dataclass(frozen=True)
 class Pressures:
     """One test. low: mean of the lower line while the lines are apart, less the twin's boost pressure [Pa], None where
-    they never are; high: highest pressure over the relief setting, less 1; least: lowest pressure [Pa]."""
+    they never are; high: highest pressure over the relief setting, less 1; least pressure [Pa]."""
 
     test: str
     low: Estimate | None
