@@ -241,7 +241,7 @@ def _rows(crane: Crane, e: PassiveEstimates) -> Iterator[Row]:
     implied = [("precharge", gas.p_0, e.level.p, "pressure")] if e.level is not None else []
     implied += [(f"gas volume at n {number(gas.n, 3)}", gas.V_0, e.gas.V, "volume")] if e.gas is not None else []
     for name, twin, x, kind in implied:
-        yield row(name, twin, x.all, kind, x.tests, x.all.value / twin - 1.0)
+        yield row(name, twin, x.all, kind, x.tests)
     yield from (error_row("motors that work", count, s.share, "", [s.test]) for s in e.shares)
     if e.shares:
         share, structural = circuit.overall(e.shares)
@@ -257,7 +257,7 @@ def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Pro
     """Passive circuit implied by the logs, against the crane file. A check whose signals were not logged gives a
     measure without a value that states what to log."""
     e = passive_estimates(parts_of(campaign, records), progress)
-    table = parameter_table(list(_rows(campaign.crane, e)), "The passive circuit by the logs, against the crane file")
+    table = parameter_table(_rows(campaign.crane, e), "The passive circuit by the logs, against the crane file")
     names = ("level", "gas", "stroke", "displacement", "shares", "setting", "make_up")
     data = {name: getattr(e, name) for name in names}
     return Step(StepNumber.PASSIVE, measures(campaign.crane, e), (), (table,), data, e)
