@@ -74,11 +74,13 @@ def record(
     load: float = 90e3,
     parts: tuple[tuple[int, int], ...] = (),
     mode: Mode = Mode.SSC,
+    kind: Kind = Kind.AHC,
+    step: float = STEP,
 ) -> Record:
-    """A log as a record; parts: its unbroken parts as samples, default all of it."""
-    n = len(log["s_tip"])
-    t = np.arange(n) * STEP
-    test = CraneTest(name, Path(f"{name}.csv"), Kind.AHC, load, mode, None, None, None, -np.inf, np.inf)
+    """A log as a record; parts: its unbroken parts as samples, default all of it; step between samples [s]."""
+    n = len(log["s_w"])
+    t = np.arange(n) * step
+    test = CraneTest(name, Path(f"{name}.csv"), kind, load, mode, None, None, None, -np.inf, np.inf)
     segments = tuple(
         Segment(
             test=name,
@@ -90,14 +92,14 @@ def record(
             s_w=float(log["s_w"][a]),
             s_w_min=float(np.nanmin(log["s_w"])),
             s_w_max=float(np.nanmax(log["s_w"])),
-            s_tip_pp=float(np.ptp(log["s_tip"][a:b])),
+            s_tip_pp=float(np.ptp(log["s_tip"][a:b])) if "s_tip" in log else 0.0,
             period=8.0,
             mode=mode,
         )
         for a, b in (parts or ((0, n),))
     )
-    source = Log(f"{name}.csv", t, log, {}, (), (), 1.0 / STEP, n)
-    return Record(test, source, t, STEP, log, segments, ())
+    source = Log(f"{name}.csv", t, log, {}, (), (), 1.0 / step, n)
+    return Record(test, source, t, step, log, segments, ())
 
 
 def campaign(*records: Record, twin: Crane = TWIN, delay: float = 0.0, window: float = 30.0) -> Campaign:

@@ -27,33 +27,17 @@ NAMES = (
     "v_op",
     "mode",
 )
-TO_THE_LIMIT = (
-    ("0 s", "0 m/min"),
-    ("3 s", "0 m/min"),
-    ("5 s", "130 m/min"),
-    ("13 s", "130 m/min"),
-    ("15 s", "0 m/min"),
-    ("18 s", "0 m/min"),
-    ("20 s", "-130 m/min"),
-    ("28 s", "-130 m/min"),
-    ("30 s", "0 m/min"),
-    ("33 s", "0 m/min"),
-)
+
+
+def _profile(*points: tuple[int, int]) -> tuple[tuple[str, str], ...]:
+    """Points of a joystick: time [s], speed [m/min]."""
+    return tuple((f"{t} s", f"{v} m/min") for t, v in points)
+
+
+TO_THE_LIMIT = _profile((0, 0), (3, 0), (5, 130), (13, 130), (15, 0), (18, 0), (20, -130), (28, -130), (30, 0), (33, 0))
 """Joystick hoisting and lowering beyond what the winch can."""
-UNDER_WAY = (
-    ("0 s", "0 m/min"),
-    ("3 s", "0 m/min"),
-    ("5 s", "40 m/min"),
-    ("18 s", "40 m/min"),
-    ("20 s", "90 m/min"),
-    ("24 s", "90 m/min"),
-    ("26 s", "30 m/min"),
-    ("30 s", "30 m/min"),
-    ("32 s", "80 m/min"),
-    ("36 s", "80 m/min"),
-    ("38 s", "20 m/min"),
-    ("42 s", "20 m/min"),
-)
+_LATER = ((26, 30), (30, 30), (32, 80), (36, 80), (38, 20), (42, 20))
+UNDER_WAY = _profile((0, 0), (3, 0), (5, 40), (18, 40), (20, 90), (24, 90), *_LATER)
 """Joystick that changes the speed of a winch whose start from the brake has faded (five times the bumpless 2 s)."""
 LEAD = 20.0  # s in which the winch comes into its swing
 Series = dict[str, np.ndarray]
@@ -144,5 +128,4 @@ def without(found: Record, *names: str) -> Record:
 
 def limits_record(log: Series, *, name: str = "limits") -> Record:
     """A record of kind limits in manual mode."""
-    found = record(log, name=name, mode=Mode.MANUAL)
-    return replace(found, test=replace(found.test, kind=Kind.LIMITS))
+    return record(log, name=name, mode=Mode.MANUAL, kind=Kind.LIMITS)

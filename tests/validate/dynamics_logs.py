@@ -1,23 +1,18 @@
 """Records of a winch that turns quickly without load, for tests of step 4: simulated, with the noise of a PLC's log."""
 
-import datetime
 import functools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from tests.validate import ahc_logs
+from tests.validate.ahc_logs import STEP, TWIN
 
-from stillhook import Scenario, library, load_crane, simulate
-from stillhook.logs.types import Log
-from stillhook.spec.crane import Crane
+from stillhook import Scenario, library, simulate
 from stillhook.spec.scenario import Mode, Operator
-from stillhook.validate.criteria.criteria import load_criteria
-from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.data_set.record import Record, Segment
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.data_set.record import Record
 from stillhook.validate.dynamics.model import bent
 
-STEP = 0.01  # s, the PLC's cycle
-TWIN = load_crane("nov-250t")
 NOISE = {"p_a": 0.5e5, "p_b": 0.5e5, "omega_m": 0.1, "alpha_p": 5e-4, "v_w": 1e-3}
 NAMES = ("s_w", "v_w", "omega_m", "p_a", "p_b", "u_p", "u_m", "alpha_p", "alpha_m")
 SPEEDS = (25.0, -25.0, 35.0, -35.0)  # m/min: a third and a half of full speed, both ways
@@ -70,36 +65,10 @@ def record(
         name: x + NOISE.get(name, 0.0) * rng.standard_normal(len(x)) for name, x in log.items() if name not in without
     }
     noisy = {name: x[::every] for name, x in noisy.items()}
-    n, step = len(noisy["s_w"]), STEP * every
-    t = np.arange(n) * step
-    test = CraneTest("turns", Path("turns.csv"), Kind.DYNAMICS, load, Mode.MANUAL, None, None, None, -np.inf, np.inf)
-    s_w = noisy["s_w"]
-    segment = Segment(
-        test="turns",
-        first=0,
-        last=n,
-        start=0.0,
-        duration=float(t[-1]),
-        load=load,
-        s_w=float(s_w[0]),
-        s_w_min=float(s_w.min()),
-        s_w_max=float(s_w.max()),
-        s_tip_pp=0.0,
-        period=float("nan"),
-        mode=Mode.MANUAL,
-    )
-    return Record(test, Log("turns.csv", t, noisy, {}, (), (), 1.0 / step, n), t, step, noisy, (segment,), ())
+    kind, mode = Kind.DYNAMICS, Mode.MANUAL
+    return ahc_logs.record(noisy, name="turns", load=load, mode=mode, kind=kind, step=STEP * every)
 
 
 def changed(r: Record, **new: np.ndarray) -> Record:
     """A record with some signals replaced."""
     return replace(r, signals={**r.signals, **new})
-
-
-def campaign(*records: Record, twin: Crane = TWIN) -> Campaign:
-    """A campaign of these records."""
-    tests = tuple(r.test for r in records)
-    day = datetime.date(2026, 11, 21)
-    return Campaign(
-        "staged", day, Path("campaign.toml"), twin, twin.name, load_criteria("paper-f"), 0.0, tests, True, ()
-    )

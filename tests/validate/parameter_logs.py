@@ -65,12 +65,12 @@ def simulated(crane: Crane, test: str, delay: float = LATE) -> Mapping[str, np.n
     return {name: x[first:] for name, x in log.items()}
 
 
-def logged(clean: Mapping[str, np.ndarray], seed: int) -> Signals:
+def logged(clean: Mapping[str, np.ndarray], seed: int, sensors: Mapping[str, tuple[float, float]] = NOISE) -> Signals:
     """The signals with noise and steps."""
     rng = np.random.default_rng(seed)
     out = {}
     for name, x in clean.items():
-        sd, step = NOISE[name]
+        sd, step = sensors[name]
         y = x + sd * rng.standard_normal(len(x))
         out[name] = np.round(y / step) * step if step else y
     return out

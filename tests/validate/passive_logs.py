@@ -2,11 +2,10 @@
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 import numpy as np
 from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
-from tests.validate.parameter_logs import NOISE, Signals
+from tests.validate.parameter_logs import CASES, NOISE, Signals, logged
 
 from stillhook import Scenario, simulate
 from stillhook.spec.crane import Crane
@@ -23,8 +22,6 @@ SENSORS = {**NOISE, "alpha_pp": (5e-4, 1e-4), "V_acc": (1e-3, 1e-3), "mode": (0.
 """As `parameter_logs.NOISE`, with the make-up pumps and a piston that is measured to a litre."""
 USUAL = tuple(name for name in SENSORS if name not in ("alpha_pp", "V_acc"))
 """Signals of a usual log: neither the passive pumps nor the place of the piston."""
-CASES = {"1": (82e3, 487.0, 1, 2.0), "2": (162e3, 2314.0, 2, 2.0)}
-"""Load [kg], wire out [m], seed of the sea and its height [m] by test."""
 LEAD, LENGTH = 60.0, 150.0  # s before the log, and of it
 
 Spoil = Callable[[Signals], Signals]
@@ -46,13 +43,7 @@ def simulated(crane: Crane, test: str) -> Mapping[str, np.ndarray]:
 
 def with_noise(clean: Mapping[str, np.ndarray], seed: int, names: tuple[str, ...]) -> Signals:
     """Signals with noise and steps."""
-    rng = np.random.default_rng(seed)
-    out = {}
-    for name in names:
-        sd, step = SENSORS[name]
-        y = clean[name] + sd * rng.standard_normal(len(clean[name]))
-        out[name] = np.round(y / step) * step if step else y
-    return out
+    return logged({name: clean[name] for name in names}, seed, SENSORS)
 
 
 def records(
@@ -113,8 +104,7 @@ def rest_records(*, spoil: Spoil | None = None, seed: int = 0) -> tuple[Record, 
     """The rests as a record of a test in manual mode."""
     clean = dict(rest_run())
     log = with_noise(spoil(clean) if spoil is not None else clean, seed, USUAL)
-    one = record(log, name="rests", load=60e3, mode=Mode.MANUAL)
-    return (replace(one, test=replace(one.test, kind=Kind.LIMITS)),)
+    return (record(log, name="rests", load=60e3, mode=Mode.MANUAL, kind=Kind.LIMITS),)
 
 
 def rested(found: tuple[Record, ...], twin: Crane = TWIN) -> Step[ParameterEstimates]:

@@ -1,7 +1,6 @@
 """Step 5: what the twin makes of the measured tip motion, against cranes whose differences from it are known."""
 
 import functools
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -255,24 +254,9 @@ def test_a_campaign_without_heave_compensation_says_so():
 # --- what comes out --------------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
-def test_the_same_logs_give_the_same_step_to_the_bit():
-    again = checked(record(own_log()))
-    assert repr(again.to_dict()) == repr(own_step().to_dict())
-
-
 def test_figures_carry_the_mark_and_are_few():
     r = record(own_log())
     e, c = own_step().estimates, campaign(r)
     drawn = figures.compensation(e, c) | figures.windows(e, c)
     assert list(drawn) == ["tip-wire-speed-and-error", "windows"]
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
-
-
-@pytest.mark.thorough
-def test_progress_rises_from_run_to_run_and_ends_at_one():
-    shares = []
-    r = record(own_log())
-    check_ahc(campaign(r), (r,), shares.append)
-    assert shares == sorted(shares)
-    assert math.isclose(shares[-1], 1.0)

@@ -21,7 +21,6 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import (
     MEASURES,
     Measure,
-    Outcome,
     StepNumber,
     Verdict,
     has,
@@ -36,7 +35,6 @@ from stillhook.validate.report.view import UNDETECTABLE, WORDS
 
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
-TAKEN = (1, 2, 3, 5)
 COVERAGE = {"1c-low", "1d"}  # short campaigns cover too little, whatever the crane
 MOST_PAGES = 12  # of a certificate, asked for by its readers; the rest is in its annex
 OF_A_CIRCUIT = {"p-leakage", "p-friction", "p-boost", "3-motor", "4-C_h", "4-J", "6-precharge", "6-motors"}
@@ -58,28 +56,18 @@ def lines(validation):
 
 
 @pytest.fixture(scope="module")
-def passed(sound):
-    return validate(sound, steps=TAKEN)
+def result(sound):
+    return validate(sound)
 
 
-def test_a_sound_electric_winch_passes_the_steps_that_have_a_meaning_for_it(passed):
-    assert passed.outcome is Outcome.PASSED, [line.message for line in passed.lines if line.failed]
-    shown = {key for key, line in lines(passed).items() if line.verdict is Verdict.SHOWN}
+def test_a_sound_electric_winch_passes_the_lines_that_have_a_meaning_for_it(result):
+    assert {line.key for line in result.lines if line.failed} <= COVERAGE
+    shown = {key for key, line in lines(result).items() if line.verdict is Verdict.SHOWN}
     assert shown >= {"p-lever", "p-load-cell", "3-pump", "3-K_1", "4-speed", "2a", "2b", "2c", "2-signals"}
 
 
-def test_every_line_that_rests_on_a_closed_circuit_is_not_judged_and_says_why(passed):
-    left_out = {key for key, line in lines(passed).items() if line.verdict is Verdict.NOT_JUDGED}
-    assert left_out >= {"p-leakage", "p-friction", "p-boost", "3-motor"}
-    for key in left_out:
-        line = lines(passed)[key]
-        assert not line.judged
-        assert line.measure.value is None
-        assert line.message.endswith('not judged, winch type "electric" has no closed circuit.')
-
-
-def test_the_summary_lists_what_was_not_judged(passed):
-    section = next(s for s in summary(passed).sections if s.title == "not judged")
+def test_the_summary_lists_what_was_not_judged(result):
+    section = next(s for s in summary(result).sections if s.title == "not judged")
     text = " ".join(str(part) for part in section.parts)
     assert "p-leakage" in text
     assert "no closed circuit" in text
@@ -91,7 +79,9 @@ def test_the_summary_lists_what_was_not_judged(passed):
 )
 def test_a_wrong_twin_is_not_passed(tmp_path, defect, size, key):
     criterion = next(c for c in load_criteria("any-drive").criteria if c.key == key)
-    written = write_campaign(tmp_path / "campaign", plan=short(), seed=1, defect=defect, size=size)
+    plan = short()
+    plan = plan if key == "2-signals" else replace(plan, tests=plan.tests[:2])  # scatter of cases is of step 5 alone
+    written = write_campaign(tmp_path / "campaign", plan=plan, seed=1, defect=defect, size=size)
     result = validate(written.campaign, steps=(criterion.step,))
     assert not result.passed
     assert lines(result)[key].verdict is Verdict.REFUTED
@@ -109,12 +99,13 @@ def test_a_drive_without_logged_signals_is_not_shown(sound, tmp_path):
     assert "no signal of the drive was logged: log one of omega_m, T_m" in line.message
 
 
-def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelope_where_not_passed(sound):
-    result = validate(sound)
+def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelope_where_not_passed(result):
     data = certificate_of(result).data
     section = next(s for s in data["limitations"] if s["heading"].startswith("Not judged"))
     keys = {text.split(":")[0] for text in section["lines"]}
-    assert keys == {key for key, line in lines(result).items() if line.verdict is Verdict.NOT_JUDGED}
+    left_out = {key: line for key, line in lines(result).items() if line.verdict is Verdict.NOT_JUDGED}
+    assert keys == left_out.keys()
+    assert not any(line.judged or line.measure.value is not None for line in left_out.values())
     assert keys >= OF_A_CIRCUIT
     assert all("has no closed circuit" in text or "has no passive circuit" in text for text in section["lines"])
     steps = {step["step"]: step for step in data["steps"]}
@@ -216,7 +207,7 @@ def test_a_campaign_that_cannot_be_written_is_refused(tmp_path, more, words):
 
 def test_the_same_seed_writes_the_same_logs(tmp_path):
     plan = short()
-    plan = replace(plan, tests=plan.tests[:1])
+    plan = replace(plan, tests=(replace(plan.tests[0], duration=30.0),))
     a, b, c = (
         write_campaign(tmp_path / name, plan=plan, seed=seed).logs[0].read_bytes()
         for name, seed in (("a", 2), ("b", 2), ("c", 3))
@@ -225,9 +216,8 @@ def test_the_same_seed_writes_the_same_logs(tmp_path):
     assert a != c
 
 
-def test_a_winch_that_takes_a_speed_is_not_pictured_with_pumps_and_motors(sound):
-    campaign = load_campaign(sound)
-    drawn = commands(validate(sound, steps=(2,)).step(StepNumber.CONTROLLER).estimates, campaign)
+def test_a_winch_that_takes_a_speed_is_not_pictured_with_pumps_and_motors(result):
+    drawn = commands(result.step(StepNumber.CONTROLLER).estimates, result.campaign)
     labels = [ax.get_ylabel() + ax.get_xlabel() for ax in drawn["commands"].axes]
     assert any("speed command" in label for label in labels)
     assert not any("pump" in label or "motor" in label for label in labels)

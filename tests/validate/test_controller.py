@@ -33,7 +33,6 @@ from stillhook.validate.controller.inputs import plc_segments
 from stillhook.validate.controller.law import SMOOTH, Run, law
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
-from stillhook.validate.report.figures import commands
 
 pytestmark = pytest.mark.slow
 
@@ -382,11 +381,3 @@ def test_a_gap_parts_the_stretches_and_both_count():
 
 
 # --- pictures ------------------------------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.thorough
-def test_figures_are_marked_and_few():
-    e, c = own_step().estimates, campaign(record(own_ahc_log()))
-    drawn = commands(e, c)
-    assert set(drawn) == {"commands"}
-    assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())

@@ -6,15 +6,13 @@ import numpy as np
 import polars as pl
 import pytest
 from tests.validate.ahc_logs import campaign, record
-from tests.validate.crane_logs import ahc, manual, read, signals, with_clock, write
+from tests.validate.crane_logs import ahc, read, signals, with_clock, write
 
-from stillhook.report import kit
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.check import check_data, different
 from stillhook.validate.data_set.read import read_records
-from stillhook.validate.report.figures import tests as figure_of
 
 STEP = 0.01
 
@@ -135,20 +133,3 @@ def test_measures_and_data_are_known_and_go_to_json():
     for m in step.measures:
         assert m.quantity == MEASURES[m.name].quantity
         assert m.data or m.value is None
-    assert set(step.to_dict()["data"]) == {"s_tip_pp"}
-
-
-@pytest.mark.thorough
-def test_the_figure_shows_every_test(tmp_path):
-    good, rest = (
-        read(tmp_path, ahc()),
-        read(tmp_path, manual(), kind="dynamics", test='load = "0 t"', rows=signals(F_w=None)),
-    )
-    plan = campaign(good, rest)
-    drawn = figure_of((good, rest), plan)
-    assert set(drawn) == {"tests"}
-    texts = [t.get_text() for ax in drawn["tests"].axes for t in ax.texts]
-    assert texts == ["not logged"]
-    assert all("SYNTHETIC" in (f.get_suptitle() or f.axes[0].get_title()) for f in drawn.values())
-    for stem, figure in drawn.items():
-        assert kit.save(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000

@@ -23,7 +23,8 @@ from stillhook.validate.dynamics.form import (
 from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
 from stillhook.validate.dynamics.output_error import Model, fit
 
-from .dynamics_logs import STEP, campaign, record, signals
+from .ahc_logs import STEP, campaign
+from .dynamics_logs import record, signals
 
 
 def turn(i: int) -> Transient:

@@ -20,7 +20,8 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Verdict
 from stillhook.validate.dynamics.check import check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import TunedValue
-from stillhook.validate.parameters import leak_laws, measures
+from stillhook.validate.parameters import check as parameters
+from stillhook.validate.parameters import leak_laws
 from stillhook.validate.parameters.flow import balance, leak_rows
 from stillhook.validate.parameters.leak_laws import RISE
 from stillhook.validate.parameters.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, file_point
@@ -142,7 +143,7 @@ def test_a_form_that_fits_is_tuned_by_its_factor():
 @pytest.mark.parametrize("twin", ["constant", "stroke+speed"])
 def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twin):
     tests = (*logs("constant"), dynamics_logs.record(dynamics_logs.signals(form="constant")))
-    c = dynamics_logs.campaign(*tests, twin=CRANES[twin])
+    c = campaign(*tests, twin=CRANES[twin])
     found = check_dynamics(c, tests, lambda share: None)
     (measure,) = found.measures_of("C_leak_error")
     leak = next(f for f in found.estimates.tuned if f.name == "C_leak")
@@ -361,6 +362,6 @@ def test_where_the_data_reach_the_file_s_point_its_value_there_is_for_informatio
     near = replace(leak, file_at=leak.file_at.model_copy(update={"p": leak.at.p}))
     assert near.beyond_pressure == 0.0
     assert "bar (data" not in file_point(near)
-    assert measures.at_file_point(near, "").value == pytest.approx(near.at_file_point.value)
+    assert parameters.at_file_point(near, "").value == pytest.approx(near.at_file_point.value)
     assert leak.offered
     assert not replace(leak, reference=Estimate.around(leak.reference.value, 1.1 * EXTRAPOLATED * leak.stated)).offered

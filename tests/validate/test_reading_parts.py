@@ -198,17 +198,9 @@ def test_what_cannot_be_is_refused_with_its_place_and_what_to_do(tmp_path, case)
     assert all(word in text for word in words), text
 
 
-def held(frame: pl.DataFrame) -> pl.DataFrame:
-    """The operator pulls the joystick twice."""
-    v_op = frame["Joystick"].to_numpy().copy()
-    v_op[5000:5300], v_op[9000:9100] = 3.0, -3.0
-    return changed(frame, "Joystick", v_op)
-
-
 STATED = {  # what differs from a good log and campaign -> words of the statement
     "manual": (lambda: manual(), 'load = "0 t"', "none of it is used. The winch was in manual mode throughout."),
     "short": (lambda: ahc()[:4000], 'load = "90 t"', "no uninterrupted part of at least 60 s has one mode"),
-    "joystick": (lambda: held(ahc()), 'load = "90 t"', "the operator moves the wire 2 times"),
     "no load": (ahc, "", "the load is not stated; it is 89"),
     "light": (ahc, 'load = "74.6 t"', "the load cell shows"),
     "wire": (ahc, 'load = "90 t"\ns_w = "500 m"', "but the campaign file states 500 m: the log is used."),

@@ -50,11 +50,9 @@ SETTINGS = ("alpha_p", "alpha_m")
 
 @dataclass(frozen=True)
 class SaturatedPart:
-    """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive;
-    signals measured (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of
-    them is at its end; driven, complete: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the
-    same of the complete twin, None where it could not be run.
-    """
+    """A part of a record. t (n,) [s] of the record; v_w measured [m/s], hoisting positive; ends: level that pump
+    command, and setting, stop at; saturated (n,): one of them is there; driven, complete: series of the twin (n,), NaN
+    where not run; twin_saturated (n,): of the complete twin."""
 
     record: Record
     segment: Segment
@@ -92,11 +90,8 @@ def driven_by(crane: Crane, record: Record) -> tuple[str, ...]:
 
 
 def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
-    """The parts of a record that are saturated, or near enough for the twin to be.
-
-    A test of kind limits is looked at in all its parts; one with heave compensation where its commands come near to
-    their end. Errors: SimulationError where the twin loses its numbers.
-    """
+    """The parts of a record that are saturated, or near enough for the twin to be: all of a test of kind limits; of
+    heave compensation where commands come near their end. Errors: SimulationError where the twin loses its numbers."""
     if not record.has("u_p", "s_w"):
         return []
     result = []
@@ -169,7 +164,7 @@ def _commanded(campaign: Campaign, s: PlcSegment, part: Segment, a: int, b: int)
 
 def _filled(record: Record) -> Record:
     """A record that can be repeated: a tip that was not logged does not move, and a joystick that was not logged
-    requests the speed that the wire has, for the passive pumps make up for it."""
+    requests the speed that the wire has."""
     x = record.signals
     more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
     if not record.has("v_op") and all(not part.mode.compensates for part in record.segments):
@@ -198,8 +193,7 @@ def _complete(
 
 
 def _by_joystick(run: Replay, s: PlcSegment) -> Replay:
-    """A replay in manual mode: with the displacement that the operator holds, and counted from the start where the
-    winch rests."""
+    """A replay in manual mode: with the displacement that the operator holds, counted from where the winch rests."""
     alpha_m = s.plc.motors.alpha_hold
     operator = Operator.model_construct(
         profile=run.case.operator.profile, steps=(), alpha_m=alpha_m if alpha_m > 0.0 else None
@@ -222,9 +216,8 @@ WAYS = {1: "hoisting", -1: "lowering"}
 
 @dataclass(frozen=True)
 class Plateau:
-    """A saturated span: its test, start and duration [s]; samples [first, last) of its part that are compared; way 1
-    hoisting, -1 lowering; mean wire speed measured, of the driven and of the complete twin [m/s], NaN where it was not
-    run."""
+    """A saturated span: samples [first, last) of its part that are compared; way 1 hoisting, -1 lowering; mean wire
+    speed measured, of the driven and the complete twin [m/s], NaN where not run."""
 
     test: str
     start: float
@@ -240,9 +233,8 @@ class Plateau:
 
 @dataclass(frozen=True)
 class Times:
-    """Time that the pumps are at their end [s]: in the log, all of it; and over what the complete twin could be run on:
-    in log and twin each, in either, and in one of them while the other is not even near its end (log_alone,
-    twin_alone)."""
+    """Time that the pumps are at their end [s]: in the log, all of it; over what the complete twin could be run on: in
+    log and twin each, in either, and in one while the other is not even near its end."""
 
     log_all: float
     log: float
@@ -267,9 +259,7 @@ class SpeedLimits:
 
 
 def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[SpeedLimits]:
-    """Step 3 of the validation. Measures: saturation_time [s] in the log, limit_speed_error (twin driven by the
-    measured commands over the crane, less 1, hoisting and lowering), the same of the complete twin,
-    saturation_overlap."""
+    """Step 3 of the validation."""
     parts: list[SaturatedPart] = []
     for i, record in enumerate(records):
         parts += saturated_parts(campaign, record)

@@ -129,8 +129,7 @@ def _cm(x: float) -> str:
 
 
 def _signals(crane: Crane, comparisons: Sequence[Comparison]) -> Iterable[Table]:
-    """Deviation of the twin's other signals, rms over the samples that count. Reported; what of it is judged is a line
-    of the verdict."""
+    """Deviation of the twin's other signals, rms over the samples that count."""
     rows = []
     own = [(row.name, row.kind) for row in crane.plant.type.rows if row.name not in dict(COMPARED)]
     for name, kind in (*COMPARED, *own):
@@ -178,10 +177,8 @@ class AhcEstimates:
 
 def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[AhcEstimates]:
     """Run the complete twin on the tip motion of every segment with heave compensation and compare its control error
-    with the crane's.
-
-    Errors: SimulationError, ScenarioError, ValidateError of one line, where the twin cannot repeat the test.
-    """
+    with the crane's. Errors: SimulationError, ScenarioError, ValidateError of one line, where the twin cannot repeat
+    the test."""
     window, meter = campaign.criteria.settings["window"], Meter(sum(WEIGHTS), progress)
     parts, left_out = usable(records, window)
     if reason := _obstacle(campaign, records, parts):

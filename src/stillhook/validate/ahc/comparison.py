@@ -22,8 +22,8 @@ matter."""
 
 @dataclass(frozen=True)
 class Windows:
-    """Moving windows of one unbroken part: each of shape (n,). ends [s from the record's first sample]; peak-to-peak
-    errors and tip [m]."""
+    """Moving windows of one unbroken part, each (n,): ends [s from the record's first sample]; peak-to-peak errors and
+    tip [m]."""
 
     test: str
     ends: FloatArray
@@ -33,7 +33,7 @@ class Windows:
 
     @property
     def x(self) -> FloatArray:
-        """Deviation |e_c_pp simulated - e_c_pp measured| of every window [m]."""
+        """Deviation |simulated - measured| of every window [m]."""
         return np.abs(self.simulated - self.measured)
 
     @property
@@ -61,11 +61,8 @@ def efficiency(e_c_pp: FloatArray, s_tip_pp: FloatArray) -> FloatArray:
 def windows(
     test: str, t: FloatArray, step: float, measured: FloatArray, simulated: FloatArray, s_tip: FloatArray, window: float
 ) -> Windows:
-    """Windows over an unbroken part, trailing and full of numbers in all three signals.
-
-    Parameters: t (n,) [s] even by step [s]; measured and simulated error, tip (n,) [m], NaN where not known; window
-    [s].
-    """
+    """Windows over an unbroken part, trailing and full of numbers in all three signals. t (n,) [s] even by step [s];
+    errors and tip (n,) [m], NaN where not known; window [s]."""
     import xarray  # heavy: only where data are at hand
 
     table = xarray.DataArray(np.stack([measured, simulated, s_tip]), coords={"time": t}, dims=("signal", "time"))
@@ -84,10 +81,8 @@ def mean_and_s(x: FloatArray) -> tuple[float, float]:
 
 
 def gaussian_share(limit: float, mean: float, s: float) -> float:
-    """Share of deviations below a limit, as in paper F: assumed Gaussian about their mean.
-
-    Print reads 96 % below 6 cm and 86 % below 5 cm off a mean of 3.3 cm and s of 1.5 cm; the latter is 87 %.
-    """
+    """Share of deviations below a limit, Gaussian about their mean, as in paper F. Print reads 96 % below 6 cm and 86 %
+    below 5 cm off a mean of 3.3 cm and s of 1.5 cm; the latter is 87 %."""
     if not s > 0.0:
         return float(mean < limit)
     return 0.5 * (1.0 + math.erf((limit - mean) / (s * math.sqrt(2.0))))
@@ -104,10 +99,8 @@ SLOW = 0.2
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of a segment of the crane with the twin, over the samples that count: replay; simulated signals by
-    name (n,) [SI]; measured and simulated control error (n,) [m]; noise: share of the tip signal's noise in the
-    measured error [-]; moving windows.
-    """
+    """A segment of crane and twin over the samples that count: simulated signals (n,) [SI]; control errors (n,) [m];
+    noise: share of the tip signal's noise in the measured error [-]; moving windows."""
 
     replay: Replay
     simulated: dict[str, FloatArray]
@@ -133,8 +126,7 @@ class Comparison:
 
     @property
     def quiet(self) -> tuple[FloatArray, FloatArray]:
-        """The same without the tip's noise, which is common to both: noise would make errors of any two
-        shapes similar."""
+        """The same without the tip's noise, which is common to both and would make errors of any two shapes similar."""
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
         noise = self.noise * self.replay.noise[good]
         return self.e_measured[good] - noise, self.e_simulated[good] - noise
@@ -150,11 +142,8 @@ def by_case(comparisons: Iterable[Comparison]) -> dict[str, list[Comparison]]:
 
 def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Comparison:
     """The twin's error as the crane's PLC would show it: with the noise of the tip signal, as far as the crane's error
-    contains it.
-
-    Parameters: replay and its run; measured control error (n,) [m], logged by the PLC or, with logged False, made from
-    tip and wire, about its mean; window [s].
-    """
+    contains it. measured (n,) [m]: logged by the PLC or, with logged False, made from tip and wire, about its mean;
+    window [s]."""
     share = noise_share(r, measured) if logged else 1.0
     simulated = run["e_c_measured"] + share * r.noise
     if not logged:
@@ -164,8 +153,8 @@ def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window:
 
 
 def noise_share(r: Replay, measured: FloatArray) -> float:
-    """Share of the noise of the logged tip in the PLC's error: 1 where the PLC received that signal, 0 where only the
-    log's is noisy."""
+    """Share of the logged tip's noise in the PLC's error: 1 where the PLC received that signal, 0 where only the log's
+    is noisy."""
     from scipy.ndimage import uniform_filter1d  # heavy: only where data are at hand
 
     finite = np.isfinite(measured)

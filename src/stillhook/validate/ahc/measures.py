@@ -40,8 +40,7 @@ HIGHEST = 1.0 - 1e-9
 
 @dataclass(frozen=True)
 class CaseCorrelation:
-    """One load case. r: correlation [-]; deviation of its z by sampling; effective: number of independent samples that
-    it is from."""
+    """One load case. r: correlation [-]; deviation of its z by sampling; effective number of independent samples."""
 
     r: float
     deviation: float
@@ -116,8 +115,8 @@ four, as in paper F."""
 
 @dataclass(frozen=True)
 class OverCases:
-    """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: the
-    same of each case alone, from its own samples."""
+    """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: of
+    each alone."""
 
     pooled: Estimate
     cases: Mapping[str, Estimate]
@@ -138,11 +137,8 @@ def over_cases(
     at_least: int,
     bounds: tuple[float, float] = (-math.inf, math.inf),
 ) -> OverCases:
-    """A statistic of all parts together, by load case.
-
-    Parameters: parts of each load case, as of `block_bootstrap.interval`. The interval is that of the blocks, widened
-    to that of a mean of the cases, each with the weight of its samples and each with its own true value.
-    """
+    """A statistic of all parts together, by load case. The interval is that of the blocks, widened to that of a mean of
+    the cases, each with the weight of its samples and its own true value."""
     filled = {name: [p for p in rows if len(p)] for name, rows in parts.items()}
     filled = {name: rows for name, rows in filled.items() if rows}
     cases = {name: interval(statistic, rows, at_least=at_least, bounds=bounds) for name, rows in filled.items()}
@@ -171,8 +167,7 @@ THIN = 0.1
 
 
 def measures(comparisons: Sequence[Comparison], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
-    """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case
-    as well."""
+    """Every measure of step 5 over all load cases; mean deviation and largest error of each load case as well."""
     block = round(2.0 * settings["window"] / EVERY)
     parts = parts_by_case(comparisons, lambda c: c.windows.x)
     mean = over_cases(np.mean, parts, at_least=block, bounds=(0.0, math.inf))
@@ -227,8 +222,7 @@ def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], w
 
 
 def _with_share_end(estimate: Estimate) -> Estimate:
-    """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that
-    all agree."""
+    """A share of nothing or all, alike in every draw: its end is that of so many independent windows that all agree."""
     if estimate.high - estimate.low > SAME or estimate.value not in (0.0, 1.0):
         return estimate
     end = ENDS[0] ** (1.0 / max(estimate.n, 1.0))
@@ -248,8 +242,8 @@ def _extent(comparisons: Sequence[Comparison]) -> str:
 
 
 def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
-    """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at
-    one moment."""
+    """Both readings of paper F table 2, item 2a: largest error of every load case, and largest difference at one
+    moment."""
     nonempty = [c for c in comparisons if len(c.pair[0])]
     if not nonempty:
         return Measure.of("e_c_max_difference", None), Measure.of("e_c_deviation_max", None)
@@ -303,8 +297,8 @@ def judged_signal(row: Variable) -> bool:
 
 
 def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: float) -> tuple[Measure, ...]:
-    """What the twin leaves of every logged signal of the drive: rms of simulated less measured over the signal's own
-    deviation, all about their means in each part."""
+    """What the twin leaves of every logged signal of the drive: rms of simulated less measured over its own deviation,
+    about means."""
     name, block = "signal_misfit", round(2.0 * window / THIN)
     kinds = COMMON | {row.name: row.kind for row in crane.plant.type.rows if judged_signal(row)}
     out = []
@@ -325,9 +319,9 @@ def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: floa
 
 
 def _pairs_of(signal: str, same: Sequence[str]) -> Callable[[Comparison], FloatArray]:
-    """Columns of a comparison every THIN seconds, smooth: measured and simulated about their means, and the level of
-    the largest measured signal of the same quantity. Noise of tip and sensors, which a stiff speed loop turns into
-    torque, is not the twin's to repeat."""
+    """Columns every THIN seconds, smooth: measured and simulated about their means, and the level of the largest signal
+    of the same quantity. Noise of tip and sensors, which a stiff speed loop turns into torque, is not the twin's to
+    repeat."""
 
     def pairs(c: Comparison) -> FloatArray:
         from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand

@@ -44,8 +44,7 @@ STICK_STEP = 2e-3
 
 @dataclass(frozen=True)
 class Replay:
-    """A segment and its replay. case: the run; tip as the PLC of the crane saw it, and its noise;
-    skipped: samples at the segment's start that do not count."""
+    """A segment and its run; tip as the PLC saw it, and its noise; skipped: samples at the start that do not count."""
 
     record: Record
     segment: Segment
@@ -137,8 +136,7 @@ def _si(x: float, unit: str) -> str:
 
 
 def _ahead(motion: Recorded, delay: float) -> Recorded:
-    """The true tip motion, seen by the PLC `delay` later. Spacing of the points as before, so that the curve is the
-    same to 0.1 mm."""
+    """The true tip motion, seen by the PLC `delay` later. Spacing of the points as before: the same curve to 0.1 mm."""
     if delay == 0.0:
         return motion
     count = len(motion.times) - 1
@@ -166,12 +164,8 @@ def _operator(t: FloatArray, record: Record, segment: Segment) -> Operator:
 def run_twin(
     cranes: Sequence[Crane], replays: Sequence[Replay], names: Sequence[str], *, quick: bool = False
 ) -> list[dict[str, FloatArray]]:
-    """Series of the twin over the samples that count, one dict a pair of crane and replay.
-
-    Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of
-    statistics.
-    Errors: SimulationError where a run diverges.
-    """
+    """Series of the twin over the samples that count, one dict a pair of crane and replay; quick: sixteen runs side by
+    side, at the longer step of statistics. Errors: SimulationError where a run diverges."""
     n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
     every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
     lanes = VL if quick and len(cranes) > 1 else 1
@@ -198,11 +192,9 @@ def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record,
 
 
 def measured_error(replays: Sequence[Replay]) -> tuple[list[FloatArray], bool]:
-    """The crane's control error over the samples that count [m], and whether the PLC logged it.
-
-    Where it did not: e_c = s_tip - s_w plus the wire taken in by the joystick, about its mean, because the datum of
-    the reference is not known.
-    """
+    """The crane's control error over the samples that count [m], and whether the PLC logged it. Where it did not: e_c =
+    s_tip - s_w plus the wire taken in by the joystick, about its mean, because the datum of the reference is not
+    known."""
     logged = all(r.record.has("e_c_measured") for r in replays)
     if logged:
         return [r.measured("e_c_measured") for r in replays], True
@@ -236,7 +228,7 @@ SMALL_DP = 2e5
 
 class Cause(NamedTuple):
     """bend(crane, x): a crane of `with_gains` with the parameter changed by the part x of itself; x: simulated change;
-    most: largest plausible change; needs: circuit of the crane without which it has no meaning."""
+    most: largest plausible change; needs: circuit without which it has no meaning."""
 
     name: str
     words: str
@@ -247,10 +239,8 @@ class Cause(NamedTuple):
 
 
 class CauseEstimate(NamedTuple):
-    """amount: change of the parameter that explains most of the deviation, relative; share: part of the deviation's
-    energy that it explains, control error and pressure drop over the active motors together, each over
-    its SMALL; share_e: the same of e_c alone.
-    """
+    """amount: relative change that explains most of the deviation; share: part of the deviation's energy that it
+    explains, control error and pressure drop together, each over its SMALL; share_e: the same of e_c alone."""
 
     cause: Cause
     amount: float
@@ -259,8 +249,7 @@ class CauseEstimate(NamedTuple):
 
 
 class Deviation(NamedTuple):
-    """Smooth deviation of the twin from the crane: e_c [m rms], pressure drop over the active motors [Pa rms], NaN
-    where not logged."""
+    """Smooth deviation: e_c [m rms], pressure drop over the active motors [Pa rms], NaN where not logged."""
 
     e_c: float
     dp_m: float
@@ -304,11 +293,8 @@ CAUSES = (
 def explain(
     crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArray]
 ) -> tuple[tuple[CauseEstimate, ...], Deviation]:
-    """Share of the deviation explained by each cause, the largest first, and the deviation itself; no cause where it is
-    small.
-
-    Parameters: the twin; its replays; the crane's control error over the samples that count, one array a replay [m].
-    """
+    """Share of the deviation explained by each cause, the largest first, and the deviation; no cause where it is small.
+    measured: the crane's control error, one array a replay [m]."""
     crane, possible = with_gains(crane), [c for c in CAUSES if not c.needs or c.needs in crane.circuits]
     lines = tuple(name for name in ("p_a", "p_b") if "active" in crane.circuits)
     cranes = [crane, *(c.bend(crane, c.x) for c in possible)]
@@ -333,7 +319,7 @@ def explain(
 
 
 def with_gains(crane: Crane) -> Crane:
-    """The crane with explicit gains of its PLC, so that they remain constant when the winch is changed."""
+    """The crane with explicit gains of its PLC: constant when the winch is changed."""
     original = gains(crane)
     return crane.model_copy(
         update={"control": crane.control.model_copy(update={"K_1": original.K_1, "K_2": original.K_2})}
@@ -345,8 +331,7 @@ def _rms(x: FloatArray) -> float:
 
 
 def _effects(possible: Sequence[Cause], measured: FloatArray, runs: Sequence[FloatArray], step: float) -> FloatArray:
-    """Row 0: measured less simulated; then the effect of every cause for a change of all of it. Smooth, every tenth of
-    a second."""
+    """Row 0: measured less simulated; then the effect of every cause for a change of all of it; smooth, every 0.1 s."""
     from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
 
     rows = np.stack([measured - runs[0], *((x - runs[0]) / c.x for c, x in zip(possible, runs[1:], strict=True))])

@@ -60,8 +60,7 @@ class Level(NamedTuple):
 
 
 def level_of(passed: bool, synthetic: bool, *, judged_whole: bool = True) -> Level:
-    """Level and variant that a validation gives the twin; one on simulated logs says so, and one in which lines have no
-    meaning for the winch type."""
+    """Level and variant of the twin; synthetic logs, and lines without a meaning for the winch type, are stated."""
     words = WORDS["levels"]
     if not passed:
         return Level(1, 1, words["not_verified"])
@@ -160,8 +159,7 @@ the certificate."""
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was certified, or the results of a validation that was not passed; data as
-    `stillhook.validate.certificate.certificate` has it."""
+    """What was certified, or the results of a validation that was not passed."""
 
     data: Mapping[str, Any]
 
@@ -204,15 +202,11 @@ class Certificate:
         return certificate_summary(self.data, self.digest, self.short.envelope)
 
     def pdf(self) -> bytes:
-        """The document.
-
-        Letters that the fonts lack print as boxes; the JSON has them. Errors: ValidateError where it cannot be set.
-        """
+        """The document; letters that the fonts lack print as boxes. Errors: ValidateError where it cannot be set."""
         return _set(document(self.data))
 
     def annex(self, figures: Mapping[str, bytes]) -> bytes:
-        """The annex, of the contents without it. figures: PNG by stem, of
-        `stillhook.validate.report.figures.pictures`. Errors: as of `pdf`."""
+        """The annex, of the contents without it; figures: PNG by stem. Errors: as of `pdf`."""
         return _set(annex(_numbered({**self.data, "annex": None}), figures))
 
     def with_annex(self, content: bytes) -> Certificate:
@@ -260,8 +254,7 @@ def certificate_of(validation: Validation) -> Certificate:
 
 
 def with_its_annex(made: Certificate, figures: Mapping[str, bytes]) -> tuple[Certificate, bytes | None]:
-    """The certificate with the hash of its annex, and the annex; unchanged and None where no PDF can be set (without
-    the extra `report`)."""
+    """The certificate with the hash of its annex, and the annex; unchanged and None where no PDF can be set."""
     if not can_set():
         return made, None
     content = made.annex(figures)
@@ -338,7 +331,7 @@ PICTURES = "step-[0-6]-*.png"
 
 
 def check_out(campaign: Campaign, folder: str | Path) -> None:
-    """Refuse a folder that cannot be written to, or in which an input of the campaign would be written over. Errors:
+    """Refuse a folder that cannot be written to, or in which an input of the campaign would be lost. Errors:
     StillhookError."""
     out = Path(folder)
     names = (REPORT, NUMBERS, SEGMENTS, *SOMETIMES)

@@ -36,8 +36,8 @@ def document(data: View) -> Document:
 
 
 def annex(data: View, figures: Mapping[str, bytes]) -> Document:
-    """The annex: what the verdict rests on, complete. data of a certificate without its annex; figures: PNG by stem, of
-    `stillhook.validate.report.figures.pictures`."""
+    """The annex: what the verdict rests on, complete. data: of a certificate without its annex; figures: PNG by
+    stem."""
     parts = ", ".join(f"{name} {hash_}" for name, hash_ in data["crane"]["content"].items())
     sections = [
         Section("A: every line in full", line_tables(data, full=True)),

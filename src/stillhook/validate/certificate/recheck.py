@@ -38,11 +38,10 @@ MOST_SHOWN = 12
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not
-    there, or cannot be used any more; lines: verdict lines and ends of the envelope that come out otherwise; computed:
-    whether they were computed again; same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF
-    and the annex next to it, None where there is none; largest: largest relative difference of two numbers, and where
-    it is."""
+    """What a check found. changed: inputs that are other than they were; missing: inputs that are not there or
+    unusable; lines: verdict lines and ends of the envelope that differ; computed: whether they were computed again;
+    same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF files, None where there is none;
+    largest: relative difference of two numbers, and where it is."""
 
     certificate: Certificate
     changed: tuple[str, ...]
@@ -162,8 +161,8 @@ def _same_pdf(path: Path, again: Certificate, figures: Mapping[str, bytes]) -> b
 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:
-    """The campaign file of a certificate: in its folder, a folder above, or in a sibling folder; the one of that hash,
-    else the first."""
+    """The campaign file of a certificate in its folder, a folder above or a sibling folder: the one of that hash, else
+    the first."""
     folder, name = path.resolve().parent, str(data["campaign"]["file"])
     around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
     existing = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
@@ -261,8 +260,7 @@ def _lines(stored: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _envelope(stored: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the
-    lines say so."""
+    """Ranges of the envelope that differ by more than `ROUNDED`; where nothing is passed any more, the lines say so."""
     before, after = (part["envelope"] or {} for part in (stored, now))
     if not after:
         return

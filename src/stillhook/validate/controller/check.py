@@ -34,8 +34,8 @@ EDGES = np.concatenate([[0.0], np.geomspace(1e-5, 2.1, 120)])
 
 @dataclass(frozen=True)
 class Deviation:
-    """|measured - simulated| of one command in one test, share of full command: mean, rms, 95 % quantile,
-    worst; seconds of data; ahc: in compensation, else in manual mode."""
+    """|measured - simulated| of one command in one test, share of full command: mean, rms, 95 % quantile, worst;
+    seconds of data; ahc: in compensation, else in manual mode."""
 
     test: str
     signal: str
@@ -48,7 +48,7 @@ class Deviation:
 
 
 def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
-    """Of u_p and u_m, of each test in compensation and in manual mode. cycles: lag of logged commands behind their
+    """Of u_p and u_m, of each test in compensation and in manual mode; cycles: lag of logged commands behind their
     inputs."""
     result = []
     for test in dict.fromkeys(r.test for r in runs):
@@ -62,8 +62,8 @@ def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
 
 
 def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
-    """Measured less simulated command over a stretch (n,), NaN where it or the motors' displacement is
-    unknown; None where it was not logged."""
+    """Measured less simulated command over a stretch (n,), NaN where it or the displacement is unknown; None where not
+    logged."""
     s = run.segment
     measured, T = s.u_p if signal == "u_p" else s.u_m, run.step
     if measured is None:
@@ -150,8 +150,7 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
 
 
 def feedforward_logged(run: Run, cycles: int) -> FloatArray:
-    """Feedforward in the logged pump command, which is that less the twin's feedback [-]; NaN where
-    saturated."""
+    """Feedforward in the logged pump command, which is that less the twin's feedback [-]; NaN where saturated."""
     u_p = run.logged_u_p(cycles)
     lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.step)
     feedback = run.simulated.u_raw - run.simulated.u_ff  # with the remainder of a bumpless start
@@ -159,8 +158,7 @@ def feedforward_logged(run: Run, cycles: int) -> FloatArray:
 
 
 def least(crane: Crane, run: Run) -> FloatArray:
-    """Minimum displacement of the twin's SSC at full feedforward (n,) [-]: its PLC's command at a very high tip
-    speed."""
+    """Minimum displacement of the twin's SSC at full feedforward (n,) [-]: its command at a very high tip speed."""
     s = run.segment
     all_ssc = np.full(len(s.seen.mode), code_of(ssc.NAME))
     seen = s.seen._replace(v_tip=np.full(len(all_ssc), 1e3), mode=all_ssc)
@@ -233,8 +231,8 @@ QUANTITY = {"K_1": "time_per_length", "K_2": "time_squared_per_length", "K_p": "
 
 @dataclass(frozen=True)
 class ControllerEstimates:
-    """Estimates of step 2: runs of the simulated PLC, order of the log's rows, deviations of the commands, implied laws
-    of all tests and of each; see the functions that compute them."""
+    """Estimates of step 2: runs of the simulated PLC, order of the log's rows, deviations, implied laws of all tests
+    and of each."""
 
     runs: tuple[Run, ...]
     rows: Rows
@@ -247,7 +245,7 @@ class ControllerEstimates:
 
 def causes(crane: Crane, e: ControllerEstimates) -> dict[str, Note]:
     """Deviations by subject: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p" and "u_m" repeat the first
-    that explains a deviation of that command."""
+    that explains one of that command."""
     rows, law, u_thr, out = e.rows, e.law, e.u_thr, dict[str, Note]()
     ours = gains(crane)
     if rows.late and rows.waves is not None:
@@ -351,9 +349,7 @@ def _e(e: Estimate | None) -> str:
 
 
 def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ControllerEstimates]:
-    """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each
-    test in compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the
-    logged commands, as shares off the crane file's."""
+    """Step 2 of the validation. Gains implied by the logged commands are shares off the crane file's."""
     crane = campaign.crane
     runs = []
     for i, record in enumerate(records):

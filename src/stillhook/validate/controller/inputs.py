@@ -37,13 +37,10 @@ HELD = 2e-3  # spread of a motor command that is held by the operator
 
 @dataclass(frozen=True)
 class PlcSegment:
-    """An uninterrupted part of a record with all inputs of the PLC.
-
-    first, last: samples [first, last) of the record; parts: its segments; seen, memory: inputs and state of the PLC;
-    plc: its settings, with the cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: logged
-    signals (n,), None where not logged; settled: samples at which the motors' displacement is known (n,), None where
-    all; notes: substitutes for missing signals.
-    """
+    """An uninterrupted part [first, last) of a record with all inputs of the PLC. parts: its segments; seen, memory:
+    inputs and state of the PLC; plc: its settings, with the cycle of the record and the displacement that the operator
+    holds; u_p, u_m, e_c: logged signals (n,), None where not logged; settled: samples at which the motors' displacement
+    is known (n,), None where all; notes: substitutes for missing signals."""
 
     record: Record
     first: int
@@ -92,8 +89,7 @@ def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
 
 
 def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
-    """First or second derivative of an even signal by local polynomials, without delay; see DERIVATIVE. Shapes (n,) in
-    and out."""
+    """First or second derivative of an even signal (n,) by local polynomials, without delay; see DERIVATIVE."""
     degree, half = DERIVATIVE[order]
     n = max(2 * round(half / step) + 1, degree + 2)
     return np.asarray(scipy.signal.savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
@@ -108,12 +104,8 @@ def lacking(record: Record) -> list[str]:
 
 
 def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[PlcSegment, ...]:
-    """The parts of a record on which the simulated PLC can run. blind: also those in manual mode without a joystick
-    signal, as at rest.
-
-    A PLC segment continues through changes of mode and gaps between segments, as the PLC does; only its parts
-    count.
-    """
+    """The parts of a record on which the simulated PLC can run, through changes of mode and gaps between segments, as
+    the PLC does. blind: also those in manual mode without a joystick signal, as at rest."""
     if not record.has("u_p", "s_w"):
         return ()
     mode = modes_of(record)
@@ -128,8 +120,7 @@ def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[
 
 
 def modes_of(record: Record) -> FloatArray:
-    """Code of the PLC's mode at every sample (n,), NaN where it is not known: that of the segments, between them that
-    of the log."""
+    """Code of the PLC's mode at every sample (n,): of the segments, between them of the log, NaN where not known."""
     logged = record.signals.get("mode")
     mode = np.full(len(record.t), np.nan) if logged is None else np.array(logged, dtype=np.float64)
     for part in record.segments:
@@ -208,9 +199,8 @@ def _mostly(x: FloatArray | None) -> FloatArray | None:
 def _memory(
     record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool
 ) -> Memory:
-    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that
-    were logged, and the reference is set again where compensation starts, unless it is known from the logged
-    error."""
+    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last that were
+    logged, and the reference is set again where compensation starts, unless it is known from the logged error."""
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
     if before == MANUAL and mode[a] > MANUAL and e_c_logged:
@@ -284,8 +274,7 @@ def _datum(
 
 
 def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[Note]) -> PlcSegment:
-    """The segment with the motors' displacement as the PLC has it; derived from the commands by the servo where not
-    logged."""
+    """The segment with the motors' displacement as the PLC has it; derived by the servo where not logged."""
     if motor_control(crane).feedback == 0.0:
         return s  # the PLC calculates with its own command
     servo, T = crane.active.motor.servo, s.record.step

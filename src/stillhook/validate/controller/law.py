@@ -43,9 +43,8 @@ MOST_CYCLES = 2  # difference of the rows of inputs and outputs of a log
 
 @dataclass(frozen=True)
 class Law:
-    """Gains implied by the commands: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where
-    the data do not determine them. seconds of data; spread: standard deviation of the residual of the smoothed
-    command."""
+    """Gains implied by the commands: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] of the joystick; None where not
+    determined. seconds of data; spread: standard deviation of the smoothed residual."""
 
     K_1: Estimate | None
     K_2: Estimate | None
@@ -77,8 +76,8 @@ class Run:
         return shifted(self.segment.u_p, -cycles * self.step, self.step)
 
     def rows(self, *, ahc: bool) -> BoolArray:
-        """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the
-        simulated one is saturated, and in which no mode change or start from the brake still decays."""
+        """Samples (n,) of the parts in compensation, or in manual mode, in which no command is saturated and no mode
+        change or start from the brake still decays."""
         s, T = self.segment, self.step
         mode = s.seen.mode
         lo, hi = ends_of(s.u_p, self.simulated.u_raw, T)
@@ -100,8 +99,7 @@ class Run:
 
 
 def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> FloatArray:
-    """A signal through a raised cosine of this width [s]; NaN within reach of samples that are not good, and at the
-    ends."""
+    """A signal through a raised cosine of this width [s]; NaN within reach of samples that are not good."""
     n = max(1, round(width / step))
     w = np.hanning(n + 2)[1:-1]
     w /= w.sum()
@@ -281,11 +279,8 @@ def _slope_fit(pairs: list[Pair], by: float, block: float) -> Fit | None:
 
 def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
     """Whole cycles by which logged commands are later than the inputs of their row, by the noise common to both; and
-    the correlation.
-
-    A PLC's commands repeat the noise of what it read. Where the log holds exactly the values that it read, second
-    differences of measured and simulated command correlate at one shift only. None where the log has other noise.
-    """
+    the correlation. Commands repeat the noise of what the PLC read: where the log holds exactly those values, second
+    differences correlate at one shift only. None where the log has other noise."""
     score = np.zeros(2 * FINE_REACH + 1)
     p_p = q_q = 0.0
     for run in runs:
@@ -317,9 +312,9 @@ LATE = 0.5  # of a cycle, beyond MOST_CYCLES: a larger lag is not due to the ord
 
 @dataclass(frozen=True)
 class Rows:
-    """cycles: integer cycles by which logged commands are later than the inputs in their row; evidence: "fine",
-    "joystick" or "waves"; waves, joystick: lag of logged commands behind simulated ones in compensation and in manual
-    mode [s]; step: cycle of the log [s]; lead: time by which a cycle's worth of K_2 leads [s]."""
+    """cycles: by which logged commands are later than the inputs in their row; evidence: "fine", "joystick" or "waves";
+    waves, joystick: lag behind the simulated commands in compensation and manual mode [s]; step: cycle of the log
+    [s]."""
 
     cycles: int
     evidence: str
@@ -335,8 +330,8 @@ class Rows:
 
     @property
     def aligned(self) -> float:
-        """Cycles by which inputs and commands are aligned before gains are estimated: the complete lag where it is not
-        due to the order of rows."""
+        """Cycles by which inputs and commands are aligned for the gains: the complete lag where it is not due to the
+        order of rows."""
         return self.waves.value / self.step if self.late and self.waves is not None else float(self.cycles)
 
     @property

@@ -66,9 +66,8 @@ _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
 
 @dataclass(frozen=True)
 class Criterion:
-    """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure;
-    written: the limit as the file has it ("5 cm"); ask: weight of the line where it is judged; judged: counts for the
-    verdict; needed: missing data count as a failure; source and reason of the limit."""
+    """One criterion. limit in SI; written: as the file has it ("5 cm"); ask: weight of the line where it is judged;
+    judged: counts for the verdict; needed: missing data count as a failure."""
 
     key: str
     step: StepNumber
@@ -97,8 +96,8 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Criteria:
-    """A set of criteria with a version; settings: numbers that steps compute their measures with, such as the window
-    [SI]; changes: differences from the base set, one line each."""
+    """A set of criteria with a version; settings that steps compute their measures with [SI]; changes from the base
+    set, one line each."""
 
     name: str
     version: str
@@ -320,10 +319,9 @@ NONE = "This version contains no trials with known defects: the detection limits
 
 @dataclass(frozen=True)
 class DetectionLimit:
-    """A defect of one sign. smallest: smallest size at which every campaign with it was refused or named [SI], None
-    where not even the largest one was; largest that was tried; smallest_text, largest_text the defect in words at these
-    sizes; campaigns that were tried.
-    """
+    """A defect of one sign. smallest: size at which every campaign with it was refused or named [SI], None where not
+    even the largest was; largest that was tried; texts: the defect in words at these sizes; campaigns that were
+    tried."""
 
     defect: str
     smallest: float | None
@@ -335,8 +333,7 @@ class DetectionLimit:
 
 @dataclass(frozen=True)
 class DetectionLimits:
-    """All defects tested; code that computed, date of the newest campaign; number of campaigns of healthy cranes and
-    how many were refused."""
+    """All defects tested; code, date of the newest campaign; campaigns of healthy cranes, and how many were refused."""
 
     code: str
     date: str

@@ -81,8 +81,8 @@ def _within(c: Criterion, x: float) -> bool:
 
 
 def _required(c: Criterion, m: Measure | None) -> bool:
-    """Whether "not shown" or "not covered" for this measure blocks the certificate: it must be shown, or has no value,
-    or its estimate misses the limit."""
+    """Whether "not shown" or "not covered" blocks the certificate: it must be shown, has no value, or its estimate
+    misses the limit."""
     value = None if m is None else _value(m)
     if value is None or (m is not None and m.undetectable):
         return c.needed
@@ -90,8 +90,8 @@ def _required(c: Criterion, m: Measure | None) -> bool:
 
 
 def _used(c: Criterion, m: Measure) -> float:
-    """The farthest end of a measure's interval as a part of the limit: above 1 it is beyond. NaN where there is no
-    figure, or the limit is zero."""
+    """The farthest end of the interval as a part of the limit, above 1 beyond; NaN without a figure or where the limit
+    is zero."""
     value = _value(m)
     if value is None or c.limit == 0.0:
         return math.nan

@@ -30,13 +30,9 @@ NOTES: Mapping[str, str] = {code: text for section in _SECTIONS.values() for cod
 
 
 class _Format(string.Formatter):
-    """What a template may ask of a value, next to Python's own formats.
-
-    `pressure 3`: a quantity [SI] in its display unit to three digits; `# 3`: a number to three digits; `% 3`: the same
-    as per cent; `.2f%`: per cent by a format of Python; `ms`: whole milliseconds; `cm`: centimetres to three digits;
-    `|...`: its magnitude; `?above|below`: a word by its sign; `+test|tests`: a count of these. Of several values `or`:
-    the word between them, a comma without one. Of a value by test any of these, for the smallest and the largest test.
-    """
+    """Python's formats and: `pressure 3`: a quantity [SI] in its display unit to three digits; `# 3`: a number; `% 3`,
+    `.2f%`: per cent; `ms`; `cm`; `|...`: magnitude; `?above|below`: word by sign; `+test|tests`: count. Of several
+    values `or`: the word between them. Of a value by test: for the smallest and the largest test."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         kind, _, digits = format_spec.partition(" ")
@@ -89,8 +85,8 @@ RISK = 0.025
 
 
 class StepNumber(IntEnum):
-    """The five verification steps of Moslatt 2020 paper F; DATA is the data set itself (table 2, 1a to 1d), PASSIVE the
-    circuit that carries the load, a step of this tool's own."""
+    """The five verification steps of Moslatt 2020 paper F; DATA: the data set (table 2, 1a to 1d); PASSIVE: a step of
+    this tool's own."""
 
     DATA = 0
     PARAMETERS = 1
@@ -129,16 +125,11 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Measure:
-    """One number that a step computed from the data, in SI.
-
-    name: key in JSON, such as "e_c_pp_deviation"; quantity a key of `stillhook.units.KINDS`, "" for a pure number
-    (shares, counts); low, high: total 95 % interval (sampling and structural together), None where it has none;
-    structural: half width, in the quantity, due to the form of a law in addition to the sampling error; test: name of
-    the test or load case that it is of, "" for all; data: what it is based on ("4 load cases, 2140 s, 71 effective
-    windows"); notes: further information, such as the likely cause. value None: not determined by the data; `note`
-    gives the reason. undetectable: the interval is so wide that a deviation of the size of the limit would not be
-    detected: the value is stated, and not judged.
-    """
+    """One number that a step computed from the data, in SI. quantity: a key of `stillhook.units.KINDS`, "" for a pure
+    number; low, high: total 95 % interval, None where it has none; structural: its half width due to the form of a law;
+    test: test or load case that it is of, "" for all; data: what it is based on; notes: such as the likely cause. value
+    None: not determined by the data; `note` gives the reason. undetectable: a deviation of the size of the limit would
+    not be detected: the value is stated, and not judged."""
 
     name: str
     value: float | None
@@ -161,8 +152,8 @@ class Measure:
         data: str = "",
         undetectable: bool = False,
     ) -> Measure:
-        """A measure of `MEASURES` from an estimate, a number without an interval, or nothing; a number that is not
-        finite is none. notes: `Note`s, empty ones do not count."""
+        """A measure of `MEASURES` from an estimate, a number, or nothing; a number that is not finite is none, empty
+        notes do not count."""
         e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
         value = e.value if math.isfinite(e.value) else None
         low, high = (e.low, e.high) if math.isfinite(e.low) and math.isfinite(e.high) else (None, None)
@@ -171,7 +162,7 @@ class Measure:
 
     @property
     def note(self) -> str:
-        """Its notes in one line; of one without a value and without any what the table of measures says."""
+        """Its notes in one line; without any and without a value, what the table of measures says."""
         if not self.notes and self.value is None and self.name in MEASURES:
             return MEASURES[self.name].without
         return "; ".join(self.notes)
@@ -185,15 +176,11 @@ class Measure:
 
 @dataclass(frozen=True)
 class CriterionResult:
-    """One line of the verdict: a criterion, its value, the limit and the underlying data.
-
-    weight: required, supporting or information; judged: whether the line counts for the verdict; required: whether it
-    blocks the certificate where it is not shown or not covered; limit as text ("at most 5 cm"); source of the criterion
-    ("paper F table 2", "ours"); message: all of it in one sentence; used: the farthest end of the interval (of a figure
-    without one: the figure) as a part of the limit, above 1 beyond it, NaN where there is none; figures: how many
-    figures with an interval were judged (one a test or load case), 0 where the line was judged by a value or not at
-    all.
-    """
+    """One line of the verdict. weight: required, supporting or information; judged: whether it counts for the verdict;
+    required: whether it blocks the certificate where it is not shown or not covered; message: all of it in one
+    sentence; used: the farthest end of the interval (else the figure) as a part of the limit, above 1 beyond it, NaN
+    where there is none; figures: how many figures with an interval were judged (one a test or load case), 0 where the
+    line was judged by a value or not at all."""
 
     key: str
     step: StepNumber
@@ -235,9 +222,8 @@ class CriterionResult:
 
 @dataclass(frozen=True)
 class Step(Generic[E]):
-    """Results of one step. measures go to the criteria; statements: causes and conditions that no measure holds, a line
-    each; tables for the reader; data: estimates for JSON, by name; estimates: all of them, for figures, None where the
-    step could not be taken."""
+    """Results of one step. measures go to the criteria; statements: causes and conditions that no measure holds; data:
+    estimates for JSON, by name; estimates: all of them, None where the step could not be taken."""
 
     number: StepNumber
     measures: tuple[Measure, ...]
@@ -266,8 +252,8 @@ class Step(Generic[E]):
 
 
 def plain(x: Any) -> Any:
-    """Estimates as plain data for JSON: fields by name, without series of samples and without what the step was given
-    (records, the crane); a number that is not finite is null."""
+    """Data for JSON: fields by name, without series of samples, records and the crane; a number that is not finite is
+    null."""
     if isinstance(x, Enum):
         return x.value
     if isinstance(x, float | np.floating):
@@ -304,10 +290,9 @@ class Named:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedMeasure(Named):
-    """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
-    where it covers several at once, () all; needs: circuits of the crane, and own signals of its winch type, without
-    which it has no meaning; coverage: it counts what the tests contain, so that it can be too little and refute
-    nothing; without: what to log, or why there is none, where the data give no value."""
+    """signals: logged signals that it depends on, and so judges; kinds of tests that it covers, () all; needs: circuits
+    of the crane, and own signals of its winch type, without which it has no meaning; coverage: it counts what the tests
+    contain, so that it can refute nothing; without: what to log, or why there is none, where the data give no value."""
 
     step: StepNumber
     signals: Sequence[str] = ()
@@ -363,6 +348,6 @@ def step_lacks(crane: Crane, step: StepNumber) -> str:
 
 
 def usual_criteria(crane: Crane) -> str:
-    """Criteria where a campaign names none: those of paper F for its closed circuit, and for every other drive those of
-    them that have a meaning, with its own signals in place of the circuit's."""
+    """Criteria where a campaign names none: paper F's for a closed circuit; for other drives those that have a meaning,
+    with the drive's own signals."""
     return "paper-f" if "active" in crane.circuits else "any-drive"

@@ -64,11 +64,8 @@ def _number(key: str) -> float | None:
 
 
 def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode], place: str) -> FloatArray:
-    """The modes of a log by the numbers of `stillhook.variables`, NaN where the log has none.
-
-    Parameters: values (n,) every `step` [s]; meaning of each number; place is the prefix of a message.
-    Errors: ValidateError for a number without a meaning.
-    """
+    """The modes of a log by the numbers of `stillhook.variables`, NaN where it has none. values (n,) every `step` [s];
+    place: prefix of a message. Errors: ValidateError for a number without a meaning."""
     code = np.full(len(values), np.nan)
     for value, mode in meaning.items():
         code[np.abs(values - value) < 1e-6] = float(list(Mode).index(mode))
@@ -93,8 +90,8 @@ LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
 
 class Kind(StrEnum):
-    """Purpose of a test: heave compensation (step 5 and others that use it), the winch at its speed limit (step 3),
-    or hoisting and lowering without load in quick turns (step 4)."""
+    """Purpose of a test: heave compensation, the winch at its speed limit, or hoisting and lowering without load in
+    quick turns."""
 
     AHC = "ahc"
     LIMITS = "limits"
@@ -152,12 +149,10 @@ class CampaignFile(Spec):
 
 @dataclass(frozen=True)
 class CraneTest:
-    """One test. load: winch load without the hook [kg], payload and wire out, because the twin's wire has no
-    weight; None: from the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from
-    the log; start, end: the part of the log that counts [s]; water: a submerged payload; modes: what the numbers of the
-    log's mode mean, by number; payload: mass suspended from the hook [kg] where the file states it with the hook's
-    depth instead of a load: the record computes the load from both, part by part.
-    """
+    """One test. load: winch load without the hook [kg], payload and wire out, because the twin's wire has no weight;
+    None: from the load cell; s_w at the start [m] and mode, None: from the log; start, end: the part that counts [s];
+    modes: meaning of the log's numbers; payload: mass suspended from the hook [kg] where the file states it with the
+    hook's depth instead of a load: the record computes the load, part by part."""
 
     name: str
     log: Path

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -28,33 +27,15 @@ NEEDED = ("s_tip", "s_w", "u_p", "e_c_measured")
 """Signals whose doubtful samples count: those that step 5 depends on."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Tip motion of a load case: peak-to-peak over every moving window [m]."""
-
-    segment: Segment
-    s_tip_pp: FloatArray
-
-    @property
-    def label(self) -> str:
-        s = self.segment
-        return f"{s.test}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m"
-
-
-def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[tuple[Motion, ...]]:
-    """Coverage of the tests with heave compensation, and quality of all logs; estimates: the tip's motion by load case.
-
-    Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
-    `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
-    show. Source: Moslatt 2020 paper F table 2, 1a-1d.
-    """
+def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[tuple[Record, ...]]:
+    """Coverage of the tests with heave compensation, and quality of all logs; estimates: the records. Two wire lengths
+    differ where they are `layers_apart` layers apart, two loads where they are `load_apart` of the SWL apart: enough to
+    change layer, inertia and wire, or pressure, speed and friction. Source: Moslatt 2020 paper F table 2, 1a-1d."""
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
-    segments = [s for _, s in cases]
-    motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
-    measures = (*_coverage(campaign, records, segments, motions), *_quality(records))
+    spans = [tip_ranges(r, s, campaign.criteria.settings["window"]) for r, s in cases]
+    measures = (*_coverage(campaign, records, [s for _, s in cases], spans), *_quality(records))
     statements = tuple(text for r in records for text in r.statements)
-    data = {"s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions}}
-    return Step(StepNumber.DATA, measures, statements, (_table(records),), data, motions)
+    return Step(StepNumber.DATA, measures, statements, (_table(records),), estimates=records)
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
@@ -68,7 +49,7 @@ def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
 
 
 def _coverage(
-    campaign: Campaign, records: Sequence[Record], cases: Sequence[Segment], motions: Sequence[Motion]
+    campaign: Campaign, records: Sequence[Record], cases: Sequence[Segment], ranges: Sequence[FloatArray]
 ) -> list[Measure]:
     crane, settings = campaign.crane, campaign.criteria.settings
     if not cases:
@@ -93,14 +74,14 @@ def _coverage(
         Measure.of("wire_lengths", len(lengths), Note("lengths-apart", layers=layers_apart), data=each_length),
         Measure.of("loads", len(loads), Note("loads-apart", share=load_apart), data=each_load),
         Measure.of("load_share", suspended[heaviest] / crane.SWL, data=on_hook),
-        *_motion(motions),
+        *_motion(ranges),
         Measure.of("data_length", sum(s.duration for s in cases), data=f"{len(cases)} load cases"),
     ]
 
 
-def _motion(motions: Sequence[Motion]) -> list[Measure]:
+def _motion(ranges: Sequence[FloatArray]) -> list[Measure]:
     """Least and largest motion over the windows of all load cases in which the tip moves."""
-    names, spans = ("s_tip_pp_low", "s_tip_pp_high"), np.concatenate([m.s_tip_pp for m in motions])
+    names, spans = ("s_tip_pp_low", "s_tip_pp_high"), np.concatenate(ranges)
     spans = spans[spans >= RESTS]
     if not len(spans):
         return [Measure.of(name, None) for name in names]
@@ -158,9 +139,3 @@ def _table(records: Sequence[Record]) -> Table:
         used = sum(s.duration for s in r.segments)
         rows.append((r.test.name, r.test.kind.value, *quality, f"{used:.0f}", str(len(r.segments))))
     return Table(head, tuple(rows), "Logs")
-
-
-def _quantiles(x: FloatArray) -> dict[str, float]:
-    if not len(x):
-        return {}
-    return {f"{q:g} %": float(np.percentile(x, q)) for q in (0.0, 25.0, 50.0, 75.0, 100.0)}

@@ -73,10 +73,7 @@ class LoadSegment:
 
 
 def load_segments(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[LoadSegment]:
-    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set down.
-
-    Parameters: F (n,) load cell [N], or None.
-    """
+    """Parts of n samples, `step` [s] apart, with constant load by the load cell F (n,) [N], or None."""
     if F is None or not np.isfinite(F).any():
         return [LoadSegment(0, n, np.nan)]
     size = max(1, round(BLOCK / step))
@@ -108,11 +105,8 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
 
 
 def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], part: slice) -> tuple[CraneTest, str]:
-    """The test with the load of a part (payload and weight of the wire out) and a statement about it; unchanged where
-    the file states no payload.
-
-    Errors: ValidateError where depth and wire out contradict each other, or the winch would carry more than the SWL.
-    """
+    """The test with the load of a part (payload and weight of the wire out) and a statement; unchanged where the file
+    states no payload. Errors: ValidateError where the winch would carry more than the SWL."""
     if test.hook is None or test.payload is None:
         return test, ""
     s_w = signals["s_w"] if "s_w" in signals else np.zeros(0)
@@ -197,11 +191,8 @@ class Grid:
 
 
 def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
-    """The part of a log that counts, every PLC cycle t_cycle [s], or every few of them where the log is slower.
-
-    Errors: ValidateError where the log holds nothing between start and end of the test, or more time than LONGEST
-    samples.
-    """
+    """The part of a log that counts, every PLC cycle t_cycle [s], or every few of them where the log is slower. Errors:
+    ValidateError where there are no samples, or more than LONGEST."""
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
     if len(use) < 2:
@@ -285,11 +276,8 @@ READING = 0.3
 
 
 def read_records(campaign: Campaign, progress: Progress) -> tuple[Record, ...]:
-    """Every test of a campaign, read.
-
-    Errors: StillhookError (LogError, UnitError, ValidateError) of one line that names the test, for a log that cannot
-    be read, is inconsistent or lacks signals that its kind of test needs.
-    """
+    """Every test of a campaign, read. Errors: StillhookError of one line that names the test, for a log that cannot be
+    read, is inconsistent or lacks signals that its kind of test needs."""
     sizes = [max(test.log.stat().st_size, 1) if test.log.is_file() else 1 for test in campaign.tests]
     meter = Meter(float(sum(sizes)), progress)
     logs: dict[tuple[Path, int], Log] = {}
@@ -366,7 +354,6 @@ def _segments(
         segments.append(segment(test, slice(a, b), mode_of_part, load, grid.t, grid.step, signals, window))
     return tuple(segments), [
         *_used(test, grid, mode, segments),
-        *_operator(test, signals, segments, grid.step),
         *statements,
     ]
 
@@ -410,15 +397,6 @@ def _used(test: CraneTest, grid: Grid, mode: FloatArray, segments: list[Segment]
     uncompensated = float(np.sum(mode == 0.0)) * grid.step if ahc else 0.0
     out = [Note("used", test=test.name, used=used, duration=duration, parts=parts)]
     return [*out, Note("not-compensated", test=test.name, seconds=uncompensated)] if uncompensated > 0.0 else out
-
-
-def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list[Segment], step: float) -> list[Note]:
-    """Moves of the joystick while the winch compensates."""
-    if test.kind is not Kind.AHC or "v_op" not in signals:
-        return []
-    moved = [np.abs(signals["v_op"][s.first : s.last]) > 0.0 for s in segments]
-    n, seconds = sum(len(stretches_of(m)) for m in moved), sum(float(m.sum()) for m in moved) * step
-    return [Note("operator-moves", test=test.name, n=n, seconds=seconds)] if n else []
 
 
 def _quality(test: CraneTest, log: Log, grid: Grid) -> list[Note]:

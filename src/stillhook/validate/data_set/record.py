@@ -28,12 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Segment:
-    """An uninterrupted part of a record in one mode with one load, repeated by a run of the twin.
-
-    first, last: samples [first, last) of the record; load: payload on the hook without the hook [kg]; s_w: wire out at
-    its start [m]; s_w_min, s_w_max [m]; s_tip_pp: largest peak-to-peak of the tip over 30 s [m], 0 where it does not
-    move; period: mean zero-crossing period of the tip [s], NaN where it does not move; mode of the PLC.
-    """
+    """An uninterrupted part [first, last) of a record in one mode with one load. load: payload on the hook without the
+    hook [kg]; s_w at its start, s_w_min, s_w_max [m]; s_tip_pp: largest peak-to-peak of the tip over 30 s [m], 0 where
+    it does not move; period: mean zero-crossing period of the tip [s], NaN where it does not move."""
 
     test: str
     first: int
@@ -52,8 +49,8 @@ class Segment:
 
 @dataclass(frozen=True)
 class ClockError:
-    """Another clock of a log. signals stamped by it; against: reference of the comparison, "" where only roughly
-    aligned; offset [s] and drift [-] that were corrected; u: standard uncertainty of the remainder [s]; u_drift."""
+    """Another clock of a log. against: reference of the comparison, "" where only roughly aligned; offset [s] and drift
+    [-] that were corrected; u: standard uncertainty of the remainder [s]; u_drift."""
 
     signals: tuple[str, ...]
     against: str
@@ -66,13 +63,9 @@ class ClockError:
 @dataclass(frozen=True)
 class Record:
     """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where unknown;
-    step [s], an integer number of PLC cycles.
-
-    Names of signals are those of `stillhook.variables`. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured
-    is its error; mode by the numbers of `stillhook.variables` whatever the log's numbers. Signals that were not logged
-    but follow from others (v_w from omega_m) are not filled in; see `Record.has`. Only wire out and tip height are
-    derived where possible; see `derived`.
-    """
+    step [s], an integer number of PLC cycles. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured is its
+    error; mode by the numbers of `stillhook.variables`. Only wire out and tip height are derived where possible; see
+    `derived`."""
 
     test: CraneTest
     log: Log
@@ -131,8 +124,7 @@ def segment(
     signals: Mapping[str, FloatArray],
     window: float,
 ) -> Segment:
-    """Samples of a record with one mode and one payload [kg] as a segment with its ranges. Parameters: t (n,) [s] even
-    by step; signals with s_w or without; window of the tip's range [s]."""
+    """Samples of a record with one mode and one payload [kg], with its ranges; window of the tip's range [s]."""
     wire_out = signals["s_w"][samples] if "s_w" in signals else np.zeros(0)
     wire_out = wire_out[np.isfinite(wire_out)]
     low, high, first = (wire_out.min(), wire_out.max(), wire_out[0]) if len(wire_out) else (np.nan, np.nan, np.nan)
@@ -181,8 +173,7 @@ FASTEST = 3.0
 
 
 def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, str]]:
-    """First sample after each discontinuity and the signals that jump, in words. Parameters: t (n,) even [s]; signals
-    (n,), NaN where not known."""
+    """First sample after each discontinuity and the signals that jump, in words; t (n,) even [s]."""
     step = float(t[1] - t[0]) if len(t) > 1 else 1.0
     reach = NEIGHBOURS * step
     bent = {"length": 0.5 * FASTEST * reach**2, "speed": FASTEST * reach}
@@ -234,11 +225,9 @@ LOWEST = 0.3  # of full command: a plateau below is no limit of a pump
 
 
 def ends_of(u: FloatArray, requested: FloatArray, step: float) -> tuple[float, float]:
-    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly saturates.
-
-    Parameters: u logged command (n,), requested: output of the control law without a limit (n,), as far as it is known.
-    A constant command while no more is requested, as with a joystick at rest, is not saturated.
-    """
+    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly saturates. u
+    logged, requested: output of the law without a limit (n,). A constant command while no more is requested, as with a
+    joystick at rest, is not saturated."""
     return -_end(-u, -requested, step), _end(u, requested, step)
 
 
@@ -287,12 +276,9 @@ BEFORE = 0.1
 
 @dataclass(frozen=True)
 class Transient:
-    """A quick change of the pumps' command and the response to it.
-
-    first, last: samples [first, last) of the record, from just before the change to the next one; turn: sample at which
-    the change begins; start: its time [s]; took: how long the change lasts [s]; before, after: the command on both
-    sides of it [-].
-    """
+    """A quick change of the pumps' command and the response: samples [first, last) from just before the change to the
+    next one; turn: sample at which it begins; start: its time [s]; took: how long it lasts [s]; before, after: the
+    command [-]."""
 
     test: str
     first: int
@@ -365,6 +351,6 @@ def smoothed(x: FloatArray, step: float, over: float) -> FloatArray:
 
 
 def quick_enough(transients: Sequence[Transient], period: float) -> tuple[Transient, ...]:
-    """The turns whose command changes within the period of the winch's oscillation [s]: a slower change hardly excites
+    """The turns whose command changes within the period of the winch's oscillation [s]: a slower one hardly excites
     it."""
     return tuple(x for x in transients if x.took <= period + SPAN)

@@ -51,7 +51,7 @@ ONE_THING = 0.95
 @dataclass(frozen=True)
 class View:
     """One motion recorded by the main clock and by the other: x, y (n,); expected lag of y behind x without clock
-    errors [s] and its standard uncertainty u [s]; description of x."""
+    errors and its standard uncertainty u [s]; description of x."""
 
     x: FloatArray
     y: FloatArray
@@ -177,10 +177,8 @@ last layer: wire over a few layers needs two."""
 
 @dataclass(frozen=True)
 class Tip:
-    """motion: smooth, t = 0 at the first sample; noise (n,): measured position less the curve [m], NaN where it was not
-    measured; spread_s, spread_v: rms deviation of position and speed from the curve [m], [m/s], spread_v NaN
-    without a measured speed.
-    """
+    """motion: smooth, t = 0 at the first sample; noise (n,): measured position less the curve [m], NaN where not
+    measured; spread_s, spread_v: rms deviation from the curve [m], [m/s], NaN without a measured speed."""
 
     motion: Recorded
     noise: FloatArray
@@ -190,12 +188,8 @@ class Tip:
 
 def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str) -> Tip:
     """Quintic spline with a point every KNOTS seconds or so, least squares through position and speed, each weighted by
-    its own spread.
-
-    Parameters: t (n,) [s], even; s tip height [m], v its measured speed [m/s] or None, NaN where missing; place names
-    it in errors. A speed that does not agree with the position gets a wide spread, and so little weight. Errors:
-    ValidateError for too short a part.
-    """
+    its own spread: a speed that contradicts the position gets little weight. t (n,) [s] even; s [m], v [m/s] or None,
+    NaN where missing; place names it in errors. Errors: ValidateError for too short a part."""
     from scipy.interpolate import BSpline  # heavy: only where data are at hand
 
     t = t - t[0]
@@ -271,12 +265,9 @@ APART = 5.0
 def completed(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[dict[str, FloatArray], frozenset[str], list[Note]]:
-    """The signals with wire out and tip where they can be derived, the names of the derived ones, and statements about
-    them.
-
-    Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one every signal of the
-    winch's motion, or the wire out is outside the drum's range.
-    """
+    """The signals with wire out and tip where they can be derived, names of the derived ones, and statements. Errors:
+    ValidateError where a test of heave compensation lacks tip or wire, another one every signal of motion, or the wire
+    out is outside the drum's range."""
     out, derived, statements = dict(signals), set(), list[Note]()
     if "s_w" in out:
         _check_range(out["s_w"], test, crane)

@@ -67,9 +67,8 @@ balance."""
 
 @dataclass(frozen=True)
 class DynamicsEstimates:
-    """Estimates of step 4: segments of the tests, their turns, the fit, tuned values, and swings. leak: form of the
-    leakage by the flow balance of the tests with heave compensation; leak_at: point that C_leak_error refers to, None
-    where it is not known."""
+    """Estimates of step 4. leak: form of the leakage by the flow balance of the tests with heave compensation; leak_at:
+    point that C_leak_error refers to, None where it is not known."""
 
     time_segments: tuple[DynamicsSegment, ...]
     transients: tuple[Transient, ...]
@@ -81,10 +80,8 @@ class DynamicsEstimates:
 
 
 def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[DynamicsEstimates]:
-    """Compare the twin's gradients and periods with those of the tests of kind "dynamics", and tune the crane to them.
-
-    Its measures have no value, but a reason, where the tests do not determine them.
-    """
+    """Compare the twin's gradients and periods with those of the tests of kind "dynamics", and tune the crane to
+    them."""
     tests = [r for r in records if r.test.kind is Kind.DYNAMICS]
     if not tests:
         return _nothing(Note("no-dynamics-test"))
@@ -132,12 +129,9 @@ def expected_leakage(
     campaign: Campaign, tests: Sequence[Record], flow: Balance | None
 ) -> dict[str, tuple[float, float]]:
     """Leakage in the tests of the dynamics expected from that balance: the logarithm over the crane file's, and its
-    deviation.
-
-    Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts for half an
-    hour; but at another oil temperature, by some kelvin. The form supported by the data transfers it to the settings
-    and speeds of these tests, and the difference between the forms counts as uncertainty.
-    """
+    deviation. Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts
+    for half an hour; but at another oil temperature. The form supported by the data transfers it to the settings and
+    speeds of these tests."""
     if flow is None:
         return {}
     rows = leak_rows(parts_of(campaign, tests))
@@ -257,8 +251,7 @@ def _leaves(crane: Crane, values: Mapping[str, float], source: str) -> dict[str,
 
 
 def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict[str, Leaf]:
-    """The chosen form with what it gives to pumps and motors; a part of which the data determine only the sum keeps its
-    share of it."""
+    """The chosen form with what it gives to pumps and motors; a part known only as a sum keeps its share of it."""
     a, at, form = crane.active, form_of(crane.active).at, leak.chosen.form
     b = {"head": 0.0, "stroke": 0.0, "speed": 0.0} | leak.chosen.coefficients
     by_speed = form in (LeakForm.SPEED, LeakForm.STROKE_SPEED)

@@ -40,10 +40,9 @@ LOOK = 3.0
 
 
 class Swing(NamedTuple):
-    """One turn. gradient of the line that rises first [Pa/s], and the line ("A", "B"); period between its first
-    two significant peaks of p_a - p_b [s]; zeta damping ratio from the first two swings [-]; peaks (k,) their times
-    [s]; NaN where it shows none.
-    """
+    """One turn. gradient of the line that rises first [Pa/s], and the line ("A", "B"); period between its first two
+    significant peaks of p_a - p_b [s]; zeta damping ratio from the first two swings [-]; peaks (k,) [s]; NaN where it
+    shows none."""
 
     line: str
     gradient: float
@@ -53,8 +52,7 @@ class Swing(NamedTuple):
 
 
 def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, samples: slice) -> Swing:
-    """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; samples: those of
-    the turn."""
+    """The swing after a turn; t [s], p_a, p_b [Pa] (n,) of one machine; samples: those of the turn."""
     step = float(t[1] - t[0])
     times = t[samples]
     ahead = _at(times, turn.start)
@@ -89,8 +87,7 @@ def _peaks(y: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _damping(heights: FloatArray) -> float:
-    """Damping ratio from the prominences of the second and third peak, whose feet are both troughs of the same
-    swing."""
+    """Damping ratio from the prominences of second and third peak, whose feet are both troughs of the same swing."""
     if len(heights) < 3 or not heights[1] > heights[2] > 0.0:
         return math.nan
     decrement = math.log(heights[1] / heights[2])
@@ -135,8 +132,8 @@ class SwingComparison:
     misfit_after: dict[str, float]
 
     def error(self, name: str, tuned: bool, line: str = "") -> Estimate:
-        """Errors of a field of `Swing`, simulated over measured, less 1; of the turns of one line ("A" or "B") alone
-        where it is stated."""
+        """Errors of a field of `Swing`, simulated over measured, less 1; of the turns of one line where it is
+        stated."""
         pairs = zip(self.crane, self.after if tuned else self.before, strict=True)
         values = [(getattr(c, name), getattr(x, name)) for c, x in pairs if line in ("", c.line)]
         measured, simulated = np.reshape(values, (-1, 2)).T
@@ -186,7 +183,7 @@ JUDGED = ("p_a", "p_b", "omega_m")
 
 
 class Compared(NamedTuple):
-    """A quantity of the swings: name of its measure, field of `Swing`, line that it is of ("": both), and in words."""
+    """A quantity of the swings: its measure, field of `Swing`, line ("": both), and in words."""
 
     measure: str
     field: str
@@ -204,9 +201,9 @@ COMPARED = (
 
 @dataclass(frozen=True)
 class TunedValue:
-    """One tuned value. factor: tuned over crane file; reason: why the data do not determine it, None where they do;
-    fits: whether the law fits well enough that the number may be adopted, form: why not; of: the twin's value that the
-    factor refers to, None for that of the crane file."""
+    """factor: tuned over crane file; reason: why the data do not determine it, None where they do; fits: whether the
+    law fits well enough to adopt the number, form: why not; of: the twin's value that the factor refers to, None for
+    the crane file's."""
 
     name: str
     factor: Estimate
@@ -229,11 +226,8 @@ class TunedValue:
 def tuned_value(
     tuning: Tuning, name: str, misfit: Mapping[str, float], differences: Sequence[GroupDifference] = ()
 ) -> TunedValue:
-    """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one.
-
-    misfit: residual of the tuned twin in each signal over the signal's own deviation; differences of the numbers
-    between groups of turns.
-    """
+    """The tuned number, by Student's t with as many degrees of freedom as there are turns less one. misfit: residual of
+    the tuned twin in each signal over the signal's own deviation; differences between groups of turns."""
     i, fit = PLACE[name], tuning.fit
     x = float(fit.theta[i])
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
@@ -261,8 +255,7 @@ def tuned_value(
 
 
 def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
-    """The leakage of the flow balance in the form supported by the logs, at the point where it is judged, where they
-    refute the crane file's form: a value of a law that does not hold is meaningless. Every other value unchanged."""
+    """The leakage of the flow balance in the form supported by the logs, where they refute the crane file's form."""
     if f.name != C_LEAK or flow is None or not flow.leak.refuted:
         return f
     e = flow.leak.value
@@ -314,8 +307,7 @@ LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
 
 
 def reference(crane: Crane, f: TunedValue) -> tuple[float, str]:
-    """What the factor of a tuned value refers to [SI], and its kind of quantity: volume of oil in a line, leak
-    conductance at the point that the file states, inertia; or the twin's value `of`."""
+    """What the factor of a tuned value refers to [SI], and its kind of quantity; or the twin's value `of`."""
     a = crane.active
     values = {
         C_H: (a.line.V, "volume"),
@@ -329,8 +321,8 @@ def reference(crane: Crane, f: TunedValue) -> tuple[float, str]:
 def statements_of(
     values: Sequence[TunedValue], tuning: Tuning, elsewhere: bool, notes: Sequence[Note]
 ) -> tuple[Note, ...]:
-    """What is not proposed as a tuned value and why, how the fit ended, and what the tests lack; elsewhere: other tests
-    also determined the leakage."""
+    """What is not proposed and why, how the fit ended, and what the tests lack; elsewhere: other tests also determined
+    the leakage."""
     fit = tuning.fit
     left = [f for f in values if f.known and not f.fits]
     return (

@@ -40,8 +40,8 @@ SLOW_AND_FAST, BOTH_WAYS, OTHER_TESTS = (
 
 @dataclass(frozen=True)
 class GroupDifference:
-    """One number in two groups of data. groups: their names; difference of its logarithm, second less first; deviation
-    of that difference; dof: degrees of freedom behind the deviation."""
+    """One number in two groups of data: difference of its logarithm, second less first; its deviation; dof: degrees of
+    freedom."""
 
     name: str
     groups: tuple[str, str]
@@ -71,12 +71,9 @@ class GroupDifference:
 def group_differences(
     fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float, float]]
 ) -> tuple[GroupDifference, ...]:
-    """Every tuned number by groups of turns, and the leakage against that of other tests.
-
-    Parameters: fit with its sums by turn; turns in the order of the fit's clusters; known: logarithms and deviations
-    from other tests. Each difference is one Gauss-Newton step from the common optimum with this number alone free to
-    differ between the groups; its deviation is from leaving out one turn after the other.
-    """
+    """Every tuned number by groups of turns, and the leakage against that of other tests (known: logarithms and
+    deviations). Each difference is one Gauss-Newton step from the common optimum with this number alone free to differ
+    between the groups; its deviation is from leaving out one turn after the other."""
     used = [turns[i] for i in fit.names]
     speed = np.array([max(abs(x.before), abs(x.after)) for x in used])
     way = np.array([x.before + x.after for x in used])
@@ -147,8 +144,8 @@ def _elsewhere(fit: Fit, centre: float, deviation: float) -> GroupDifference:
 
 
 def _jackknifed(A: FloatArray, b: FloatArray, prior: FloatArray, off: FloatArray, i: int) -> tuple[float, float]:
-    """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving out each
-    cluster."""
+    """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving each
+    out."""
     total, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
     value = _step(total, slope, i)
     estimates = np.array([_step(total - one, slope - g, i) for one, g in zip(A, b, strict=True)])
@@ -164,9 +161,8 @@ def _step(A: FloatArray, b: FloatArray, i: int) -> float:
 
 @dataclass(frozen=True)
 class Tuning:
-    """Result of the fit: parameters in the order of `model.NAMES`; low, high: their bounds; before, after: the twin's
-    outputs for each segment, (n, SIGNALS), with the crane as it is and as tuned, as the sensors show them.
-    """
+    """Result of the fit, in the order of `model.NAMES`; low, high: bounds; before, after: the twin's outputs for each
+    segment (n, SIGNALS), with the crane as it is and as tuned, as the sensors show them."""
 
     fit: Fit
     low: FloatArray
@@ -182,11 +178,8 @@ def tune(
     known: Mapping[str, tuple[float, float]],
     progress: Callable[[float], None],
 ) -> Tuning:
-    """Fit the twin to stretches of a test by Levenberg-Marquardt, from the best of a grid of starts.
-
-    clusters: for each sample the transient that it is of, -1 for none; known: logarithms of factors known from other
-    tests, with their deviations. All runs of one step go side by side through the engine.
-    """
+    """Fit the twin to stretches of a test by Levenberg-Marquardt, from the best of a grid of starts. clusters: for each
+    sample its transient, -1 for none; known: logarithms of factors from other tests, with their deviations."""
     twin = Twin(crane, time_segments, clusters)
     start, model = twin.best_start(), twin.model(known)
     progress(0.34)
@@ -196,11 +189,9 @@ def tune(
 
 
 def normalised_rms(time_segments: Sequence[DynamicsSegment], outputs: Sequence[FloatArray]) -> Mapping[str, float]:
-    """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches.
-
-    Both are of centred means over SMOOTH, as gradients and periods are: a sample's noise is not the twin's to repeat. A
-    line of a winch that lifts an empty hook swings by a few bar, of which its transmitter's noise alone is a fifth.
-    """
+    """Root mean square of each signal's deviation over its own standard deviation [-], over all stretches. Both are of
+    centred means over SMOOTH: a line of a winch that lifts an empty hook swings by a few bar, of which its
+    transmitter's noise alone is a fifth."""
     out = {}
     for k, name in enumerate(SIGNALS):
         pairs = [

@@ -38,8 +38,8 @@ MOST = math.log(2.5)
 
 class Unknown(NamedTuple):
     """A factor on the crane. bend(crane, factor) gives the crane; spread: standard deviation of its logarithm before
-    any data (inf: none is assumed); step: by how much the logarithm changes in a finite difference; varies: its
-    deviation from turn to turn."""
+    any data (inf: none is assumed); step of the logarithm in a finite difference; varies: deviation from turn to
+    turn."""
 
     name: str
     bend: Callable[[Crane, float], Crane]
@@ -54,8 +54,7 @@ class Unknown(NamedTuple):
 
 
 def with_change(spec: S, path: str, change: Callable[[Any], Any]) -> S:
-    """A crane, or a part of it, with the value at a dotted path changed: "active.line.V"; "motors" stands for those of
-    every circuit."""
+    """A crane, or a part of it, with the value at a dotted path changed; "motors" stands for those of every circuit."""
     name, _, rest = path.partition(".")
     if name == "motors":
         for circuit in spec.circuits:  # type: ignore[attr-defined]
@@ -110,8 +109,7 @@ def _pump_flow(crane: Crane, x: float) -> Crane:
 
 
 class Extra(NamedTuple):
-    """Effect that the twin does not model and a log shows: value 0 is the unchanged twin. spread: deviation beforehand;
-    low, high: bounds."""
+    """Effect that the twin does not model and a log shows: 0 is the unchanged twin. spread: deviation beforehand."""
 
     name: str
     spread: float
@@ -261,7 +259,7 @@ class Twin:
         return BOTH_LINES * self.D_m**2 / self.Q_full
 
     def evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Outputs less measurements (n,) and their derivatives (n, p); FAR from the measurements where a run loses its
+        """Outputs less measurements (n,) and derivatives (n, p); FAR from the measurements where a run loses its
         numbers."""
         late = float(theta[PLACE[COMMAND_DELAY]])
         moved = [theta + u.step * np.eye(len(theta))[i] for i, u in enumerate(UNKNOWNS)]
@@ -288,8 +286,8 @@ class Twin:
         return out
 
     def _sensed(self, t: FloatArray, runs: FloatArray, rows: FloatArray, theta: FloatArray) -> FloatArray:
-        """Outputs (n, SIGNALS) as their sensors show them: the oil of the lines in the pressures at the motors, then
-        delays, then offsets. rows (p, n, SIGNALS), the derivatives, change with them."""
+        """Outputs (n, SIGNALS) as their sensors show them: oil of the lines in the pressures at the motors, delays,
+        offsets. rows (p, n, SIGNALS), the derivatives, change with them."""
         y = runs.copy()
         inertance, drop = float(theta[PLACE[INERTANCE]]), float(theta[PLACE[DROP]])
         viscous = viscous_friction(self.crane) * math.exp(float(theta[PLACE[VISCOUS]]))

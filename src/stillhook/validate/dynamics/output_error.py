@@ -44,10 +44,9 @@ ENDS = {
 
 
 class Model(NamedTuple):
-    """What is fitted. evaluate(theta) -> outputs less measurements (n,) and their derivatives (n, p), in SI, NaN where
-    not compared; signal (n,) which signal a row is of; cluster (n,) which transient it is of; noise least deviation
-    that a signal can have [SI]; centre, spread (p,) what the parameters are before any data, and its deviation (inf:
-    not known); varies (p,) their deviation from transient to transient (0: none); low, high their bounds."""
+    """evaluate(theta) -> outputs less measurements (n,) and derivatives (n, p), in SI, NaN where not compared; signal,
+    cluster (n,) of each row; noise: least deviation of a signal [SI]; centre, spread (p,): parameters before any data,
+    and deviation (inf: not known); varies (p,): deviation from transient to transient (0: none); low, high: bounds."""
 
     evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     signal: NDArray[np.int64]
@@ -67,10 +66,9 @@ class Model(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """theta (p,); covariance (p, p) from leaving out one transient after the other; converged, and the message of the
-    optimiser; runs of the model in all; names (n,) of the clusters that it is based on, and of each curvature H
-    (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was known
-    beforehand, off (p,) theta less its centre."""
+    """theta (p,); covariance (p, p) from leaving out one transient after the other; message of the optimiser; runs of
+    the model; names (n,) of the clusters, and of each curvature H (n, p, p) and slope g (n, p) of the misfit at theta,
+    in deviations; prior (p,) curvature of what was known beforehand, off (p,) theta less its centre."""
 
     theta: FloatArray
     covariance: FloatArray
@@ -90,12 +88,9 @@ class Fit:
 
 
 def fit(model: Model, start: FloatArray) -> Fit:
-    """Levenberg-Marquardt steps (scipy's trust region) on residuals over each signal's own deviation, which is found
-    again each round.
-
-    Parameters: start (p,). A signal counts by what the model leaves of it, but never by less than its noise; residuals
-    that are alike over many samples count as one.
-    """
+    """Levenberg-Marquardt steps (scipy's trust region) on residuals over each signal's own deviation, found again each
+    round: by what the model leaves of it, but never less than its noise; residuals that are alike over many samples
+    count as one."""
     from scipy.optimize import least_squares
 
     samples, theta, message, converged = _Samples(model, start), start, "", False
@@ -178,12 +173,8 @@ class _Sums(NamedTuple):
 
 
 class _Samples:
-    """The model's residuals and derivatives at the last place, and their sums: both are needed one after the other at
-    one place.
-
-    The directions in which clusters vary are the derivatives where the round began: within a round the misfit is one
-    and the same function.
-    """
+    """Residuals and derivatives at the last place, and their sums: both are needed one after the other. The directions
+    in which clusters vary are the derivatives where the round began: within a round the misfit is one function."""
 
     def __init__(self, model: Model, start: FloatArray) -> None:
         self.model, self.runs = model, 0
@@ -230,8 +221,8 @@ class _Samples:
         return _Sums(H=H, g=g, c=c, n=n, windows=windows, P=P, q=q, B=B, names=names)
 
     def deviations(self, theta: FloatArray) -> FloatArray:
-        """Deviation of each signal's residuals as if they were independent: root mean square, at least the noise, times
-        the root of the samples over which they are alike."""
+        """Deviation of each signal's residuals: root mean square, at least the noise, times the root of the samples
+        over which they are alike."""
         x = self.sums(theta)
         c = x.c.sum(axis=0)
         alike = x.windows.sum(axis=0) / np.maximum(c, 1e-300)

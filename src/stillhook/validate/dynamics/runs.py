@@ -44,11 +44,9 @@ TIP_OVER = 0.5
 
 @dataclass(frozen=True)
 class DynamicsSegment:
-    """An uninterrupted part of a test that the twin repeats.
-
-    t (n,) [s from its start]; first: its first sample in the record; measured: signals of SIGNALS that were logged,
-    (n,), NaN where unknown; counted (n,): samples that are compared; case: the scenario with the measured commands.
-    """
+    """An uninterrupted part of a test that the twin repeats: t (n,) [s from its start]; first: its first sample in the
+    record; measured: those of SIGNALS that were logged (n,), NaN where unknown; counted (n,): samples that are
+    compared; case: with the measured commands."""
 
     record: Record
     segment: Segment
@@ -71,8 +69,7 @@ class DynamicsSegment:
 
 
 def dynamics_segment(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> DynamicsSegment:
-    """Samples [first, last) of a segment as a stretch that the twin repeats; the record must have u_p, and u_m or
-    alpha_m."""
+    """Samples [first, last) of a segment; the record must have u_p, and u_m or alpha_m."""
     part = slice(first, last)
     t = record.t[part] - record.t[first]
     u_p, u_m = (filled(record.signals[name][part]) for name in ("u_p", motor_command(record)))
@@ -94,20 +91,19 @@ def dynamics_segment(crane: Crane, record: Record, segment: Segment, first: int,
 
 
 def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
-    """The commands of every PLC cycle; those between the samples of a slower log lie on the line between them."""
+    """The commands of every PLC cycle; between the samples of a slower log, on the line between them."""
     cycles = np.arange(round(t[-1] / crane.control.t_cycle) + 1) * crane.control.t_cycle
     return Commands(cycles, np.clip(np.interp(cycles, t, u_p), -1.0, 1.0), np.clip(np.interp(cycles, t, u_m), 0.0, 1.0))
 
 
 def motor_command(record: Record) -> str:
-    """The signal that stands for the command of the motors' displacement: u_m, or the measured setting where it was not
-    logged."""
+    """The signal for the command of the motors' displacement: u_m, or the measured setting where it was not logged."""
     return "u_m" if record.has("u_m") else "alpha_m"
 
 
 def _tip(record: Record, part: slice, t: FloatArray) -> Motion:
-    """The tip's motion as logged, smooth; a tip at rest is constant, because its sensor's noise would shake the hook on
-    the short wire."""
+    """The tip's motion as logged, smooth; a tip at rest is constant: its sensor's noise would shake the hook on the
+    short wire."""
     if not record.has("s_tip"):
         return Still()
     s = record.signals["s_tip"][part]
@@ -129,11 +125,8 @@ def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray
 
 
 def steps_per_cycle(crane: Crane, time_segment: DynamicsSegment) -> int:
-    """Steps per PLC cycle that the runs need: the default of runs with series, or as many more as the crane's fastest
-    mode requires.
-
-    Errors: SpecError where MOST_FINE times as many do not do.
-    """
+    """Steps per PLC cycle: the default of runs with series, or as many more as the crane's fastest mode requires.
+    Errors: SpecError where MOST_FINE times as many do not do."""
     packed, t_cycle = pack(crane, time_segment.case), crane.control.t_cycle
     for finer in range(MOST_FINE):
         n_sub = substeps(t_cycle, SERIES_STEP * 0.5**finer)
@@ -148,8 +141,7 @@ def steps_per_cycle(crane: Crane, time_segment: DynamicsSegment) -> int:
 
 
 def delayed(time_segment: DynamicsSegment, by: float) -> DynamicsSegment:
-    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control
-    would act."""
+    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles."""
     commands = time_segment.case.commands
     if by == 0.0 or commands is None:
         return time_segment
@@ -160,9 +152,8 @@ def delayed(time_segment: DynamicsSegment, by: float) -> DynamicsSegment:
 def repeated(
     cranes: Sequence[Crane], time_segments: Sequence[Sequence[DynamicsSegment]], n_sub: int
 ) -> list[FloatArray]:
-    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run
-    that loses its numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per
-    PLC cycle."""
+    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on its samples; NaN from where
+    a run loses its numbers. time_segments: for each the form that each crane runs; n_sub: steps per PLC cycle."""
     cases = [s.case for row in time_segments for s in row]
     machines = list(cranes) * len(time_segments)
     results = run_cases(machines, cases, step=n_sub, lanes=VL, every=1, keep=whole, threads=THREADS)

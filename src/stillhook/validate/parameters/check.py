@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from stillhook.base.progress import Progress
 from stillhook.library.leakage import point_text
 from stillhook.report.document import Table
+from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Measure, Note, Step, StepNumber, lacks
@@ -65,8 +66,8 @@ class ParameterEstimates:
 
 
 def parameter_estimates(parts: Sequence[LogPart], progress: Progress, records: Sequence[Record]) -> ParameterEstimates:
-    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests,
-    which may be short."""
+    """Take every check on the parts; the clock first: lengths over speeds depend on it. records: for rests, which may
+    be short."""
     ratios = signals.ratios(parts)
     clock = signals.clock_of(ratios)
     radii = hoisting.effective_radii(parts, clock.error.value if clock.error is not None else 0.0)
@@ -166,14 +167,20 @@ def _settings(campaign: Campaign, e: ParameterEstimates) -> list[Measure]:
     return [*out, Measure.of("pump_gain_error", e.pump.gain, note, data=data)]
 
 
+def expected_offset(crane: Crane) -> float:
+    """Offset that the twin's motors have [-]: none in a closed loop."""
+    motor = crane.active.motor
+    return 0.0 if motor.variant is ServoVariant.CLOSED_LOOP else motor.offset
+
+
 def _motor_offset(campaign: Campaign, setting: settings.Offset | None) -> list[Measure]:
     """Offset of the motors' setting less the twin's own, which a closed loop does not have."""
-    name, motor = "motor_offset_error", campaign.crane.active.motor
+    name = "motor_offset_error"
     if setting is None:
         return undetermined(name)
     if setting.offset is None:
         return undetermined(name, note=Note("motors-full", seconds=setting.seconds))
-    expected = 0.0 if motor.variant is ServoVariant.CLOSED_LOOP else motor.offset
+    expected = expected_offset(campaign.crane)
     x = Estimate.around(setting.offset.value - expected, setting.offset.half, setting.offset.n)
     wide = Note("hysteresis", width=setting.hysteresis.value) if setting.hysteresis is not None else ""
     notes = (Note("motors-off", offset=setting.offset.value, twin=expected), wide)
@@ -310,83 +317,67 @@ Row = tuple[str, str, str, str, str, str]
 
 
 def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ParameterEstimates]:
-    """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
-    tip delay, against the crane.
-
-    Parameters: campaign with the twin under test; records as read; progress is called with the share done. Nothing is
-    refused here: a check whose signals were not logged gives a measure without a value that states what to log.
-    """
+    """Parameters implied by the logs against the crane. Nothing is refused: a check whose signals were not logged gives
+    a measure without a value that states what to log."""
     e = parameter_estimates(parts_of(campaign, records), progress, records)
     without = lacks(campaign.crane)
     results = tuple(m for m in measures(campaign, e, records) if m.name not in without)
     data = {name: getattr(e, name) for name in ("radii", "frictions", "delays", "cells", "rests", "balance")}
-    rows = [*_rows(e, results), *_rest_row(e), *_times(campaign, e, results)]
-    title = "Parameters that the logs imply, against the crane file"
-    return Step(StepNumber.PARAMETERS, results, (), (parameter_table(rows, title),), data, e)
+    table = parameter_table(_rows(campaign, e), "Parameters that the logs imply, against the crane file")
+    return Step(StepNumber.PARAMETERS, results, (), (table,), data, e)
 
 
-def parameter_table(rows: Sequence[Row], title: str) -> Table:
+def parameter_table(rows: Iterable[Row], title: str) -> Table:
     """One row a parameter, of what differs between the tests one a test."""
     return Table(("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests"), tuple(rows), title)
 
 
 def row(
-    name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str], difference: float, *, digits: int = 4
+    name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str], *, digits: int = 4, relative: bool = True
 ) -> Row:
-    """Row of a parameter [SI] with its unit after its name; difference relative, or of a pure number."""
+    """Row of a parameter [SI] with its unit after its name; relative: its difference is over the twin's."""
     cells = [number(in_display(x, quantity) if quantity else x, digits) for x in (twin, e.value, e.low, e.high)]
-    percent = f"{100.0 * difference:+.2f} %" if abs(difference) < 1.0 else f"{100.0 * difference:+.3g} %"
+    off = e.value / twin - 1.0 if relative else e.value - twin
+    percent = f"{100.0 * off:+.2f} %" if abs(off) < 1.0 else f"{100.0 * off:+.3g} %"
     name = f"{name} [{KINDS[quantity].display}]" if quantity else name
-    return (name, cells[0], cells[1], f"{cells[2]} to {cells[3]}", percent, ", ".join(dict.fromkeys(tests)))
+    difference = percent if relative or not quantity else show(off, quantity, 2)
+    return (name, cells[0], cells[1], f"{cells[2]} to {cells[3]}", difference, ", ".join(dict.fromkeys(tests)))
 
 
 def error_row(name: str, twin: float, error: Estimate, quantity: str, tests: Iterable[str], digits: int = 4) -> Row:
     """Row of a parameter [SI] from the twin's value and the relative error."""
     e = Estimate.around(twin * (1.0 + error.value), twin * error.half)
-    return row(name, twin, e, quantity, tests, error.value, digits=digits)
+    return row(name, twin, e, quantity, tests, digits=digits)
 
 
-def _rows(e: ParameterEstimates, results: Sequence[Measure]) -> Iterator[Row]:
-    """Drum, hydraulics, load cell, friction."""
+def _rows(campaign: Campaign, e: ParameterEstimates) -> Iterator[Row]:
+    """Drum, hydraulics, load cell, friction, clock, scales of the speeds, delay of the tip."""
     b, motor, kinds = e.balance, e.motor, {p.test: p.kind for p in e.parts}
     moved, driven = ([p.test for p in e.parts if p.has(name)] for name in ("u_m", "u_p"))
     yield from (error_row("wire centre", x.d, x.error, "length", [x.test], 5) for x in e.radii)
     if b is not None:
         yield error_row("motor flow over pump flow", 1.0, b.ratio, "", b.tests)
         yield error_row("leakage", b.leak.twin, b.leak.value, "leakage", b.tests, 3)
-    error = next((m.value for m in results if m.name == "motor_offset_error"), None)
-    if motor is not None and motor.offset is not None and error is not None:
-        yield row("offset of the motors", motor.offset.value - error, motor.offset, "", moved, error, digits=2)
+    if motor is not None and motor.offset is not None:
+        twin = expected_offset(campaign.crane)
+        yield row("offset of the motors", twin, motor.offset, "", moved, digits=2, relative=False)
     if motor is not None and motor.hysteresis is not None:
         width = 2.0 * float(e.parts[0].params.active.control.half_width)
-        wider = motor.hysteresis.value - width
-        yield row("hysteresis of the motors", width, motor.hysteresis, "", moved, wider, digits=2)
+        yield row("hysteresis of the motors", width, motor.hysteresis, "", moved, digits=2, relative=False)
     if e.pump is not None:
         yield error_row("gain of the pumps' setting", 1.0, e.pump.gain, "", driven)
-    yield from (row("load cell", c.weight, c.force, "force", [c.test], c.error.value) for c in e.cells)
+    yield from (row("load cell", c.weight, c.force, "force", [c.test]) for c in e.cells)
     judged = any(kinds[f.test] is Kind.AHC for f in e.frictions)
     for f in e.frictions:
         name = "friction at the motors" + (", not judged" if judged and kinds[f.test] is not Kind.AHC else "")
         yield error_row(name, f.mean, f.scale, "torque", [f.test])
-
-
-def _rest_row(e: ParameterEstimates) -> Iterator[Row]:
     if e.rests is not None:
-        dp, bar = e.rests.dp, KINDS["pressure"].display
-        value, low, high = (number(in_display(x, "pressure"), 2) for x in (dp.value, dp.low, dp.high))
-        tests = ", ".join(dict.fromkeys(r.test for r in e.rests.rests))
-        yield f"line A less B at rest [{bar}]", "0", value, f"{low} to {high}", show(dp.value, "pressure", 2), tests
-
-
-def _times(campaign: Campaign, e: ParameterEstimates, results: Sequence[Measure]) -> Iterator[Row]:
-    """Clock, scales of the speeds, delay of the tip."""
+        tests = [r.test for r in e.rests.rests]
+        yield row("line A less B at rest", 0.0, e.rests.dp, "pressure", tests, digits=2, relative=False)
     if e.clock.error is not None:
-        tests = [t for r in e.ratios.values() for t in r.tests]
-        yield error_row("clock of the log", 1.0, e.clock.error, "", tests, 5)
+        yield error_row("clock of the log", 1.0, e.clock.error, "", [t for r in e.ratios.values() for t in r.tests], 5)
     for name, scale in e.clock.calibration.items():
         yield error_row(f"scale of {name}", 1.0, scale, "", e.ratios[name].tests, 5)
-    for m in results:
-        if m.name == "tip_delay_error" and m.value is not None and m.low is not None and m.high is not None:
-            ms = [f"{1e3 * (campaign.delay + x) + 0.0:.0f}" for x in (0.0, m.value, m.low, m.high)]
-            of = ", ".join(e.delays.tests if e.delays is not None else ())
-            yield "delay of the tip [ms]", ms[0], ms[1], f"{ms[2]} to {ms[3]}", f"{1e3 * m.value + 0.0:.0f} ms", of
+    if e.delays is not None and e.cell_error <= hoisting.CLOSE:
+        delay = e.delays
+        yield row("delay of the tip", campaign.delay, delay.all, "time", delay.tests, digits=3, relative=False)

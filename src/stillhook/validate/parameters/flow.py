@@ -88,9 +88,8 @@ def _logged(part: LogPart) -> bool:
 
 
 def _rows(part: LogPart) -> LeakRows | None:
-    """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the
-    motors' acceleration: a speed that was logged late has it, times its lag, whatever the displacement does
-    meanwhile."""
+    """Means over windows in the direction of the higher line; None where signals are missing. rate: flow of the motors'
+    acceleration, which a speed that was logged late has, times its lag."""
     alpha_p, alpha_m = known_setting(part, "p"), known_setting(part, "m")
     if not _logged(part) or alpha_p is None or alpha_m is None:
         return None
@@ -158,30 +157,24 @@ AS_GOOD = 1.5
 
 @dataclass(frozen=True)
 class Rest:
-    """One rest. test; start [s of the record]; after: 1 after hoisting, -1 after lowering, 0 where the log begins at
-    rest; dp: p_a - p_b that it ends at with half of its 95 % interval [Pa]; seconds that it counts; alpha_p: mean
-    setting of the pumps, NaN where it was not logged [-]."""
+    """One rest. after: 1 after hoisting, -1 after lowering, 0 where the log begins at rest; dp: p_a - p_b that it ends
+    at [Pa]; seconds that it counts."""
 
     test: str
-    start: float
     after: int
     dp: Estimate
     seconds: float
-    alpha_p: float
 
 
 @dataclass(frozen=True)
 class Rests:
     """dp: p_a - p_b at rest, mean of those after hoisting and those after lowering [Pa]; tau: time in which differences
-    leak away [s]; rests: each; alpha_p: pump setting that would hold dp against the crane file's leakage [-], measured:
-    the logged one, NaN without.
-    """
+    leak away [s]; rests: each; alpha_p: pump setting that would hold dp against the crane file's leakage [-]."""
 
     dp: Estimate
     tau: float
     rests: tuple[Rest, ...]
     alpha_p: float
-    measured: float
 
 
 def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
@@ -192,18 +185,13 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     if not raw:
         return None
     best = _leaking(raw)
-    each = tuple(
-        Rest(r.test.name, float(r.t[a]), after, _ended(t, dp, best), float(t[-1] - t[0]), _setting(r, a, b))
-        for r, a, b, after, t, dp in raw
-    )
+    each = tuple(Rest(test, after, _ended(t, dp, best), float(t[-1] - t[0])) for test, after, t, dp in raw)
     dp = _mean(each)
-    leak = float(crane.active.C_leak)
-    measured = [x.alpha_p for x in each if math.isfinite(x.alpha_p)]
-    setting = dp.value * leak / (crane.active.pump.D_total * crane.active.pump.omega_p)
-    return Rests(dp, best[0], each, setting, float(np.mean(measured)) if measured else math.nan)
+    setting = dp.value * float(crane.active.C_leak) / (crane.active.pump.D_total * crane.active.pump.omega_p)
+    return Rests(dp, best[0], each, setting)
 
 
-Raw = tuple[Record, int, int, int, FloatArray, FloatArray]
+Raw = tuple[str, int, FloatArray, FloatArray]
 
 
 def _standing(r: Record) -> bool:
@@ -211,8 +199,7 @@ def _standing(r: Record) -> bool:
 
 
 def _of(crane: Crane, r: Record) -> list[Raw]:
-    """Rests of a record: samples [a, b), after what, time since the rest counts [s] and p_a - p_b [Pa] in means over
-    EVERY."""
+    """Rests of a record: test, after what, time since the rest counts [s] and p_a - p_b [Pa] in means over EVERY."""
     assert crane.brake is not None
     wait = crane.brake.t_wait + crane.brake.t_close + STOPPED
     out: list[Raw] = []
@@ -230,7 +217,7 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
             continue
         before = speed[max(0, a - round(2.0 / r.step)) : a]
         after = int(np.sign(np.nansum(before))) if len(before) else 0
-        out.append((r, first, b, after, ((np.arange(n) + 0.5) * EVERY)[good], dp[good]))
+        out.append((r.test.name, after, ((np.arange(n) + 0.5) * EVERY)[good], dp[good]))
     return out
 
 
@@ -280,16 +267,9 @@ def _ended(t: FloatArray, dp: FloatArray, taus: tuple[float, float, float]) -> E
     return Estimate.around(value, math.hypot(t_factor(max(len(t) - 2, 1)) * u, max(abs(x - value) for x in others)))
 
 
-def _setting(r: Record, a: int, b: int) -> float:
-    for name in ("alpha_p", "u_p"):
-        if r.has(name) and np.isfinite(r.signals[name][a:b]).any():
-            return float(np.nanmean(r.signals[name][a:b]))
-    return math.nan
-
-
 def _mean(each: Sequence[Rest]) -> Estimate:
     """Mean of the rests after hoisting and of those after lowering, half each, so that residues of the last motion
-    cancel; its interval from the scatter between the rests and the interval of each."""
+    cancel; interval from the scatter and the interval of each."""
     groups = [[x for x in each if x.after == side] for side in (1, -1)]
     if not all(groups):
         groups = [list(each)]
@@ -322,7 +302,6 @@ def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]
     notes = [Note("lines-at-rest", dp=dp.value)]
     if abs(dp.value) > WORTH:
         notes.append(Note("rest-zero", setting=estimate.alpha_p))
-        notes += [Note("rest-setting", setting=estimate.measured)] if math.isfinite(estimate.measured) else []
     return Measure.of(name, dp, *notes, data=data)
 
 
@@ -333,7 +312,7 @@ APART = parse("10 bar", "pressure")
 @dataclass(frozen=True)
 class Pressures:
     """One test. low: mean of the lower line while the lines are apart, less the twin's boost pressure [Pa], None where
-    they never are; high: highest pressure over the relief setting, less 1; least: lowest pressure [Pa]."""
+    they never are; high: highest pressure over the relief setting, less 1; least pressure [Pa]."""
 
     test: str
     low: Estimate | None

@@ -99,9 +99,9 @@ def _friction(found: TestFit) -> Friction:
 
 
 class States(NamedTuple):
-    """Variables of the friction, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-]
-    and dp pressure drop [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-]
-    and pressure drop [Pa] of the passive motors, 0 without any."""
+    """Means over EVERY seconds (n,): omega [rad/s]; setting alpha_m [-] and pressure drop dp [Pa] of the active motors;
+    T_w torque of the wire at the motor shaft [N m]; setting [-] and pressure drop [Pa] of the passive motors, 0
+    without."""
 
     omega: FloatArray
     alpha_m: FloatArray
@@ -129,8 +129,8 @@ def states(part: LogPart) -> States:
 
 
 def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States], FloatArray]) -> float | None:
-    """Value of the measure for a winch with this friction law [N m, a magnitude] at the moments of the parts and no
-    other torques: law over the twin's, less 1. None where the winch does not move."""
+    """The measure for a winch with this friction law [N m, a magnitude] at the moments of the parts: law over the
+    twin's, less 1. None where the winch does not move."""
     columns = []
     for part in parts:
         s, (*regressors, _, block) = states(part), _rows(part)
@@ -143,7 +143,7 @@ def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States],
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Means over EVERY seconds: the twin's friction with the sign of the motion, one, wire out about its middle,
-    angular acceleration, torque left, block; NaN where the motors are at standstill or reverse."""
+    angular acceleration, torque left, block; NaN at standstill."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = states(part)
     assert part.omega_m is not None
@@ -163,13 +163,9 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
 def twin_friction(
     part: LogPart, omega: FloatArray, alpha_m: FloatArray, dp: FloatArray, T_d: FloatArray, passive: tuple[Any, Any]
 ) -> FloatArray:
-    """All friction of the twin at the motor shaft, a magnitude [N m]: of active motors, passive ones and the
-    transmission.
-
-    omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure
-    drop [Pa]; (n,). As `stillhook.winches.shaft.dry_level` and `moving_loss` for the sliding winch, with
-    arrays.
-    """
+    """All friction of the twin at the motor shaft, a magnitude [N m] (n,). omega [rad/s]; alpha_m [-]; dp [Pa]; T_d
+    drum torque [N m]; passive setting [-] and pressure drop [Pa]. As `stillhook.winches.shaft.dry_level` and
+    `moving_loss` for the sliding winch, with arrays."""
     hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
     if "passive" in part.crane.circuits:
         sets.append((part.params.passive.motors, *passive))
@@ -207,8 +203,8 @@ MUCH_WIRE = 0.03
 
 @dataclass(frozen=True)
 class Cell:
-    """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over
-    weight, less 1; light: too light a load to judge the cell."""
+    """One test. force: mean of the cell; weight: of hook and payload, in water less buoyancy [N]; error: force over
+    weight, less 1; light: too light to judge."""
 
     test: str
     force: Estimate
@@ -229,8 +225,7 @@ def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
 
 
 def cell_causes(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> list[Note]:
-    """Likely cause of the errors of the load cell in the tests with enough load; none where sign, wire, unit and hook
-    do not explain them."""
+    """Likely cause of the load cell's errors; none where sign, wire, unit and hook do not explain them."""
     if not heavy:
         return []
     gain = math.exp(float(np.mean([math.log(max(abs(1.0 + c.error.value), 1e-9)) for c in heavy])))
@@ -277,10 +272,8 @@ AS_GOOD = 1.5
 
 @dataclass(frozen=True)
 class EffectiveRadius:
-    """One test. error: implied effective radius over the twin's, less 1; layer: the twin's at the wire that is out;
-    implied: the one that the log implies, as a real number; d, d_implied diameters of the wire's centre [m]; wire:
-    signal of the wire's motion; s_w wire out [m].
-    """
+    """One test. error: implied over the twin's, less 1; layer: the twin's; implied: by the log, a real number; d,
+    d_implied: diameters of the wire's centre [m]; wire: signal of its motion; s_w [m]."""
 
     test: str
     error: Estimate
@@ -293,12 +286,8 @@ class EffectiveRadius:
 
 
 def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[EffectiveRadius, ...]:
-    """The effective radius of every test with a motor speed and a wire speed or wire out; clock: rate error of the time
-    stamps, positive if fast [-].
-
-    The ratio of two speeds does not depend on the clock; where the wire's speed is missing its length is used,
-    corrected for the clock.
-    """
+    """Every test with a motor speed and a wire speed (a ratio of speeds does not depend on the clock), else wire out,
+    corrected for the clock: rate error of the stamps, positive if fast [-]."""
     out = []
     for test, same in by_test(parts).items():
         wire = "v_w" if all(p.has("v_w") for p in same) else "s_w"

@@ -96,8 +96,8 @@ class LeakRows:
 
 
 class Span(NamedTuple):
-    """Smallest and largest pressure difference [Pa], setting of the pumps [-] and speed of the motors [rad/s] of the
-    data, without `OUTER` at either end."""
+    """Range of pressure difference [Pa], pumps' setting [-] and motors' speed [rad/s] in the data, without `OUTER` at
+    either end."""
 
     p: tuple[float, float]
     alpha_p: tuple[float, float]
@@ -110,8 +110,8 @@ def outside_of(x: float | None, ends: tuple[float, float]) -> float:
 
 
 class WorkingPoint(NamedTuple):
-    """Working point of the leakage in the data: mean pressure difference [Pa], setting of the pumps [-], speed of the
-    motors [rad/s]."""
+    """Mean pressure difference [Pa], setting of the pumps [-], speed of the motors [rad/s] of the leakage in the
+    data."""
 
     p: float
     alpha_p: float
@@ -149,8 +149,7 @@ last two rest on what is known before any data."""
 
 
 def leak_size(rows: LeakRows) -> float:
-    """Mean conductance of the leak in the data [m^3/s/Pa], of which its rise with pressure is a part: the twin's, and
-    then that of the widest law."""
+    """Mean conductance of the leak in the data [m^3/s/Pa]: the twin's, and then that of the widest law."""
     twin = size = rows.total("file") / rows.total("head")
     for _ in range(SIZE_ROUNDS):
         widest = widest_law(rows, NUISANCE, size)
@@ -227,8 +226,8 @@ def probability(T2: float, q: int, m: int) -> float:
 
 
 def tension(fitted: Fit, parts: tuple[str, ...], size: float) -> float:
-    """Squared distance, in deviations, of the rise with pressure and of the slip that a law needs from what is known of
-    them before any data."""
+    """Squared distance, in deviations, of rise with pressure and slip that a law needs from what is known
+    beforehand."""
     rise = float(fitted.b[NUISANCE.index("rise")]) / (RISE_SPREAD * size)
     slips = len(fitted.b) == len(NUISANCE) + len(parts)
     slip = (float(fitted.b[NUISANCE.index("slip")]) - SLIP) / SLIP_SPREAD if slips else 0.0

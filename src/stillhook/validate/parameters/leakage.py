@@ -60,10 +60,9 @@ there, so that no law is offered [-]: the criteria's limit."""
 
 @dataclass(frozen=True)
 class Candidate:
-    """A form fitted to the balance. parts: its columns, ("file",) for the crane file's law times a number; fit: of
-    `NUISANCE`, with or without slip, and these; value: leak flow over the crane file's in the data, less 1; reference:
-    conductance at the crane file's point [m^3/s/Pa]; p: probability of data that contradict the form as much if it
-    were true; weight among the forms; alive: not excluded by the data."""
+    """A form fitted to the balance. parts: its columns, ("file",) for the crane file's law times a number; value: leak
+    flow over the crane file's, less 1; reference: conductance at the crane file's point [m^3/s/Pa]; p: probability of
+    data that contradict the form as much if it were true; weight among the forms; alive: not excluded."""
 
     form: LeakForm
     parts: tuple[str, ...]
@@ -76,21 +75,18 @@ class Candidate:
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """Coefficient of each part: head and speed are conductances [m^3/s/Pa, m^3/rad/Pa], stroke and file numbers
-        [-]."""
+        """Coefficient of each part: head and speed [m^3/s/Pa, m^3/rad/Pa], stroke and file [-]."""
         return dict(zip(self.parts, (float(b) for b in self.fit.b[-len(self.parts) :]), strict=True))
 
 
 @dataclass(frozen=True)
 class LeakChoice:
     """The form supported by the data: the crane file's where it is not excluded, otherwise that of most weight. value:
-    leakage over the crane file's at the working point of the data, less 1, whose interval covers the forms not excluded
-    by the data; reference: conductance at the crane file's point; stated: the crane file's there; twin: the crane
-    file's law at the working point [m^3/s/Pa]; bend: part of the leakage by which the crane file's law, scaled, differs
-    from the chosen one over the data, as a deviation [-]; refuted: the crane file's form is; in_file_form: value that
-    the crane file's law, scaled, would give; sloped: the laws of `ONE_SLOPE` that the data leave by their parts,
-    whatever the sign of their slope; file_at: the crane file's point; span: pressures, settings and speeds of the
-    data; pressure: where they have their mean conductance [Pa]."""
+    leakage over the crane file's at the working point `at`, less 1, interval across the forms not excluded; reference:
+    conductance at the crane file's point file_at; stated: the crane file's there; twin: its law at the working point
+    [m^3/s/Pa]; bend: deviation of its law, scaled, from the chosen one, as a part of the leakage; refuted: its form is;
+    in_file_form: value that its scaled law would give; sloped: the laws of `ONE_SLOPE` that the data leave by their
+    parts; span of the data; pressure: where they have their mean conductance [Pa]."""
 
     chosen: Candidate
     candidates: tuple[Candidate, ...]
@@ -117,15 +113,14 @@ class LeakChoice:
     @property
     def offered(self) -> bool:
         """Whether the chosen law may replace that of a crane file, at the pressure of the data: they determine its
-        value at the file's setting and speed, and a file can state it. One that rises in proportion to the pumps'
-        setting is in no table."""
+        value at the file's setting and speed, and a file can state it (none states one in proportion to the pumps'
+        setting)."""
         return self.refuted and self.at_file_point.half <= EXTRAPOLATED and self.chosen.parts != LINEAR
 
     @property
     def beyond_pressure(self) -> float:
         """Pressure by which the crane file's point is outside the data, above positive [Pa]; 0 inside, or where the
-        file states none. Leakage measured at one pressure says nothing of another: every form is proportional to
-        pressure, and no form is fitted over it."""
+        file states none: no form is fitted over pressure."""
         return outside_of(self.file_at.p, self.span.p)
 
     @property
@@ -274,12 +269,8 @@ def _across(
     unclosed: float = 0.0,
 ) -> Estimate:
     """The best form's estimate with an interval across the forms by their weights (Burnham and Anderson 2002), and the
-    unclosed flow.
-
-    It is never narrower than that of a law with one slope (free) and what that differs by: evidence prefers a law
-    without a slope to one with a slope that is small but not nil, and a crane's law matches none of the published ones
-    exactly.
-    """
+    unclosed flow. It is never narrower than that of a law with one slope (free) and what that differs by: evidence
+    prefers a law without a slope to one with a small slope, and a crane's law matches none of the published ones."""
     apart = math.sqrt(sum(w * (e.value - best.value) ** 2 for w, e in each))
     least = max((math.hypot(e.half, e.value - best.value) for e in free), default=0.0)
     structural = math.hypot(max(t_factor(blocks - 1) * apart, math.sqrt(max(least**2 - best.half**2, 0.0))), unclosed)

@@ -162,7 +162,7 @@ Columns = tuple[NDArray[Any], ...]
 
 
 class TestFit(NamedTuple):
-    """Least squares of one test: its parts; columns, each (n,), the fitted signal last; the fit."""
+    """Least squares of one test: its parts; columns (n,), the fitted signal last; the fit."""
 
     test: str
     parts: list[LogPart]
@@ -171,8 +171,8 @@ class TestFit(NamedTuple):
 
 
 def fits(parts: Sequence[LogPart], rows: Callable[[LogPart], Columns | None]) -> Iterator[TestFit]:
-    """Least squares of every test whose data determine it. rows(part): the columns, the fitted signal, and blocks; None
-    for a part that has none."""
+    """Least squares of every test whose data determine it. rows(part): columns, fitted signal, and blocks; None
+    without."""
     for test, same in by_test(parts).items():
         columns = [row for p in same if (row := rows(p)) is not None]
         if not columns:
@@ -285,7 +285,7 @@ def integral(x: FloatArray, step: float) -> FloatArray:
 
 
 def smoothed(x: FloatArray, step: float, width: float = BRIDGED) -> FloatArray:
-    """Mean over a window of odd samples about each moment, NaN where it holds one or reaches beyond an end."""
+    """Mean over a window of odd samples, NaN where it holds one or reaches beyond an end."""
     half = max(1, round(0.5 * width / step))
     out = np.full(len(x), np.nan)
     if len(x) > 2 * half:
@@ -328,10 +328,8 @@ def later(x: FloatArray, step: float, lag: float) -> FloatArray:
 def slope(
     parts: Sequence[LogPart], curves: Sequence[tuple[FloatArray, FloatArray]], window: float = WINDOW
 ) -> Slope | None:
-    """Slope of y against x: pairs (x, y) of curves, one per part, each (n,). None where the data do not determine it.
-
-    A constant rate between them (an offset of a speed) is taken out part by part, and so is the lag.
-    """
+    """Slope of y against x: pairs of curves, one per part, (n,); None where not determined. A constant rate between
+    them (an offset of a speed) is taken out part by part, and so is the lag."""
     lag, fitted = 0.0, None
     for _ in range(LAGS + 1):
         dx, dv, dy, block = stacked(_rows(p, x, y, lag, window) for p, (x, y) in zip(parts, curves, strict=True))

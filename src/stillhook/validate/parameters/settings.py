@@ -45,8 +45,8 @@ Logged = tuple[LogPart, FloatArray, FloatArray]
 
 @dataclass(frozen=True)
 class Offset:
-    """offset: of the motors' setting above their command [-], None where no command leaves room for one;
-    hysteresis: full width [-], None where the command does not go up and down; seconds of usable data."""
+    """offset: of the motors' setting above their command [-], None where no command leaves room for one; hysteresis:
+    full width [-], None where the command does not go up and down; seconds of usable data."""
 
     offset: Estimate | None
     hysteresis: Estimate | None
@@ -62,8 +62,8 @@ class PumpSetting:
 
 
 def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
-    """Response of a second-order servo to a command that is held from sample to sample, starting at rest on the first
-    one; (n,) [-]. Source: Moslatt 2020 eq. C 10."""
+    """Response of a second-order servo to a command held from sample to sample, starting at rest (n,) [-]. Source:
+    Moslatt 2020 eq. C 10."""
     from scipy.signal import cont2discrete, lfilter, lfiltic  # heavy: only where logs are checked
 
     num, den, _ = cont2discrete(([omega_n * omega_n], [1.0, 2.0 * zeta * omega_n, omega_n * omega_n]), step, "zoh")
@@ -73,14 +73,13 @@ def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> F
 
 
 def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
-    """Response of a servo of the twin, (n,) [-]. The stroke's ends limit the response, not the servo's state, as in
-    `stillhook.physics.hydraulics.pump`."""
+    """Response of a servo of the twin (n,) [-]; the stroke's ends limit the response, not the servo's state."""
     return np.clip(servo_response(u, servo.omega_n, servo.zeta, step), servo.lo, servo.hi)
 
 
 def known_setting(part: LogPart, machine: str) -> FloatArray | None:
-    """The setting of the active pumps ("p") or motors ("m"): measured, or else the servo's response to the command;
-    None without both."""
+    """The setting of the active pumps ("p") or motors ("m"): measured, or else the servo's response; None without
+    both."""
     if part.has(f"alpha_{machine}"):
         return bridged(part[f"alpha_{machine}"], part.step)
     if not part.has(f"u_{machine}"):
@@ -94,15 +93,10 @@ def known_setting(part: LogPart, machine: str) -> FloatArray | None:
 
 def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
     """Offset and hysteresis of the motors' setting, from all parts with u_m and alpha_m; None where they were not
-    logged.
-
-    The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement
-    an offset upwards cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are
-    fitted with it: a command that comes down from full displacement leaves the setting half a play too high, one that
-    goes up half a play too low. Until the command has moved WIDEST_PLAY either way the position within the play is
-    unknown, and those samples do not count. Where no command goes that far, the play leaves the offset open by
-    OPEN_PLAY, and that is in the interval as structural.
-    """
+    logged. The stroke's ends are in the model: at full displacement an offset upwards cannot show. Play and the servo's
+    speed and damping are fitted with it. Until the command has moved WIDEST_PLAY either way the position within the
+    play is unknown, and those samples do not count; where no command goes that far, OPEN_PLAY is in the interval as
+    structural."""
     logs = [(p, bridged(p["u_m"], p.step), p["alpha_m"]) for p in parts if p.has("u_m", "alpha_m")]
     logs = [(p, u, alpha) for p, u, alpha in logs if np.isfinite(u).all()]
     if not logs:
@@ -125,8 +119,8 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
-    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
-    on the first one."""
+    """Response of a play to a command (n,), starting in the middle, as `stillhook.physics.hydraulics.swash.play`
+    does."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     position, out = float(u[0]), np.empty(len(moves) + 1)
     out[0] = position
@@ -137,8 +131,8 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
 
 
 def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate] | None:
-    """Offset and hysteresis with the servo's speed and damping as free parameters, by Gauss-Newton; None where
-    the command does not go up and down far enough."""
+    """Offset and hysteresis with the servo's speed and damping free, by Gauss-Newton; None where the command does not
+    go up and down far enough."""
     theta, fitted, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(STEPS)
     wide = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
     usable = [(*logged, k) for logged, k in zip(logs, wide, strict=True) if k.any()]
@@ -212,8 +206,7 @@ def _nearer(logs: Sequence[Logged], offset: float) -> Estimate:
 
 
 def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
-    """Gain and zero of the pumps' setting against the servo's response to the command; None where they were not logged
-    or are constant."""
+    """Gain and zero of the pumps' setting against the servo's response; None where not logged or constant."""
     rows = []
     for part in parts:
         if not part.has("u_p", "alpha_p"):

@@ -45,8 +45,8 @@ ASIDE = 0.3
 
 @dataclass(frozen=True)
 class Ratio:
-    """A length (or speed) against the integral of its rate. name: that of the rate; error: the change of the length
-    over that integral, less 1, over all tests; tests: the same by test; lag: of the length behind the integral [s]."""
+    """A length (or speed) against the integral of its rate `name`. error: change of the length over that integral, less
+    1; lag: of the length behind it [s]."""
 
     name: str
     error: Estimate
@@ -91,8 +91,8 @@ def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
 
 @dataclass(frozen=True)
 class Clock:
-    """error: rate error of the time stamps, positive if fast [-], None where the log cannot distinguish it from a
-    calibration; calibration: by name of the rate, its gain error once the clock is corrected [-]; note: why."""
+    """error: rate error of the time stamps, positive if fast [-], None where not distinguished from a calibration;
+    calibration: gain error of each rate once the clock is corrected [-]; note: why."""
 
     error: Estimate | None
     calibration: Mapping[str, Estimate]
@@ -122,8 +122,7 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
 
 
 def _largest_group(ratios: Mapping[str, Estimate]) -> list[str]:
-    """The largest group of ratios that may be one number; of equal ones, the one nearer to zero. The intervals include
-    the doubt of the calibrations."""
+    """The largest group of ratios that may be one number; of equal ones, the one nearer to zero."""
     groups = []
     for centre in ratios.values():
         near = [name for name, e in ratios.items() if abs(e.value - centre.value) <= np.hypot(e.half, centre.half)]
@@ -188,8 +187,8 @@ Spectrum = NDArray[np.complex128]
 @dataclass(frozen=True)
 class Sea:
     """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, relative
-    change of either by that of the wire's stiffness, direction of the wire (n,), angular frequencies [rad/s], blocks,
-    and the samples that count."""
+    change of either by that of the wire's stiffness, direction of the wire (n,), w [rad/s], blocks, samples that
+    count."""
 
     force: FloatArray
     tip: Spectrum
@@ -202,7 +201,7 @@ class Sea:
 
     def columns(self, delay: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), and the first one's
-        rate; (n,)."""
+        rate (n,)."""
         ahead = self.tip * np.exp(1j * self.w * delay)
         hook = ahead - self.wire
         spectra = (hook, 1j * self.w * ahead, 1j * self.w * hook)
@@ -246,8 +245,8 @@ def sea_of(part: LogPart, stiffness: float = 1.0) -> Sea:
 
 
 def _response(part: LogPart, f: FloatArray, stiffness: float) -> tuple[Spectrum, Spectrum, float]:
-    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass; its relative
-    change by that of the stiffness [-]; and the band's upper end [Hz]."""
+    """Force in the wire over the motion of its upper end [N/m], of spring, damper and mass; its relative change by that
+    of the stiffness [-]; and the band's upper end [Hz]."""
     hoist, w = part.params.hoist, 2.0 * math.pi * f
     s_w = float(np.nanmean(part["s_w"]))
     twin_k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
@@ -259,8 +258,8 @@ def _response(part: LogPart, f: FloatArray, stiffness: float) -> tuple[Spectrum,
 
 
 def _delay(seas: Sequence[Sea]) -> Estimate | None:
-    """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
-    then included."""
+    """The better determined of two fits: with the gain of the force free, and with the twin's, its uncertainty
+    included."""
     free, fixed = _fitted(seas, fixed_gain=False), _fitted(seas, fixed_gain=True)
     if free is None or fixed is None:
         return None
@@ -274,7 +273,7 @@ def _delay(seas: Sequence[Sea]) -> Estimate | None:
 
 def _fitted(seas: Sequence[Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
     """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless fixed) and gain
-    times rest of the delay, next to the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+    times rest of the delay, next to friction of sheaves and a lag of the force."""
     delay, fitted = 0.0, None
     for _ in range(ROUNDS):
         hook, speed, rate, force, way, block = _columns(seas, delay)
@@ -289,8 +288,7 @@ def _fitted(seas: Sequence[Sea], *, fixed_gain: bool) -> tuple[float, Fit] | Non
 
 
 def _columns(seas: Sequence[Sea], delay: float) -> tuple[NDArray[Any], ...]:
-    """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), the first one's rate,
-    measured force, direction of the wire, and block of time, of the samples that count."""
+    """`Sea.columns`, measured force, direction of the wire and block, of the samples that count."""
     return stacked([x[s.inside] for x in (*s.columns(delay), s.force, s.way, s.block)] for s in seas)
 
 
@@ -306,8 +304,8 @@ LEAST_TIP_PP = 0.2
 
 @dataclass(frozen=True)
 class Reference:
-    """One test. lag: of the PLC's tip behind the logged one [s]; spread: standard deviation of the
-    reference once the lag is taken out [m]."""
+    """One test. lag: of the PLC's tip behind the logged one [s]; spread: standard deviation of the reference without it
+    [m]."""
 
     test: str
     lag: Estimate
@@ -316,11 +314,8 @@ class Reference:
 
 def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     """The PLC's reference e_c + s_w - s_tip (+ the wire requested by the operator) in every compensating test with its
-    error.
-
-    A crane that extrapolates its tip by t_lead has that taken out. Where the PLC works with the tip of a time ago, the
-    reference moves by that time against the tip's speed.
-    """
+    error: where the PLC works with the tip of a time ago, it moves by that time against the tip's speed. What a crane
+    extrapolates by t_lead is taken out."""
     out = []
     usable = [p for p in parts if compensates(p, LEAST_TIP_PP) and p.has("e_c_measured", "s_w", "s_tip")]
     for f in fits(usable, _rows):

@@ -51,19 +51,16 @@ class WireElongation:
 
     @property
     def overall(self) -> Estimate:
-        """The error over all tests.
-
-        The force shows elongation times mass below. The load of a test may be what the winch carries, wire and all
-        (paper F table 3): then less hangs at the end than the twin has there, and the wire elongates by more than it
-        seems. So much is left open towards a softer wire.
-        """
+        """The error over all tests. The load of a test may include the wire (paper F table 3): then less hangs at the
+        end than the twin has there, and the wire elongates by more than it seems. So much is left open towards a softer
+        wire."""
         e = self.errors.all
         return Estimate(e.value, e.low, e.high + self.open_to_mass, e.n)
 
 
 def wire_elongations(parts: Sequence[LogPart], delays: ByTest | None) -> WireElongation | None:
-    """Elongation of the wire in every test with heave compensation and a logged load cell whose force determines it,
-    with the tip ahead by its delay; None where none does."""
+    """Elongation of the wire in every test with heave compensation whose force determines it, the tip ahead by its
+    delay."""
     late = {test: d.value for test, d in delays.tests.items()} if delays is not None else {}
     tests = by_test([p for p in in_band(parts) if p.test in late])
     errors = {test: e for test, same in tests.items() if (e := _error(same, late[test])) is not None}
@@ -79,14 +76,10 @@ def detected(error: Estimate) -> bool:
 
 
 def _error(parts: Sequence[LogPart], delay: float) -> Estimate | None:
-    """Force = g (hook + change by elongation), linearised about the twin's, and again about each elongation found: the
-    gain g is free, for added mass and the wire's own mass are in it; next to friction of the sheaves, rest of the delay
-    and lag of the load cell, as for the delay. None where it ends at `LEAST` or `MOST`: the force does not determine
-    it.
-
-    The interval is never narrower than the same noise makes it about the twin's elongation: a softer wire shows more,
-    so that noise which looks like one would narrow its own interval.
-    """
+    """Force = g (hook + change by elongation), linearised about each elongation found: the gain g is free, for added
+    mass and the wire's own mass are in it; next to friction of the sheaves, rest of the delay and lag of the load cell.
+    None at `LEAST` or `MOST`. The interval is never narrower than the same noise makes it about the twin's elongation:
+    a softer wire shows more, so that noise which looks like one would narrow its own interval."""
     about, value, half, blocks = 1.0, 0.0, math.inf, 0
     for _ in range(ROUNDS):
         fitted = _fitted(parts, delay, about)
@@ -127,7 +120,7 @@ def _rows(sea: Sea, delay: float) -> tuple[NDArray[Any], ...]:
 
 def shown_with_mass(share: float) -> float:
     """What a uniform wire whose mass is this share of the stated load shows of its elongation, over one without mass,
-    in the tension at its top as it is lifted and lowered (first order in frequency^2) [-]."""
+    lifted and lowered at its top (first order in frequency^2) [-]."""
     w = min(share, 1.0)
     return 1.0 - w + w**2 / 3.0
 

@@ -84,8 +84,8 @@ def measures(crane: Crane, e: PassiveEstimates) -> tuple[Measure, ...]:
 def _measure(
     name: str, e: Estimate, calibration: float, *notes: str, law: float = 0.0, test: str = "", data: str = ""
 ) -> Measure:
-    """A measure whose interval includes, in addition to its scatter, uncertainties of calibrations and the form of the
-    law: relative half widths."""
+    """A measure whose interval includes uncertainties of calibrations and of the form of the law: relative half
+    widths."""
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
@@ -128,7 +128,7 @@ def _gas(crane: Crane, e: PassiveEstimates) -> list[Measure]:
 
 def volume(e: PassiveEstimates, gas: circuit.Curve) -> tuple[Estimate, float]:
     """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
-    calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
+    calibrations leave open [-]."""
     V = gas.V.all
     if not e.shares:
         return V, circuit.SETTING_DOUBT
@@ -138,8 +138,8 @@ def volume(e: PassiveEstimates, gas: circuit.Curve) -> tuple[Estimate, float]:
 
 
 def volume_notes(V: float, V_0: float, n: float) -> list[Note]:
-    """Volume implied by the stiffness at the file's index n, and index at the file's volume: the stiffness gives only
-    their ratio."""
+    """Volume implied by the stiffness at the file's index n, and index at the file's volume: only their ratio is
+    given."""
     at_file, soft, stiff = n * V_0 / V, V * circuit.SOFT / n, V * circuit.STIFF / n
     out = [
         Note("volume", log=V, n=n, file=V_0),
@@ -241,7 +241,7 @@ def _rows(crane: Crane, e: PassiveEstimates) -> Iterator[Row]:
     implied = [("precharge", gas.p_0, e.level.p, "pressure")] if e.level is not None else []
     implied += [(f"gas volume at n {number(gas.n, 3)}", gas.V_0, e.gas.V, "volume")] if e.gas is not None else []
     for name, twin, x, kind in implied:
-        yield row(name, twin, x.all, kind, x.tests, x.all.value / twin - 1.0)
+        yield row(name, twin, x.all, kind, x.tests)
     yield from (error_row("motors that work", count, s.share, "", [s.test]) for s in e.shares)
     if e.shares:
         share, structural = circuit.overall(e.shares)
@@ -254,14 +254,10 @@ def _rows(crane: Crane, e: PassiveEstimates) -> Iterator[Row]:
 
 
 def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[PassiveEstimates]:
-    """Passive circuit implied by the logs, against the crane file.
-
-    Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
-    log.
-    """
+    """Passive circuit implied by the logs, against the crane file. A check whose signals were not logged gives a
+    measure without a value that states what to log."""
     e = passive_estimates(parts_of(campaign, records), progress)
-    table = parameter_table(list(_rows(campaign.crane, e)), "The passive circuit by the logs, against the crane file")
+    table = parameter_table(_rows(campaign.crane, e), "The passive circuit by the logs, against the crane file")
     names = ("level", "gas", "stroke", "displacement", "shares", "setting", "make_up")
     data = {name: getattr(e, name) for name in names}
     return Step(StepNumber.PASSIVE, measures(campaign.crane, e), (), (table,), data, e)

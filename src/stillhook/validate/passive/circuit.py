@@ -58,8 +58,8 @@ DRY = 0.05
 
 
 def flow(part: LogPart) -> FloatArray:
-    """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m,
-    lowering positive, and that of make-up. Leakage is in the mean: it changes little with the pressure."""
+    """Oil flow into the accumulator about its mean (n,) [m^3/s]: D_pm alpha_pm omega_m, lowering positive, and
+    make-up."""
     assert part.omega_m is not None
     alpha_pm, omega_m = (bridged(x, part.step) for x in (part["alpha_pm"], part.omega_m))
     motors = -passive_of(part.crane).motor.D_total * alpha_pm * omega_m
@@ -68,11 +68,8 @@ def flow(part: LogPart) -> FloatArray:
 
 
 def made_up(part: LogPart) -> FloatArray:
-    """Flow of the make-up pumps, (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the
-    logged pressure.
-
-    Some per cent of a wave's oil, and about square to it: enough to turn the piston's dry friction at another moment.
-    """
+    """Flow of the make-up pumps (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the
+    logged pressure. Some per cent of a wave's oil: enough to turn the piston's dry friction at another moment."""
     settings, step = part.params.passive.settings, part.step
     if part.has("alpha_pp"):
         return np.asarray(settings.Q_p_max * bridged(part["alpha_pp"], step))
@@ -85,7 +82,7 @@ def made_up(part: LogPart) -> FloatArray:
 
 
 def filtered(x: FloatArray, tau: float, step: float) -> FloatArray:
-    """First-order filter of the PLC, cycle by cycle, starting on the first sample. As
+    """First-order filter of the PLC, cycle by cycle, starting on the first sample, as
     `stillhook.control.plc.low_pass`."""
     return low_pass(x, step / (tau + step))
 
@@ -112,10 +109,9 @@ sensors decide."""
 
 @dataclass(frozen=True)
 class Share:
-    """One test. share: of the torque of all passive motors of the file that is there, less 1, by the load cell;
-    structural: half width [-] that calibrations leave in addition; standing: torque left in the mean with the file's
-    motors [N m], T_load mean torque of the load; by_weight: the share by the stated load, None where it is not
-    stated."""
+    """One test. share: torque of all passive motors by the load cell over the file's, less 1; by_weight: by the stated
+    load, None without; structural: half width that calibrations leave in addition [-]; standing: torque left in the
+    mean with the file's motors, T_load mean torque of the load [N m]."""
 
     test: str
     share: Estimate
@@ -126,8 +122,8 @@ class Share:
 
 
 def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
-    """The share of every test with heave compensation, or where there is none of every test, that carries a load and
-    has the signals."""
+    """The share of every test with heave compensation, or else of every test, that carries a load and has the
+    signals."""
     usable = [p for p in parts if not missing(p)]
     usable = [p for p in usable if p.kind is Kind.AHC] or usable
     return tuple(s for test, same in by_test(usable).items() if (s := _share(test, same)) is not None)
@@ -170,9 +166,8 @@ def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Means over EVERY seconds: torque that the passive motors must give, that of the file's, friction of the twin with
-    the sign of the motion, wire out about its middle, angular acceleration, torque of the load, one, block; NaN where
-    the motors are at standstill or reverse.
-    """
+    the sign of the motion, wire out about its middle, angular acceleration, torque of the load, block; NaN at
+    standstill."""
     assert part.omega_m is not None
     s = {name: mean_every(part[name], part, EVERY) for name in ("p_a", "p_b", "F_w", "p_hp", "alpha_pm")}
     setting = known_setting(part, "m")
@@ -197,16 +192,16 @@ LEAST_ORDER = 0.02
 
 @dataclass(frozen=True)
 class MakeUp:
-    """gain: measured setting of the passive pumps over the response to the law's command, less 1; offset
-    between them, as the pressure [Pa] by which set pressure and transmitter disagree."""
+    """gain: measured setting over the law's, less 1; offset, as the pressure by which set pressure and transmitter
+    disagree [Pa]."""
 
     gain: Estimate
     offset: float
 
 
 def displacement_by_weight(part: LogPart) -> FloatArray | None:
-    """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it
-    is held in [0, 1]; None where load cell or pressure have holes."""
+    """Setting that law and servo give the passive motors (n,) [-], NaN while the filter settles and where it is held in
+    [0, 1]; None where load cell or pressure have holes."""
     F, p = (bridged(part[name], part.step) for name in ("F_w", "p_hp"))
     if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.r_eff).all()):
         return None
@@ -219,18 +214,17 @@ def displacement_by_weight(part: LogPart) -> FloatArray | None:
 
 
 def setting(parts: Sequence[LogPart]) -> ByTest | None:
-    """Measured setting of the passive motors over that of the law, less 1, of every test that carries a load (below
-    `LEAST_LOAD` the zero of the load cell decides); None without the signals."""
+    """Measured setting of the passive motors over that of the law, less 1, of every test that carries a load; None
+    without the signals."""
     usable = [p for p in parts if p.has("alpha_pm", "F_w", "p_hp") and p.weight > LEAST_LOAD * p.crane.SWL * G]
     result = fits(usable, lambda p: _of_law(displacement_by_weight(p), p, "alpha_pm"))
     return ByTest.of({f.test: f.fit.estimate(0, -1.0) for f in result})
 
 
 def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
-    """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and
-    where the command is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing
-    piston, as in the twin (p_hp less what flow costs by the file), else p_hp as it is, which a transmitter at the
-    motors gives."""
+    """Setting that law and servo give the passive pumps (n,) [-], NaN while the slow mean settles and at an end; None
+    where signals have holes. standing: the PLC's pressure is that of the standing piston, as in the twin (p_hp less
+    what flow costs by the file), else p_hp as it is."""
     if (part.kind is not Kind.AHC and not part.has("v_op")) or part.omega_m is None:
         return None
     p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
@@ -246,8 +240,8 @@ def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
 
 
 def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
-    """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
-    hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
+    """Gain and offset over the make-up law, by the place of the PLC's pressure that explains the setting better; None
+    where not logged or hardly moving."""
     fits = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
     _, moves, result = min(fits, key=lambda x: x[0], default=(0.0, 0.0, None))
     return result if moves > LEAST_ORDER else None
@@ -299,8 +293,8 @@ al. 2000, as `stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 
 @dataclass(frozen=True)
 class Level:
-    """p: pressure at mid stroke [Pa]; placed: the piston's position was logged, so that the level is that of the gas;
-    else it is the mean, which the make-up pumps hold at the set pressure whatever the gas has."""
+    """p: pressure at mid stroke [Pa]; placed: the piston's position was logged; else it is the mean, which the make-up
+    pumps hold at the set pressure whatever the gas has."""
 
     p: ByTest
     placed: bool
@@ -322,8 +316,8 @@ class Curve:
 @dataclass(frozen=True)
 class Stroke:
     """used: part of the file's stroke that the piston went through [-], low and high its ends about mid stroke [m^3];
-    at_end: time in which the pressure changed as with a piston at its end although the file leaves room [s]; where:
-    test and time of it; placed: from the logged position of the piston."""
+    at_end: time in which the pressure changed as at an end although the file leaves room [s]; where: test and time of
+    it; placed: from the logged position."""
 
     used: float
     low: float
@@ -422,8 +416,7 @@ def _gas_rows(part: LogPart, lag: float) -> Columns:
 
 
 def displacement(parts: Sequence[LogPart]) -> ByTest | None:
-    """Oil that reaches the piston, by its logged position, over what the file's motors and make-up move, less 1; None
-    without it or without motion."""
+    """Oil that reaches the piston, by its logged position, over what the file's motors and make-up move, less 1."""
 
     def rows(p: LogPart) -> Columns:
         dV, measured = (differences(x, p.step) for x in (integral(flow(p), p.step), bridged(p["V_acc"], p.step)))
@@ -439,8 +432,7 @@ def displacement(parts: Sequence[LogPart]) -> ByTest | None:
 
 
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
-    """Excursion of the piston, by its logged position or by the pressure along the gas curve that the log itself
-    implies; None without."""
+    """Excursion of the piston, by its logged position or by the pressure along the implied gas curve; None without."""
     usable = [p for p in parts if not p.lacking(*OIL, "omega_m")]
     if not usable:
         return None

@@ -81,7 +81,7 @@ def verdict(view: View, *, complete: bool = True) -> list[Part]:
 
 
 def deciding(view: View) -> list[Part]:
-    """The lines that decide a verdict: outcome, key, and the value against its limit; none where no line counts."""
+    """The lines that decide a verdict, with the value against its limit; none where no line counts."""
     failed = any(line["failed"] for line in view["lines"])
     rows = [
         (Verdict(x["verdict"], False if failed else True if x["verdict"] == SHOWN else None), x["key"], x["text"])
@@ -291,8 +291,7 @@ def segments_table(validation: Validation) -> pandas.DataFrame:
 
 
 def deviations_table(validation: Validation) -> pandas.DataFrame | None:
-    """Every window of step 5, units in the headings; None where there is none. Source: Moslatt 2020 paper F,
-    figures 11 to 13."""
+    """Every window of step 5; None where there is none. Source: Moslatt 2020 paper F, figures 11 to 13."""
     import pandas as pd
 
     result = (s.estimates for s in validation.steps if s.number is StepNumber.AHC)

@@ -355,12 +355,13 @@ def _cloud(ax: Any, x: FloatArray, y: FloatArray, colour: str, label: str) -> No
 
 
 FIGURES: Mapping[StepNumber, tuple[Callable[..., dict[str, Any]], ...]] = {
+    StepNumber.DATA: (tests,),
     StepNumber.CONTROLLER: (commands,),
     StepNumber.LIMITS: (at_limits,),
     StepNumber.DYNAMICS: (turns,),
     StepNumber.AHC: (compensation, windows),
 }
-"""What is drawn of the estimates of a step and the campaign; of step 0 its records."""
+"""What is drawn of the estimates of a step and the campaign."""
 
 
 def pictures(validation: Validation) -> dict[str, bytes]:
@@ -378,7 +379,7 @@ def figures(validation: Validation) -> dict[str, Figure]:
     for step in validation.steps:
         if step.estimates is None:
             continue
-        drawn = [draw(step.estimates, validation.campaign) for draw in FIGURES.get(step.number, ())]
-        drawn += [tests(validation.records, validation.campaign)] if step.number is StepNumber.DATA else []
-        out |= {f"step-{int(step.number)}-{name}": figure for each in drawn for name, figure in each.items()}
+        for draw in FIGURES.get(step.number, ()):
+            drawn = draw(step.estimates, validation.campaign)
+            out |= {f"step-{int(step.number)}-{name}": figure for name, figure in drawn.items()}
     return out

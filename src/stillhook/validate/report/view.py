@@ -32,6 +32,7 @@ from stillhook.validate.criteria.results import (
     Step,
     StepNumber,
     Verdict,
+    plain,
 )
 from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.data_set.check import RESTS, tip_ranges
@@ -108,9 +109,7 @@ def without_meaning(validation: Validation) -> dict[str, list[CriterionResult]]:
 
 def decisive(validation: Validation) -> list[CriterionResult]:
     """The lines that govern the verdict, DECISIVE at most: blocking lines, refuted first and by utilisation of the
-    limit; where it passed, the comparisons of twin and crane with the highest utilisation (coverage of the data has no
-    margin).
-    """
+    limit; where it passed, the comparisons of twin and crane with the highest utilisation."""
     judged = [line for line in validation.lines if line.judged]
     failed = [line for line in judged if line.failed]
     if failed:
@@ -169,8 +168,8 @@ def criterion(validation: Validation, line: CriterionResult) -> Criterion:
 
 
 class LineCells(NamedTuple):
-    """What people read of a verdict line: number, criterion, value and its 95 % interval in the unit of the limit,
-    limit, verdict (in capitals where it blocks the certificate), data and reason, source."""
+    """What people read of a verdict line: values in the unit of the limit, verdict in capitals where it blocks the
+    certificate."""
 
     key: str
     title: str
@@ -214,12 +213,9 @@ BY_TEST = ("test ", "load case ")
 
 
 def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | None:
-    """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the
-    segments used by step 5.
-
-    window: that of the criteria [s], which sets the least length for step 5. Windows without tip motion do not count,
-    as in step 0. None where the tip moves in no segment.
-    """
+    """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the segments
+    used by step 5; windows without tip motion do not count. window: sets the least length for step 5 [s]. None where
+    the tip moves in no segment."""
     used = [
         (record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0
     ]
@@ -250,11 +246,8 @@ def _ends(values: Any) -> list[float]:
 
 
 def unjudged(validation: Validation) -> dict[str, tuple[str, ...]]:
-    """Names of signals, each with the tests in which it was logged and no judged line with a value depends on it.
-
-    A measure depends on the signals listed in `stillhook.validate.criteria.results`, in its test, or in all tests
-    of its kinds.
-    """
+    """Names of signals, each with the tests in which it was logged and no judged line with a value depends on it, by
+    `MEASURES`."""
     counted = {line.key for line in validation.lines if line.judged}
     names = {c.measure for c in validation.campaign.criteria.criteria if c.key in counted}
     judged = {
@@ -316,8 +309,8 @@ TRIED = active_passive.NAME
 
 
 def view_of(validation: Validation) -> dict[str, Any]:
-    """What a validation came to. A complete one in which no part of the logs with heave compensation could be compared,
-    or of whose criteria none counts, certifies nothing, even where all of them are met."""
+    """What a validation came to. A complete one in which no part with heave compensation could be compared, or of whose
+    criteria none counts, certifies nothing, even where all of them are met."""
     campaign, outcome, verdict = validation.campaign, validation.outcome, sentence(validation)
     envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
     if validation.complete and outcome is Outcome.NOT_JUDGED:
@@ -349,15 +342,6 @@ def view_of(validation: Validation) -> dict[str, Any]:
         "envelope": plain(envelope),
         "limitations": list(_limitations(validation, passed)),
     }
-
-
-def plain(x: Any) -> Any:
-    """Data as JSON has them: numbers out of NumPy, lists, tables with keys of text."""
-    if isinstance(x, Mapping):
-        return {str(k): plain(v) for k, v in x.items()}
-    if isinstance(x, list | tuple):
-        return [plain(v) for v in x]
-    return plain(x.tolist()) if hasattr(x, "tolist") else x
 
 
 def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
@@ -435,8 +419,7 @@ def _load_case(s: Segment) -> list[str]:
 
 
 def _limitations(validation: Validation, passed: bool) -> Iterator[dict[str, Any]]:
-    """What was synthetic, what was not shown, what holds always, and what the model leaves out: headings with their
-    lines."""
+    """What was synthetic, not shown, holds always, or is left out of the model: headings with their lines."""
     words, campaign = WORDS["limitations"], validation.campaign
     wide = [line for line in validation.lines if line.measure is not None and line.measure.undetectable]
     no_meaning = [line for lines in without_meaning(validation).values() for line in lines]
@@ -464,8 +447,8 @@ def _open(validation: Validation, verdict: Verdict) -> Iterator[str]:
 
 
 def limits_of(crane: Crane) -> DetectionLimits:
-    """Detection limits that hold for a crane: those of the trials with known defects; none for another winch type,
-    whose judged lines are others."""
+    """Detection limits of a crane: of the trials with known defects; none for another winch type, whose judged lines
+    are others."""
     return detection_limits() if crane.plant == TRIED else DetectionLimits("", "", 0, 0, ())
 
 
