@@ -70,23 +70,18 @@ def write_lift(run: Run, folder: Path, *, remarks: Sequence[str] = ()) -> tuple[
     if isinstance(case, InSea):
         at = {"x": case.x, "y": case.y, "z": lift.h_tip}
         tip = {"at": ", ".join(f"{name}={exact(value, 'length')}" for name, value in at.items())}
-    top, phases = _programme(lift)
+    named["start_depth"] = exact(lift.start_depth, "length")
+    phases = "\n\n".join("\n".join(["[[phase]]", *_record(phase)]) for phase in lift.programme)
     tables = {
-        "": [*(f"# {line}" for line in remarks), *_lines(named | top)],
+        "": [*(f"# {line}" for line in remarks), *_lines(named)],
         "tip": _lines(tip),
         "water": _lines({"depth": exact(lift.depth, "length"), "rho": exact(lift.rho, "density")}),
         **({"sea": _sea(case)} if isinstance(case, InSea) else {}),
         **{name: lines for name in ("rigging", "wire", "winch", "sensors") if (lines := _own(getattr(lift, name)))},
     }
-    (folder / LIFT).write_text(joined(tables) + phases, encoding="utf-8")
+    (folder / LIFT).write_text(f"{joined(tables)}\n{phases}\n", encoding="utf-8")
     _check(run, folder / LIFT)
     return tuple(name for name in FILES if (folder / name).is_file())
-
-
-def _programme(lift: Lowering) -> tuple[dict[str, Any], str]:
-    """What the file says of the way of the payload: keys of its top, and its list of tables."""
-    tables = ["\n".join(["[[phase]]", *_record(phase)]) for phase in lift.programme]
-    return {"start_depth": exact(lift.start_depth, "length")}, "\n" + "\n\n".join(tables) + "\n"
 
 
 def _sea(case: InSea) -> list[str]:

@@ -165,9 +165,8 @@ def _certified(fields: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     """The certificate that a crane file names, in short."""
     name = certificate.value if isinstance(certificate, Leaf) else None
     if not isinstance(name, str) or not name.strip():
-        raise SpecError(
-            f'{path.name}: certificate = {quote(name)}: give the path of a certificate, such as "certificate.json".'
-        )
+        do = 'give the path of a certificate, such as "certificate.json".'
+        raise SpecError(f"{path.name}: certificate = {quote(name)}: {do}")
     if "certified" in fields:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     try:

@@ -77,11 +77,9 @@ class Evidence(Spec):
         if len(set(self.names)) < n:
             raise ValueError("names: a name comes twice. Name each parameter once.")
         if len(self.covariance) != n or any(len(row) != n for row in self.covariance):
-            sizes = (
-                f"{len(self.covariance)} rows of"
-                f" {', '.join(str(s) for s in sorted({len(row) for row in self.covariance}))}"
-            )
-            raise ValueError(f"covariance: {sizes} values for {n} names. Give {n} rows of {n}.")
+            sizes = ", ".join(map(str, sorted({len(row) for row in self.covariance})))
+            counts = f"{len(self.covariance)} rows of {sizes} values for {n} names"
+            raise ValueError(f"covariance: {counts}. Give {n} rows of {n}.")
         if problem := _not_a_covariance(self.matrix):
             raise ValueError(f"covariance: {problem}")
         return self
@@ -131,10 +129,8 @@ def _not_a_covariance(C: FloatArray) -> str:
         return "it is not symmetric. Give the covariance of each pair twice."
     least = float(np.linalg.eigvalsh(0.5 * (R + R.T))[0])
     if least < -SEMIDEFINITE:
-        return (
-            f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g}). Give a covariance"
-            " matrix."
-        )
+        problem = f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g})"
+        return f"{problem}. Give a covariance matrix."
     return ""
 
 
@@ -144,16 +140,15 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
     if table is None:
         return None
     if not isinstance(table, Mapping):
-        raise SpecError(
-            f"{label}: {EVIDENCE} = {u.quote(table)}: must be a table, with {', '.join(Evidence.model_fields)}."
-        )
+        fields = ", ".join(Evidence.model_fields)
+        raise SpecError(f"{label}: {EVIDENCE} = {quote(table)}: must be a table, with {fields}.")
     try:
         evidence = Evidence.model_validate(table)
     except ValidationError as error:
         raise explain(error, Evidence, f"{label}: {EVIDENCE}", table) from None
     for name in evidence.names:
         if name not in allowed:
-            raise SpecError(f"{label}: {EVIDENCE}.names: {u.quote(name)} is not one of {', '.join(allowed)}.")
+            raise SpecError(f"{label}: {EVIDENCE}.names: {quote(name)} is not one of {', '.join(allowed)}.")
     return evidence
 
 
@@ -220,11 +215,9 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
     if str(name_or_path) in shelf(MOTORS):
         return load_losses(name_or_path)
     if not is_path(str(name_or_path)):
-        have = (*shelf(FRICTION), *shelf(MOTORS))
-        hint = nearest(str(name_or_path), have)
-        raise SpecError(
-            f"set {quote(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
-        )
+        names = (*shelf(FRICTION), *shelf(MOTORS))
+        have = f"{', '.join(names)}{nearest(str(name_or_path), names)}"
+        raise SpecError(f"set {quote(str(name_or_path))}: the library has {have} A file's name ends in .toml.")
     label, table = _table(FRICTION, name_or_path, ANY, Path())
     kind: type[FrictionSet | LossSet] = LossSet if "D_max" in table or "loss" in table else FrictionSet
     return _set(kind, label, table, user=True)
@@ -306,10 +299,8 @@ def _evidence_lines(e: Evidence) -> Iterator[str]:
 def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) -> tuple[str, dict[str, Any]]:
     """Label for errors and the parsed tables of a set's file."""
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
-        raise SpecError(
-            f"{where} = {quote(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a"
-            " .toml file."
-        )
+        have = ", ".join(shelf(shelf_name))
+        raise SpecError(f"{where} = {quote(name_or_path)}: give a name ({have}) or the path of a .toml file.")
     if not _is_file(shelf_name, name_or_path):
         try:
             return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
@@ -319,9 +310,8 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     try:
         text = toml_text(path)
     except SpecError as problem:
-        raise SpecError(
-            f"{where} = {quote(str(name_or_path))}: {str(problem).removeprefix(f'{quote(str(path))}: ')}"
-        ) from None
+        line = str(problem).removeprefix(f"{quote(str(path))}: ")
+        raise SpecError(f"{where} = {quote(str(name_or_path))}: {line}") from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))

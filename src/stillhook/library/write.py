@@ -213,15 +213,9 @@ def _derived(crane: Crane) -> Iterator[Row]:
         yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
         yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
     for name, circuit in crane.circuits.items():
-        leak = form_of(circuit)
-        meaning = f"pumps and motors at {point_text(leak.at)}"
-        yield Row(
-            f"{name}.leak",
-            meaning,
-            show(stated_leak(circuit), "leakage", 4),
-            kind,
-            f'table, C_1 and C_2; form "{leak.form}"',
-        )
+        leak, total = form_of(circuit), show(stated_leak(circuit), "leakage", 4)
+        source = f'table, C_1 and C_2; form "{leak.form}"'
+        yield Row(f"{name}.leak", f"pumps and motors at {point_text(leak.at)}", total, kind, source)
     winch, drum = crane.plant.type, crane.drum
     v_w = winch.full_speed(crane, 1.0) / crane.i_hD * drum.d_max / 2
     yield Row("v_w", "wire speed at full command", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")
