@@ -55,8 +55,7 @@ class LiftFile(NamedTuple):
 
 
 def stored_lift(path: str | Path) -> LiftFile:
-    """The lowering that a stored run holds, to be run again with the same steps. Errors: StillhookError where the file
-    holds none, or several."""
+    """The lowering that a stored run holds, to be run again with the same steps. Errors: StillhookError."""
     run = load_run(path)
     if "scenarios" in run.attrs:
         raise LiftError(f"{path}: holds scenarios, no lowerings. Run them again: stillhook run {path}.")

@@ -27,8 +27,7 @@ _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time
 
 
 def canonical(data: Mapping[str, Any]) -> str:
-    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null, a line at the
-    end."""
+    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null."""
     return json.dumps(_rounded(data), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -61,8 +61,7 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
 
 
 def _normal(evidence: Evidence, n: int, rng: np.random.Generator) -> FloatArray:
-    """Normal deviates with the covariance of the evidence, shape (n, names); scaled to correlations first, for the
-    numbers' sake."""
+    """Normal deviates with the covariance of the evidence, (n, names); by correlations, for the numbers' sake."""
     C = evidence.matrix
     s = np.sqrt(np.diag(C))
     unit = np.where(s > 0.0, s, 1.0)
@@ -114,8 +113,7 @@ def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: 
 
 
 def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> Crane:
-    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where
-    there is none."""
+    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError."""
     sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
     loss = _leaves(item.motor.loss, draws, i, sources, f"{label} from {item.name}")
     fits = [name for name, c in crane.circuits.items() if c.motor.D_max == item.motor.D_max]

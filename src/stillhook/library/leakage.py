@@ -66,8 +66,7 @@ def leak_law(circuit: Circuit) -> LeakLaw:
 
 
 def leak_at(circuit: Circuit, alpha_p: float, n_m: float) -> float:
-    """Leak conductance of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a speed of the
-    motors [rad/s]."""
+    """Leak of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a motor speed [rad/s]."""
     law = leak_law(circuit)
     return float(pump_leakage(alpha_p, law.pumps)) + circuit.motor.count * (law.C_1 + law.C_2 * abs(n_m))
 

@@ -95,8 +95,7 @@ class Evidence(Spec):
         ranges: Mapping[str, tuple[float, float]] | None = None,
         statements: Sequence[str] = (),
     ) -> Evidence:
-        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError, one
-        line."""
+        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError."""
         ends = {k: [f"{float(x)!r} {u.KINDS[RANGES[k]].si}" for x in pair] for k, pair in (ranges or {}).items()}
         table = {
             "names": list(names),
@@ -135,8 +134,7 @@ def _not_a_covariance(C: FloatArray) -> str:
 
 
 def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | None:
-    """The evidence in a set's file, None where there is none; allowed names of its parameters. Errors: SpecError,
-    UnitError, one line."""
+    """The evidence in a set's file, None where there is none; allowed names of its parameters."""
     if table is None:
         return None
     if not isinstance(table, Mapping):
@@ -208,8 +206,7 @@ def load_losses(name_or_path: str | Path) -> LossSet:
 
 
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
-    """A set of either kind, distinguished by its name in the library or by what the file holds. Errors: SpecError,
-    UnitError, one line."""
+    """A set of either kind, distinguished by its name in the library or by what the file holds."""
     if str(name_or_path) in shelf(FRICTION):
         return load_friction(name_or_path)
     if str(name_or_path) in shelf(MOTORS):
@@ -238,8 +235,7 @@ def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
 
 
 def known_torques(name: str, where: str, folder: Path) -> Tree:
-    """Drum torques between which a friction set was identified, as T_d_min and T_d_max; empty where its file does not
-    say."""
+    """Drum torques between which a friction set was identified, as T_d_min and T_d_max, where its file says so."""
     label, table = _table(FRICTION, name, where, folder)
     evidence = evidence_of(table.get(EVIDENCE), Y_NAMES, label)
     if evidence is None or evidence.T_d is None:
@@ -257,8 +253,7 @@ def known_losses(name: str, where: str, folder: Path) -> Tree:
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
-    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence gives
-    them."""
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them."""
     if evidence is None:
         return {}
     ends: dict[str, str] = {}
@@ -347,8 +342,7 @@ def _title(label: str, table: Mapping[str, Any]) -> str:
 
 
 def save_set(item: FrictionSet | LossSet, path: str | Path) -> Path:
-    """Write a set as a file that a crane file can name; the file appears only when it is complete. Errors:
-    SimulationError."""
+    """Write a set as a file that a crane file can name, complete or not at all. Errors: SimulationError."""
     target = Path(path)
     text = set_toml(item)
     with atomic_file(target) as part:

@@ -36,8 +36,7 @@ def items(crane: Crane) -> Iterator[Item]:
 
 
 def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
-    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options
-    are left out."""
+    """Every value of a table of a crane file, depth first, with its source; absent options are left out."""
     for path, name, field, value in _walk(spec, ""):
         yield Item(path, field.description or name, value, quantity_of(field), sources.get(path, _UNSTATED))
 
@@ -90,8 +89,7 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
 
 
 def crane_toml(crane: Crane) -> str:
-    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its
-    certificate included."""
+    """A crane as a complete crane file with sources and its certificate's record; ``load_crane`` reads it back."""
     tables = leaf_tables(crane, crane.sources)
     return joined(tables if crane.certified is None else tables | record_tables(crane.certified, "certified"))
 

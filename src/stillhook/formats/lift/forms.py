@@ -152,8 +152,7 @@ def changed(data: Mapping[str, Any], these: tuple[Change, ...]) -> dict[str, Any
 
 
 def today(table: TomlTable) -> TomlTable:
-    """A lift file in the words of today; an old one with a warning that says so. Errors: LiftError for one that mixes
-    both."""
+    """A lift file in the words of today; an old one with a warning. Errors: LiftError for one that mixes both."""
     these = changes(table.data)
     if not these and "stage" not in table.data:
         return table

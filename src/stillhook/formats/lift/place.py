@@ -105,8 +105,7 @@ def _first(values: Any, usual: str) -> str:
 
 
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
-    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves
-    [s]."""
+    """Notes on motions for deep water over water [m] that is not deep to the longest waves [s]."""
     kd = float(wavenumber(np.array([2.0 * math.pi / longest]), depth)[0]) * depth
     if kd >= DEEP or math.isclose(rao.depth, depth, rel_tol=0.2):
         return ()

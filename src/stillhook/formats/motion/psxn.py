@@ -111,8 +111,7 @@ class _Scan:
         self.rows.extend((t, float(angles[0]), float(angles[1]), float(angles[2]), self.altitude, number))
 
     def _receipt(self, before: bytes) -> float:
-        """The logger's time of receipt [s since 1970], from the last one or two words before the sentence; nan if
-        none."""
+        """The logger's time of receipt [s since 1970], from the last words before the sentence; nan if none."""
         words = before.decode("ascii", "replace").strip(" ,;\t").replace(",", " ").replace(";", " ").split()
         for text in (*words[-1:], "T".join(words[-2:])):
             if match := _SLASHED.match(text):

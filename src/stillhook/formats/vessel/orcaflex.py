@@ -70,8 +70,7 @@ MIRRORED_QUARTER = (
 
 
 def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
-    """The vessel in an OrcaFlex text file, given its path and text; stated: vessel type and draught where there are
-    several. Errors: SeaError of one line."""
+    """The vessel in an OrcaFlex text file; stated: vessel type and draught where there are several."""
     model = _model(path.name, text)
     length, unit = _length(path.name, model)
     kind = _chosen(path.name, path.name, model, "VesselTypes", "vessel_type", stated.vessel_type)
@@ -162,8 +161,7 @@ def _length(file: str, model: Mapping[str, Any]) -> tuple[float, str]:
 def _chosen(
     file: str, place: str, table: Mapping[str, Any], key: str, field: str, name: str | None
 ) -> Mapping[str, Any]:
-    """The entry of a list of tables that has a name, or the only one; field: what states it in a vessel
-    description."""
+    """The entry of a list of tables that has a name, or the only one; field: what states it in a vessel description."""
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
         raise wrong(place, f"{key} is not a list of tables", SAVE)

@@ -83,8 +83,7 @@ class Column:
 
 
 def bare(heading: str) -> tuple[str, str]:
-    """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit
-    in brackets."""
+    """A heading in lower case with _ between its words, less a number at its end, and its unit in brackets."""
     unit = match[1] if (match := _BRACKET.search(heading)) else ""
     name = re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", heading).strip().lower()).strip("_")
     return re.sub(r"_\d$", "", name), unit
@@ -287,8 +286,7 @@ def assembled(
 
 
 def _check_plausible(x: FloatArray, column: Column, name: str) -> None:
-    """Errors: WeatherError for numbers (n,) [SI] that are weather one by one and not on the median, unless the user
-    stated their unit."""
+    """Refuse numbers (n,) [SI] that no weather has on the median, unless the user stated their unit."""
     known = x[np.isfinite(x)]
     if not len(known) or column.by_user:
         return

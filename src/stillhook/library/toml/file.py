@@ -118,8 +118,7 @@ def read_toml(
     *,
     start: str = "Write its fields, or copy an example.",
 ) -> Result:
-    """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError of
-    one line that begins with the file's name."""
+    """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError."""
     file = Path(path)
     data = parsed(toml_text(file), file.name, kind, start=start)
     return named(TomlTable(file, data, error), read)

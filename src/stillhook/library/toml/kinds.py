@@ -76,8 +76,7 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
 
 
 def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None:
-    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that names its kind and
-    what reads it."""
+    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError."""
     actual = kind_of(table)
     if wanted and actual is not None and actual not in wanted:
         nouns = " or ".join(kind.noun for kind in wanted)
@@ -85,8 +84,7 @@ def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None
 
 
 def other_kind(name: str, wanted: FileKind) -> str:
-    """A sentence for a name that the library has as something else than what is wanted; empty where it has none
-    such."""
+    """A sentence for a name that the library has as something else than what is wanted; else empty."""
     actual = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
     return "" if actual in (None, wanted) else f" The library has it as {actual.noun}: {actual.read_by}."
 
@@ -114,8 +112,7 @@ def kind_on_shelf(name: str) -> FileKind | None:
 
 
 def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
-    """A line on a TOML file in place of data (wanted: what they are called, with an article); empty for any
-    other file."""
+    """A line on a TOML file in place of data (wanted: what they are called, with an article); else empty."""
     file = Path(path)
     if file.suffix.lower() != ".toml" or not file.is_file():
         return ""

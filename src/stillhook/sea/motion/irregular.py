@@ -129,8 +129,7 @@ class IrregularTip(ArrayRecord, Motion):
 
 
 def synthesis(c: ComplexArray, n: int) -> FloatArray:
-    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n more than twice the number of
-    harmonics."""
+    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n over twice the number of harmonics."""
     half = 0.5 * n * c
     half[..., 0] = n * c[..., 0].real
     return np.fft.irfft(half, n)

@@ -108,8 +108,7 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
 
 
 def scaled(motion: Motion, factor: float) -> Motion:
-    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError for a motion
-    without a size."""
+    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError."""
     match motion:
         case Sine():
             size = motion.amplitude * factor

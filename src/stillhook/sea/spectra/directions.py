@@ -22,8 +22,7 @@ FULL = 2.0 * math.pi
 
 
 def parse_direction(text: object, where: str = "direction") -> float:
-    """A direction as text with its unit, within one turn [rad]. Errors: UnitError; SeaError outside 0 to 360 deg; one
-    line."""
+    """A direction as text with its unit, 0 to 360 deg [rad]. Errors: UnitError, SeaError."""
     value = parse(text, "angle", where)
     if not 0.0 <= value <= FULL * (1.0 + 1e-12):
         raise SeaError(f"{where} = {quote(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")

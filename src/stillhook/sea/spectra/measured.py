@@ -152,8 +152,7 @@ class SpectrumSeries:
         return np.where(S.max(axis=1) > 0.0, 2.0 * np.pi / self.omega[np.argmax(S, axis=1)], np.nan)
 
     def index(self, record: str) -> int:
-        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError where
-        there is none."""
+        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError."""
         text = record.strip()
         if text.isdigit():
             if int(text) >= len(self):

@@ -126,8 +126,7 @@ class Train:
             check_spread(self.spread)
 
     def directions(self) -> tuple[FloatArray, FloatArray]:
-        """Directions of travel [rad] and the share of the variance that each takes (adding up to 1), both (k,); k = 1
-        when long-crested."""
+        """Directions of travel [rad] and their shares of the variance, both (k,); k = 1 when long-crested."""
         if self.spread is None:
             return np.array([self.beta]), np.ones(1)
         theta, weight = cos_power(self.spread)

@@ -106,8 +106,7 @@ class Boom:
 
     @property
     def tip(self) -> tuple[float, float, float]:
-        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height z above still water
-        [m]."""
+        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height above still water [m]."""
         down = self.main_angle - self.knuckle_angle
         rise = self.main_length * math.sin(self.main_angle) + self.knuckle_length * math.sin(down)
         return self.x + self.radius * math.cos(self.slew), self.y + self.radius * math.sin(self.slew), self.z + rise

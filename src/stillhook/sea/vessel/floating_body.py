@@ -158,8 +158,7 @@ def _verdict(dof: str, omega: float, share: float, apart: float, largest: float)
 
 
 def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
-    """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is
-    wrong."""
+    """Why a table is refused, in one line with what would make it right; None where nothing is wrong."""
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
         return _out_of_order(rao) or _beyond(rao)

@@ -136,8 +136,7 @@ class Rao:
         return H.reshape(*beta.shape, H.shape[-1])
 
     def table(self, omega: ArrayLike) -> ComplexArray:
-        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k); with `heading_weights` @ it, at
-        any headings."""
+        """H at frequencies (k,) [rad/s] and every heading of the table, (6, m, k); `heading_weights` @ it: at any."""
         return self._mixed(omega, np.eye(len(self.beta)), np.eye(len(DOFS)))
 
     def heading_weights(self, beta: ArrayLike) -> FloatArray:

@@ -172,8 +172,7 @@ def _cached(function: Any, n: int) -> Any:
 
 @remembered
 def band(sea: Sea, repeat: float) -> tuple[int, int]:
-    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or
-    too long."""
+    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError."""
     d_omega = 2.0 * math.pi / repeat
     lowest, highest = math.inf, 0.0
     for train in sea.trains:
@@ -280,8 +279,7 @@ def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
 
 
 def _levels(waves: Realisation) -> int:
-    """Number of levels down to where the water is at rest; the same for every seed of a sea, so that runs on several
-    fit side by side."""
+    """Number of levels down to where the water is at rest; the same for every seed of a sea."""
     speed = np.sqrt(waves.variance) * waves.omega
     z = -Z_0 * np.expm1(D_S * np.arange(DEEPEST))
     rms = np.sqrt(np.sum((speed * decay(waves.wave_number, z, waves.depth)) ** 2, axis=1))

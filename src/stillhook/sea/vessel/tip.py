@@ -137,8 +137,7 @@ class TipResponse:
 
     @property
     def share_below(self) -> float:
-        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the
-        water."""
+        """Part of the variance of the tip's height by waves longer than the table has, in which the vessel follows."""
         return self._share(self.S, self.omega < self.omega_table[0])
 
     def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
@@ -171,8 +170,7 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
 
 
 def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
-    """The same with the complete sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n
-    of them cost little more than one."""
+    """The same with the sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]."""
     edges = _edges(sea, rao)
     omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
     trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
@@ -284,8 +282,7 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
 
 
 def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:
-    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that
-    of the next rate."""
+    """Most probable maximum and 90 % level of height, speed and acceleration, from deviations of each and the next."""
     if sigma[0] <= 0.0:
         return {f"{name}_{level}": 0.0 for name in NAMES for level in LEVELS}
     cycles = [duration / _period(x, rate) for x, rate in pairwise(sigma)]
