@@ -94,12 +94,6 @@ def without_unit(heading: str) -> str:
     return _BRACKET.sub("", heading).strip()
 
 
-def sense_in(heading: str) -> DirectionSense | None:
-    """The sense that a heading names itself: ..._from_direction, ..._to_direction."""
-    words = bare(heading)[0].split("_")
-    return DirectionSense.FROM_NORTH if "from" in words else DirectionSense.TO_NORTH if "to" in words else None
-
-
 def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
     """Columns that are weather. columns_as: name -> heading of the file, or heading with a unit in brackets, before
     what is recognised."""
@@ -314,7 +308,9 @@ def _like_radians(x: FloatArray, column: Column) -> bool:
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
     """What the directions of a column mean; None where nobody says."""
-    declared = sense_in(column.heading)
+    words = bare(column.heading)[0].split("_")  # ..._from_direction, ..._to_direction
+    said = {"from": DirectionSense.FROM_NORTH, "to": DirectionSense.TO_NORTH}
+    declared = next((said[word] for word in said if word in words), None)
     if column.name == "wind_from":
         return declared or DirectionSense.FROM_NORTH
     for line in comments:

@@ -83,16 +83,16 @@ def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None
         raise SpecError(f"{name} is {actual.noun}, not {nouns}: {actual.read_by}. Give {nouns} here.")
 
 
-def other_kind(name: str, wanted: FileKind) -> str:
-    """A sentence for a name that the library has as something else than what is wanted; else empty."""
-    actual = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
-    return "" if actual in (None, wanted) else f" The library has it as {actual.noun}: {actual.read_by}."
-
-
 def unknown_name(noun: str, name: str, names: Sequence[str], wanted: FileKind) -> str:
     """A line for a name that is neither one of the library's names nor the path of a TOML file."""
     have = f"{', '.join(names)}{nearest(name, names)}"
-    return f"No {noun} {quote(name)}: the library has {have} A file's name ends in .toml.{other_kind(name, wanted)}"
+    plain = name.isprintable() and not {"/", "\\"} & set(name)
+    shelves = [
+        kind for shelf, kind in _TABLE["shelves"].items() if plain and (LIBRARY / shelf / f"{name}.toml").is_file()
+    ]
+    other = FileKind[shelves[0]] if shelves else wanted
+    elsewhere = "" if other is wanted else f" The library has it as {other.noun}: {other.read_by}."
+    return f"No {noun} {quote(name)}: the library has {have} A file's name ends in .toml.{elsewhere}"
 
 
 def kind_of_toml(text: str) -> FileKind | None:
@@ -101,14 +101,6 @@ def kind_of_toml(text: str) -> FileKind | None:
         return kind_of(tomllib.loads(text))
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         return None
-
-
-def kind_on_shelf(name: str) -> FileKind | None:
-    """The kind of what the library has under this name."""
-    for shelf, kind in _TABLE["shelves"].items():
-        if (LIBRARY / shelf / f"{name}.toml").is_file():
-            return FileKind[kind]
-    return None
 
 
 def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:

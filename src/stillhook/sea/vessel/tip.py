@@ -29,6 +29,7 @@ AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference poin
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
 SAMPLING = 0.05  # s: of motions in time
 NOTHING = 5e-5  # parts of a variance that are not worth a line
+OPEN = 0.005  # part of the motion that a table may leave open between its frequencies without a line
 EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
 SPACING = 0.2  # rad: turn of the fastest wave from sample to sample; one of half its frequency loses 0.1 % of its crest
 MOST_SEEDS = 1000
@@ -200,17 +201,12 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
         T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)])
     where = {"x": at.x, "y": at.y} | ({} if at.z is None else {"z": at.z})
     leeway = rao.leeway(at.x, at.y)
-    notes = [*_table_notes(response), *_leeway_notes(leeway), *rao.notes]
+    open_by = f"that leaves {leeway:.1%} of the motion open, either way"
+    between = [f"The vessel's table says nothing between its frequencies: {open_by}."] if leeway > OPEN else []
+    notes = [*_table_notes(response), *between, *rao.notes]
     waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
     top = {"vessel": rao.name, "at": where, "sea": waves, "duration": duration}
     return top | tip_numbers(response, duration) | {"leeway": leeway, "notes": notes}
-
-
-def _leeway_notes(leeway: float) -> list[str]:
-    """A line where what the table leaves open between its frequencies is more than 0.5 % either way."""
-    return (leeway > 0.005) * [
-        f"The vessel's table says nothing between its frequencies: that leaves {leeway:.1%} of the motion open."
-    ]
 
 
 def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
