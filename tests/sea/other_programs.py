@@ -10,7 +10,6 @@ import pytest
 
 from stillhook.errors import StillhookError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.sea.vessel.rao import Rao
 
 AQWA_HEAD = """ *********1*********2*********3*********4
  * Hydrodynamic Solver Unit System : Metric: kg, m [N]
@@ -111,9 +110,3 @@ def refused(path: Path) -> str:
         read_vessel(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def one_side(ship: Rao) -> tuple[np.ndarray, np.ndarray]:
-    """Headings from 0 to 180 deg [rad] and their motions."""
-    half = ship.beta < np.pi + 1e-6
-    return ship.beta[half], ship.H[:, half]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import aqwa_text, one_side, refused, written
+from tests.sea.other_programs import aqwa_text, refused, written
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
@@ -27,13 +27,6 @@ def test_the_plank_comes_back_from_one_side_and_all_round(tmp_path: Path, degree
     assert np.abs(ship.H - plank_motions(OMEGA, ship.beta)).max() < FOUR_DECIMALS
     assert "X = 1.0000 m, Y = 0.0000 m, Z = -2.0000 m" in ship.origin
     assert ship.depth == 1000.0
-
-
-def test_a_vessel_of_the_library_comes_back(tmp_path: Path) -> None:
-    ship = read_vessel("construction-vessel-130m")
-    beta, H = one_side(ship)
-    back = read_vessel(written(tmp_path / "ship.lis", aqwa_text(ship.omega, np.degrees(beta), H)))
-    assert np.abs(back.H - ship.H).max() < 2.0 * FOUR_DECIMALS
 
 
 def test_one_structure_of_several_is_stated(tmp_path: Path) -> None:

@@ -250,12 +250,6 @@ def test_frequencies_at_the_ends_of_the_scale_are_left_out(tmp_path: Path) -> No
     assert_plank(read_vessel(written(tmp_path, xarray.concat([data, far], "omega", data_vars="minimal"))))
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", ["added_mass", "inertia_matrix", "hydrostatic_stiffness", "diffraction_force"])
-def test_a_missing_part_is_named(tmp_path: Path, name: str) -> None:
-    assert f"plank.nc: has no {name}" in refused(written(tmp_path, data_set().drop_vars(name)))
-
-
 def test_missing_degrees_of_freedom_failed_solutions_and_speed_are_refused(tmp_path: Path) -> None:
     five = data_set().isel(influenced_dof=slice(5), radiating_dof=slice(5))
     assert "degrees of freedom Surge, Sway, Heave, Roll, Pitch. One rigid body is read" in refused(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import hydrostar_texts, one_side, refused, written
+from tests.sea.other_programs import hydrostar_texts, refused, written
 from tests.sea.plank import plank_motions
 
 from stillhook.formats.vessel.open import read_vessel
@@ -28,15 +28,6 @@ def test_any_of_the_six_files_is_the_vessel(tmp_path: Path, degrees: np.ndarray)
         assert len(ship.beta) == 12
         assert np.abs(ship.H - plank_motions(OMEGA, ship.beta)).max() < SIX_DIGITS
         assert ship.name == tmp_path.name
-
-
-def test_a_vessel_of_the_library_comes_back(tmp_path: Path) -> None:
-    ship = read_vessel("supply-vessel-82m")
-    beta, H = one_side(ship)
-    for d, text in enumerate(hydrostar_texts(ship.omega, np.degrees(beta), H)):
-        written(tmp_path / f"{d}.rao", text)
-    back = read_vessel(tmp_path / "2.rao")
-    assert np.abs(back.H - ship.H).max() < 5.0 * SIX_DIGITS
 
 
 def test_phases_are_moved_to_the_reference_point(tmp_path: Path) -> None:

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from stillhook.errors import MotionError, SeaError
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.text import motion_from_json, motion_to_json, scaled
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.vessel.rao import Rao, wavenumber
+from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact, wave_field
 from stillhook.sea.vessel.tip import tip_response
 
@@ -210,15 +209,6 @@ class TestRealisation:
 
 
 class TestDepth:
-    def test_wave_numbers_in_water_of_a_depth_keep_the_dispersion_relation(self):
-        omega = np.array([0.05, 0.3, 0.8, 2.0])
-        roots = [brentq(lambda x, w=w: G * x * math.tanh(30.0 * x) - w**2, 1e-9, 10.0, xtol=1e-14) for w in omega]
-        np.testing.assert_allclose(wavenumber(omega, 30.0), roots, rtol=1e-10)
-
-    def test_long_waves_on_shallow_water_run_with_the_root_of_g_d(self):
-        omega = np.array([0.01])
-        assert omega[0] / wavenumber(omega, 20.0)[0] == pytest.approx(math.sqrt(G * 20.0), rel=1e-4)
-
     def test_crests_of_a_realisation_in_shallow_water_lie_closer(self):
         waves = regular(1.0, 14.0, 0.0)
         shallow = replace(waves, depth=12.0)

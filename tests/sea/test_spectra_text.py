@@ -51,7 +51,7 @@ class TestSeas:
         st.none() | st.floats(1.0, 9.0),
     )
     def test_a_sea_as_text_is_the_same_sea_to_the_last_digit(self, Hs, Tp, beta, gamma, spread):
-        trains = [Train(Jonswap(Hs, Tp, gamma), beta, spread), Train(Torsethaugen(Hs, Tp, "printed"), beta)]
+        trains = [Train(Jonswap(Hs, Tp, gamma), beta, spread), Train(Torsethaugen(Hs, Tp), beta)]
         assert parse_sea(sea_text(Sea(tuple(trains)))) == Sea(tuple(trains))
 
     def test_spectra_that_no_text_names_are_refused(self):

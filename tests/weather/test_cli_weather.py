@@ -175,7 +175,7 @@ class TestPersistence:
         [
             ("beta 0..90 deg", 'sense = "going-to"', "--ship: missing"),
             ("Hs <= 1 m", 'sense = "from"', 'site.toml: sense = "from": is not one of coming-from'),
-            ("Hs <= 1 m", 'columns = { Hs = "height" }', 'no column "height"'),
+            ("Hs <= 1 m", 'columns = { Hs = "height" }', '"height": no column'),
             ("Hs <= 1 m", 'columns = { waves = "Hs" }', "is not one of Hs, Tp"),
             ("Hs <= 1 m", 'columns = { Hs = "" }', "write a heading of the file"),
             ("Hs <= 1 m", 'time = "when"', 'time = "when": no such column'),

@@ -11,7 +11,6 @@ from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability import stability as loop_stability
 from stillhook.analysis.loop_stability import sweeps
 from stillhook.analysis.loop_stability.stability import Stability
-from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.control.registry import DEFAULT_MODE
@@ -116,7 +115,7 @@ def full_stability(
 
 def sweep(
     crane: Crane,
-    over: Over | str = Over.ALPHA_M,
+    over: str = "alpha_m",
     values: Sequence[str] | Sequence[float] | None = None,
     *,
     alpha_m: float = 1.0,
@@ -150,7 +149,7 @@ def sweep(
     StillhookError
         As there.
     """
-    kind = sweeps.AXES[Over(over)].kind if over in tuple(Over) else ""
+    kind = sweeps.AXES[over].kind if over in sweeps.AXES else ""
     at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
     return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
 

@@ -54,8 +54,7 @@ def serve() -> None:
 
 
 def _limit_memory(size: int) -> None:
-    """Let an allocation beyond this fail here, where the system can: Linux; elsewhere the sizes that a file declares
-    are all there is."""
+    """Let an allocation beyond this fail here, where the system can: Linux."""
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource  # not on Windows
 
@@ -329,8 +328,7 @@ def read_dataset(path: Path) -> xarray.Dataset:
 
 
 def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
-    """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError with a
-    reason in a few words."""
+    """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError."""
     first = magic(path)
     if first not in MAGIC:
         raise UnreadableError("is empty" if not first else "does not begin as NetCDF does")

@@ -97,8 +97,7 @@ class Subject(NamedTuple):
     step: str | None
 
     def case(self, usual: Mapping[str, Any], typed: Mapping[str, Any]) -> Scenario:
-        """The scenario of the file, or the usual one where there is none, with what was typed (None: not) in place of
-        its fields."""
+        """The scenario of the file, or the usual one, with what was typed (None: not) in place of its fields."""
         given = {name: value for name, value in typed.items() if value is not None}
         return with_usual_controller(self.crane, Scenario(**{**(self.scenario or usual), **given}))
 

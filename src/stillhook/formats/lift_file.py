@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
@@ -28,6 +28,8 @@ from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode, moves
 from stillhook.units import parse, show
+
+Result = TypeVar("Result")
 
 ROOM = 60.0
 """Time that a run is given beyond its programme as planned [s]: entry conditions, ramps, and a while to see the end."""
@@ -54,8 +56,7 @@ class LiftFile(NamedTuple):
 
 
 def stored_lift(path: str | Path) -> LiftFile:
-    """The lowering that a stored run holds, to be run again with the same steps. Errors: StillhookError where the file
-    holds none, or several."""
+    """The lowering that a stored run holds, to be run again with the same steps. Errors: StillhookError."""
     run = load_run(path)
     if "scenarios" in run.attrs:
         raise LiftError(f"{path}: holds scenarios, no lowerings. Run them again: stillhook run {path}.")
@@ -125,18 +126,7 @@ def load_lift(
     >>> file.crane.name, file.lift.depth
     ('deep-250t', 3000.0)
     """
-    if str(path) in lifts():
-        path = LIBRARY / "lifts" / f"{path}.toml"
-    if "." not in str(path) and not Path(path).exists():
-        raise LiftError(unknown_name("lift", str(path), lifts(), FileKind.LIFT))
-    if not toml_text(Path(path)).strip():
-        have = ", ".join(lifts())
-        raise LiftError(
-            f"{Path(path).name}: empty. A lift file names crane, payload, start_depth, [water] and phases; copy one of"
-            f" {have}."
-        )
-    read = in_written_words(lambda table: _lift(table, seed, duration, moving))
-    return read_toml(path, FileKind.LIFT, LiftError, read)
+    return _read(path, lambda table: _lift(table, seed, duration, moving))
 
 
 def payload_in(path: str | Path) -> tuple[Payload, float]:
@@ -146,8 +136,17 @@ def payload_in(path: str | Path) -> tuple[Payload, float]:
         table, file = read_lift(table, LiftTables)
         return payload_of(file, table), file.water.rho
 
-    path = LIBRARY / "lifts" / f"{path}.toml" if str(path) in lifts() else path
-    return read_toml(path, FileKind.LIFT, LiftError, in_written_words(read))
+    return _read(path, read)
+
+
+def _read(path: str | Path, read: Callable[[TomlTable], Result]) -> Result:
+    """The result of `read` for a lift file, or a lift of the library."""
+    if str(path) in lifts():
+        path = LIBRARY / "lifts" / f"{path}.toml"
+    if "." not in str(path) and not Path(path).exists():
+        raise LiftError(unknown_name("lift", str(path), lifts(), FileKind.LIFT))
+    start = f"A lift file names crane, payload, start_depth, [water] and phases; copy one of {', '.join(lifts())}."
+    return read_toml(path, FileKind.LIFT, LiftError, in_written_words(read), start=start)
 
 
 def is_lift(name: str) -> bool:
@@ -210,10 +209,8 @@ def _run(file: LiftTables, crane: Crane, payload: Payload) -> OneRun:
     """What is run: the phases as they are, or those of a plan that one run can follow."""
     if all(phase.kind is None for phase in file.phase):
         if file.start_depth is None:
-            raise LiftError(
-                "start_depth: missing, the depth of the payload's underside as the lift begins (negative above the"
-                ' water). Give it, such as "-5 m".'
-            )
+            meaning = "the depth of the payload's underside as the lift begins (negative above the water)"
+            raise LiftError(f'start_depth: missing, {meaning}. Give it, such as "-5 m".')
         return OneRun(file.start_depth, file.phase, ())
     rho, bottom = file.water.rho, file.water.depth
     phases = joined(file.phase, file.start_depth, Water(bottom, payload.reach(rho)))
@@ -242,10 +239,8 @@ def planned(programme: Sequence[Phase], start_depth: float, bottom: float) -> fl
             total += phase.time + ((bottom - move.start) / move.v if lands else 0.0)
             continue
         if math.isnan(move.end):
-            raise LiftError(
-                f"duration: missing, and only the run can determine when phase {i} ends by {phase.ends[0]}. Give"
-                ' duration = "600 s".'
-            )
+            reason = f"only the run can determine when phase {i} ends by {phase.ends[0]}"
+            raise LiftError(f'duration: missing, and {reason}. Give duration = "600 s".')
         total += abs(move.start - move.end) / max(abs(move.v), 1e-9)
     return round(LATE * total + ROOM, 1)
 

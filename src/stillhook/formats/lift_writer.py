@@ -70,23 +70,19 @@ def write_lift(run: Run, folder: Path, *, remarks: Sequence[str] = ()) -> tuple[
     if isinstance(case, InSea):
         at = {"x": case.x, "y": case.y, "z": lift.h_tip}
         tip = {"at": ", ".join(f"{name}={exact(value, 'length')}" for name, value in at.items())}
-    top, phases = _programme(lift)
+    named["start_depth"] = exact(lift.start_depth, "length")
+    phases = "\n\n".join("\n".join(["[[phase]]", *_record(phase)]) for phase in lift.programme)
+    own = {name: getattr(lift, name) for name in ("rigging", "wire", "winch", "sensors")}
     tables = {
-        "": [*(f"# {line}" for line in remarks), *_lines(named | top)],
+        "": [*(f"# {line}" for line in remarks), *_lines(named)],
         "tip": _lines(tip),
         "water": _lines({"depth": exact(lift.depth, "length"), "rho": exact(lift.rho, "density")}),
         **({"sea": _sea(case)} if isinstance(case, InSea) else {}),
-        **{name: lines for name in ("rigging", "wire", "winch", "sensors") if (lines := _own(getattr(lift, name)))},
+        **{name: _record(record) for name, record in own.items() if record != type(record)()},
     }
-    (folder / LIFT).write_text(joined(tables) + phases, encoding="utf-8")
+    (folder / LIFT).write_text(f"{joined(tables)}\n{phases}\n", encoding="utf-8")
     _check(run, folder / LIFT)
     return tuple(name for name in FILES if (folder / name).is_file())
-
-
-def _programme(lift: Lowering) -> tuple[dict[str, Any], str]:
-    """What the file says of the way of the payload: keys of its top, and its list of tables."""
-    tables = ["\n".join(["[[phase]]", *_record(phase)]) for phase in lift.programme]
-    return {"start_depth": exact(lift.start_depth, "length")}, "\n" + "\n\n".join(tables) + "\n"
 
 
 def _sea(case: InSea) -> list[str]:
@@ -97,11 +93,6 @@ def _sea(case: InSea) -> list[str]:
 
 def _lines(values: Mapping[str, Any]) -> list[str]:
     return [f"{key} = {toml_value(value)}" for key, value in values.items()]
-
-
-def _own(record: BaseModel) -> list[str]:
-    """Lines of a record that is not the default one."""
-    return [] if record == type(record)() else _record(record)
 
 
 def _record(record: BaseModel) -> list[str]:

@@ -119,8 +119,7 @@ def load_run(path: str | Path) -> xarray.Dataset:
 
 
 def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
-    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read, or for
-    lowerings (`lowerings_of`)."""
+    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError, also for lowerings."""
     if "scenarios" not in run.attrs:
         raise StillhookError("the file holds lowerings, not scenarios. Run them again with rerun, or stillhook lower.")
     cases = [Scenario.from_dict(s) for s in _stored_list(run, "scenarios")]
@@ -132,8 +131,7 @@ def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
 
 
 def lowerings_of(run: xarray.Dataset) -> tuple[list[Crane], list[Lowering | InSea]]:
-    """Crane and lowering of every case of a run, in pairs. Errors: StillhookError where they cannot be read, or the
-    file does not hold them."""
+    """Crane and lowering of every case of a run, in pairs. Errors: StillhookError, also where there are none."""
     if "lowerings" not in run.attrs:
         raise StillhookError(
             "the file holds lowerings without what repeats them: it is of Stillhook 0.10 or older, or their water is"

@@ -265,8 +265,6 @@ def weather_file(name_or_path: str) -> Path:
         return LIBRARY / "weather" / f"{name_or_path}.csv.gz"
     path = Path(name_or_path)
     if not isfile(path):
-        raise WeatherError(
-            f"{quote(name_or_path)}: no such file, and no weather of the library, which has"
-            f" {', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
-        )
+        have = f"{', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
+        raise WeatherError(f"{quote(name_or_path)}: no such file, and no weather of the library, which has {have}")
     return path

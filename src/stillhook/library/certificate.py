@@ -51,8 +51,7 @@ _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time
 
 
 def canonical(data: Mapping[str, Any]) -> str:
-    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null, a line at the
-    end."""
+    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null."""
     return json.dumps(_rounded(data), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -76,8 +75,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
     try:
         if path.is_file() and path.stat().st_size > LARGEST:
             raise ValidateError(
-                f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is not a certificate. Give"
-                " certificate.json."
+                f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is not a certificate. {_GIVE}"
             )
         data = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
@@ -88,18 +86,15 @@ def read_certificate(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or not str(data.get("format", "")).startswith("stillhook certificate"):
         raise ValidateError(f"{path.name}: JSON, but not a certificate. {_GIVE}")
     if data["format"] != FORMAT:
-        raise ValidateError(
-            f'{path.name}: format {quote(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.'
-        )
+        came = f"format {quote(data['format'])}"
+        raise ValidateError(f'{path.name}: {came}: this Stillhook reads "{FORMAT}". Validate again.')
     try:
         digest = digest_of(data)
     except (ValueError, RecursionError):
         digest = ""
     if data.get("digest") != digest:
-        raise ValidateError(
-            f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate"
-            " again."
-        )
+        line = "was changed after it was written: its digest does not fit. Use the original, or validate again."
+        raise ValidateError(f"{path.name}: {line}")
     missing = _first_missing(data, _REQUIRED)
     if missing:
         raise ValidateError(

@@ -111,8 +111,7 @@ def _leak_sources(fields: Tree) -> dict[str, Source]:
 
 
 def crane_from_toml(text: str, label: str) -> Crane:
-    """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one
-    line)."""
+    """The crane that `crane_toml` wrote, from the text; label names it in errors (SpecError, UnitError)."""
     return _crane(tree(parsed(text, label, FileKind.CRANE), label, user=True), label)
 
 
@@ -165,9 +164,8 @@ def _certified(fields: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     """The certificate that a crane file names, in short."""
     name = certificate.value if isinstance(certificate, Leaf) else None
     if not isinstance(name, str) or not name.strip():
-        raise SpecError(
-            f'{path.name}: certificate = {quote(name)}: give the path of a certificate, such as "certificate.json".'
-        )
+        do = 'give the path of a certificate, such as "certificate.json".'
+        raise SpecError(f"{path.name}: certificate = {quote(name)}: {do}")
     if "certified" in fields:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     try:
@@ -253,8 +251,7 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
 
 
 def _needs_reading(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
-    """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless
-    that has all of it."""
+    """Whether a set is read now: of the library at the end, from a path with the file that names it."""
     if not is_path(name):
         return folder is None
     return not (isinstance(part, dict) and {n for n, f in model.model_fields.items() if f.is_required()} <= set(part))

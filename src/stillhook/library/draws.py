@@ -22,6 +22,8 @@ LEAST_ALLOWED = 0.02
 nothing about the set."""
 TRIAL = 10_000
 """Draws by which that share is estimated, and the least number that is drawn at once."""
+MOST = 10_000
+"""Draws at most: a crane takes a few milliseconds to build."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,8 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
     IdentifyError."""
     evidence = item.evidence
     if evidence is None:
-        raise IdentifyError(
-            f'set "{item.name}": it has no [evidence], so its uncertainty is unknown. '
-            "Identify it from tests, or give its covariance."
-        )
+        do = "Identify it from tests, or give its covariance."
+        raise IdentifyError(f'set "{item.name}": it has no [evidence], so its uncertainty is unknown. {do}')
     spec = item.system if isinstance(item, FrictionSet) else item.motor.loss
     mean = np.array([getattr(spec, name) for name in evidence.names])
     least = np.array([np.nextafter(0.0, 1.0) if name == "Y_4" else 0.0 for name in evidence.names])
@@ -54,25 +54,20 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
         tried, have = tried + len(values), have + len(good)
         accepted.append(good)
         if have < LEAST_ALLOWED * tried:
-            raise IdentifyError(
-                f'set "{item.name}": only {have / tried:.2%} of the draws have no negative parameter'
-                f" ({_worst(evidence, mean)}). Its data leave these open: hold one of them, or test more."
-            )
+            problem = f"only {have / tried:.2%} of the draws have no negative parameter ({_worst(evidence, mean)})"
+            do = "Its data leave these open: hold one of them, or test more."
+            raise IdentifyError(f'set "{item.name}": {problem}. {do}')
     return Draws(evidence.names, np.concatenate(accepted)[:n], have / tried)
 
 
 def _normal(evidence: Evidence, n: int, rng: np.random.Generator) -> FloatArray:
-    """Normal deviates with the covariance of the evidence, shape (n, names); scaled to correlations first, for the
-    numbers' sake."""
+    """Normal deviates with the covariance of the evidence, (n, names); by correlations, for the numbers' sake."""
     C = evidence.matrix
     s = np.sqrt(np.diag(C))
     unit = np.where(s > 0.0, s, 1.0)
     values, vectors = np.linalg.eigh(C / np.outer(unit, unit))
-    root = vectors * np.sqrt(
-        np.maximum(values, 0.0)
-    )  # eigenvalues below zero are rounding: the evidence has been checked
-    out: FloatArray = rng.standard_normal((n, len(s))) @ root.T * s
-    return out
+    root = vectors * np.sqrt(np.maximum(values, 0.0))  # below zero is rounding: the evidence has been checked
+    return np.asarray(rng.standard_normal((n, len(s))) @ root.T * s)
 
 
 def _worst(evidence: Evidence, mean: FloatArray) -> str:
@@ -88,9 +83,8 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
     for item in sets:
         of = item.motor.D_max if isinstance(item, LossSet) else None
         if of in replaced:
-            raise IdentifyError(
-                f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Choose one.'
-            )
+            both = f'Sets "{replaced[of]}" and "{item.name}"'
+            raise IdentifyError(f'{both} replace the same numbers of "{crane.name}". Choose one.')
         replaced[of] = item.name
         at_value = Draws((), np.empty((1, 0)), 1.0)
         step = with_friction if isinstance(item, FrictionSet) else with_loss
@@ -119,22 +113,15 @@ def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: 
 
 
 def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> Crane:
-    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where
-    there is none."""
+    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError."""
     sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
     loss = _leaves(item.motor.loss, draws, i, sources, f"{label} from {item.name}")
     fits = [name for name, c in crane.circuits.items() if c.motor.D_max == item.motor.D_max]
     if not fits:
-        raise IdentifyError(
-            f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}"'
-            " have "
-            f"{show(crane.active.motor.D_max, 'displacement')}. Choose a set for them."
-        )
+        theirs, ours = (show(m.D_max, "displacement") for m in (item.motor, crane.active.motor))
+        problem = f'is of a motor of {theirs}, and those of "{crane.name}" have {ours}'
+        raise IdentifyError(f'set "{item.name}" {problem}. Choose a set for them.')
     return changed(crane, {name: {"motor": {"loss": loss, **loss_range(item.evidence)}} for name in fits})
-
-
-MOST = 10_000
-"""Draws at most: a crane takes a few milliseconds to build."""
 
 
 def draw_cranes(

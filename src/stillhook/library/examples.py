@@ -62,14 +62,10 @@ def stored_logs(example: Path) -> Iterator[tuple[str, dict[str, FloatArray]]]:
         counts = np.cumsum(np.load(file), axis=1)
     end = 0
     for test, samples in index["samples"].items():
-        start, end = end, end + samples
-        yield (
-            test,
-            {
-                heading: np.round(counts[i, start:end] * step / unit, decimals)
-                for i, (heading, (step, unit, decimals)) in enumerate(index["columns"].items())
-            },
-        )
+        rows = counts[:, end : end + samples]
+        end += samples
+        columns = zip(rows, index["columns"].items(), strict=True)
+        yield test, {heading: np.round(row * step / unit, d) for row, (heading, (step, unit, d)) in columns}
 
 
 def write_csv(path: Path, table: dict[str, FloatArray]) -> None:

@@ -66,8 +66,7 @@ def leak_law(circuit: Circuit) -> LeakLaw:
 
 
 def leak_at(circuit: Circuit, alpha_p: float, n_m: float) -> float:
-    """Leak conductance of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a speed of the
-    motors [rad/s]."""
+    """Leak of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a motor speed [rad/s]."""
     law = leak_law(circuit)
     return float(pump_leakage(alpha_p, law.pumps)) + circuit.motor.count * (law.C_1 + law.C_2 * abs(n_m))
 
@@ -97,17 +96,13 @@ def point_text(at: Point) -> str:
 
 def leak_misfit(active: ActiveCircuit) -> str | None:
     """Why the stated total of a circuit is not what its pumps and motors leak together; None where it is."""
-    total, motors = (
-        stated_leak(active),
-        leak_at(active, 0.0, form_of(active).at.n_m) - float(pump_leakage(0.0, leak_law(active).pumps)),
-    )
+    at, total = form_of(active).at, stated_leak(active)
+    motors = leak_at(active, 0.0, at.n_m) - float(pump_leakage(0.0, leak_law(active).pumps))
     if math.isclose(total, active.C_leak, rel_tol=STATED):
         return None
     scale, pumps = 1.0 if active.pump.leak_scale is None else active.pump.leak_scale, total - motors
     way = f'Set C_leak = "{show(total, "leakage")}"'
     if active.C_leak > motors and pumps > 0.0:
         way += f", or pump.leak_scale = {number(scale * (active.C_leak - motors) / pumps, 4)}"
-    return (
-        f"C_leak {show(active.C_leak, 'leakage')} is not what pumps and motors leak at"
-        f" {point_text(form_of(active).at)}: {show(total, 'leakage')}. {way}."
-    )
+    stated, leaked = show(active.C_leak, "leakage"), show(total, "leakage")
+    return f"C_leak {stated} is not what pumps and motors leak at {point_text(at)}: {leaked}. {way}."

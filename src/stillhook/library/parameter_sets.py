@@ -77,11 +77,9 @@ class Evidence(Spec):
         if len(set(self.names)) < n:
             raise ValueError("names: a name comes twice. Name each parameter once.")
         if len(self.covariance) != n or any(len(row) != n for row in self.covariance):
-            sizes = (
-                f"{len(self.covariance)} rows of"
-                f" {', '.join(str(s) for s in sorted({len(row) for row in self.covariance}))}"
-            )
-            raise ValueError(f"covariance: {sizes} values for {n} names. Give {n} rows of {n}.")
+            sizes = ", ".join(map(str, sorted({len(row) for row in self.covariance})))
+            counts = f"{len(self.covariance)} rows of {sizes} values for {n} names"
+            raise ValueError(f"covariance: {counts}. Give {n} rows of {n}.")
         if problem := _not_a_covariance(self.matrix):
             raise ValueError(f"covariance: {problem}")
         return self
@@ -97,8 +95,7 @@ class Evidence(Spec):
         ranges: Mapping[str, tuple[float, float]] | None = None,
         statements: Sequence[str] = (),
     ) -> Evidence:
-        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError, one
-        line."""
+        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError."""
         ends = {k: [f"{float(x)!r} {u.KINDS[RANGES[k]].si}" for x in pair] for k, pair in (ranges or {}).items()}
         table = {
             "names": list(names),
@@ -131,29 +128,25 @@ def _not_a_covariance(C: FloatArray) -> str:
         return "it is not symmetric. Give the covariance of each pair twice."
     least = float(np.linalg.eigvalsh(0.5 * (R + R.T))[0])
     if least < -SEMIDEFINITE:
-        return (
-            f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g}). Give a covariance"
-            " matrix."
-        )
+        problem = f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g})"
+        return f"{problem}. Give a covariance matrix."
     return ""
 
 
 def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | None:
-    """The evidence in a set's file, None where there is none; allowed names of its parameters. Errors: SpecError,
-    UnitError, one line."""
+    """The evidence in a set's file, None where there is none; allowed names of its parameters."""
     if table is None:
         return None
     if not isinstance(table, Mapping):
-        raise SpecError(
-            f"{label}: {EVIDENCE} = {u.quote(table)}: must be a table, with {', '.join(Evidence.model_fields)}."
-        )
+        fields = ", ".join(Evidence.model_fields)
+        raise SpecError(f"{label}: {EVIDENCE} = {quote(table)}: must be a table, with {fields}.")
     try:
         evidence = Evidence.model_validate(table)
     except ValidationError as error:
         raise explain(error, Evidence, f"{label}: {EVIDENCE}", table) from None
     for name in evidence.names:
         if name not in allowed:
-            raise SpecError(f"{label}: {EVIDENCE}.names: {u.quote(name)} is not one of {', '.join(allowed)}.")
+            raise SpecError(f"{label}: {EVIDENCE}.names: {quote(name)} is not one of {', '.join(allowed)}.")
     return evidence
 
 
@@ -213,18 +206,15 @@ def load_losses(name_or_path: str | Path) -> LossSet:
 
 
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
-    """A set of either kind, distinguished by its name in the library or by what the file holds. Errors: SpecError,
-    UnitError, one line."""
+    """A set of either kind, distinguished by its name in the library or by what the file holds."""
     if str(name_or_path) in shelf(FRICTION):
         return load_friction(name_or_path)
     if str(name_or_path) in shelf(MOTORS):
         return load_losses(name_or_path)
     if not is_path(str(name_or_path)):
-        have = (*shelf(FRICTION), *shelf(MOTORS))
-        hint = nearest(str(name_or_path), have)
-        raise SpecError(
-            f"set {quote(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
-        )
+        names = (*shelf(FRICTION), *shelf(MOTORS))
+        have = f"{', '.join(names)}{nearest(str(name_or_path), names)}"
+        raise SpecError(f"set {quote(str(name_or_path))}: the library has {have} A file's name ends in .toml.")
     label, table = _table(FRICTION, name_or_path, ANY, Path())
     kind: type[FrictionSet | LossSet] = LossSet if "D_max" in table or "loss" in table else FrictionSet
     return _set(kind, label, table, user=True)
@@ -245,8 +235,7 @@ def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
 
 
 def known_torques(name: str, where: str, folder: Path) -> Tree:
-    """Drum torques between which a friction set was identified, as T_d_min and T_d_max; empty where its file does not
-    say."""
+    """Drum torques between which a friction set was identified, as T_d_min and T_d_max, where its file says so."""
     label, table = _table(FRICTION, name, where, folder)
     evidence = evidence_of(table.get(EVIDENCE), Y_NAMES, label)
     if evidence is None or evidence.T_d is None:
@@ -264,8 +253,7 @@ def known_losses(name: str, where: str, folder: Path) -> Tree:
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
-    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence gives
-    them."""
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them."""
     if evidence is None:
         return {}
     ends: dict[str, str] = {}
@@ -306,10 +294,8 @@ def _evidence_lines(e: Evidence) -> Iterator[str]:
 def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) -> tuple[str, dict[str, Any]]:
     """Label for errors and the parsed tables of a set's file."""
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
-        raise SpecError(
-            f"{where} = {quote(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a"
-            " .toml file."
-        )
+        have = ", ".join(shelf(shelf_name))
+        raise SpecError(f"{where} = {quote(name_or_path)}: give a name ({have}) or the path of a .toml file.")
     if not _is_file(shelf_name, name_or_path):
         try:
             return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
@@ -319,9 +305,8 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     try:
         text = toml_text(path)
     except SpecError as problem:
-        raise SpecError(
-            f"{where} = {quote(str(name_or_path))}: {str(problem).removeprefix(f'{quote(str(path))}: ')}"
-        ) from None
+        line = str(problem).removeprefix(f"{quote(str(path))}: ")
+        raise SpecError(f"{where} = {quote(str(name_or_path))}: {line}") from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
@@ -357,8 +342,7 @@ def _title(label: str, table: Mapping[str, Any]) -> str:
 
 
 def save_set(item: FrictionSet | LossSet, path: str | Path) -> Path:
-    """Write a set as a file that a crane file can name; the file appears only when it is complete. Errors:
-    SimulationError."""
+    """Write a set as a file that a crane file can name, complete or not at all. Errors: SimulationError."""
     target = Path(path)
     text = set_toml(item)
     with atomic_file(target) as part:

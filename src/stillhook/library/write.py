@@ -36,8 +36,7 @@ def items(crane: Crane) -> Iterator[Item]:
 
 
 def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
-    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options
-    are left out."""
+    """Every value of a table of a crane file, depth first, with its source; absent options are left out."""
     for path, name, field, value in _walk(spec, ""):
         yield Item(path, field.description or name, value, quantity_of(field), sources.get(path, _UNSTATED))
 
@@ -90,8 +89,7 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
 
 
 def crane_toml(crane: Crane) -> str:
-    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its
-    certificate included."""
+    """A crane as a complete crane file with sources and its certificate's record; ``load_crane`` reads it back."""
     tables = leaf_tables(crane, crane.sources)
     return joined(tables if crane.certified is None else tables | record_tables(crane.certified, "certified"))
 
@@ -213,15 +211,9 @@ def _derived(crane: Crane) -> Iterator[Row]:
         yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
         yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
     for name, circuit in crane.circuits.items():
-        leak = form_of(circuit)
-        meaning = f"pumps and motors at {point_text(leak.at)}"
-        yield Row(
-            f"{name}.leak",
-            meaning,
-            show(stated_leak(circuit), "leakage", 4),
-            kind,
-            f'table, C_1 and C_2; form "{leak.form}"',
-        )
+        leak, total = form_of(circuit), show(stated_leak(circuit), "leakage", 4)
+        source = f'table, C_1 and C_2; form "{leak.form}"'
+        yield Row(f"{name}.leak", f"pumps and motors at {point_text(leak.at)}", total, kind, source)
     winch, drum = crane.plant.type, crane.drum
     v_w = winch.full_speed(crane, 1.0) / crane.i_hD * drum.d_max / 2
     yield Row("v_w", "wire speed at full command", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")

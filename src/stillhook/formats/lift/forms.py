@@ -96,10 +96,8 @@ def _check_signs(data: Mapping[str, Any]) -> None:
         depth = parse(row["depth"], "length", f"stage {i}: depth")
         if (depth - begin) * v < 0.0:
             does, side = ("pays wire out", "above") if v > 0.0 else ("hoists", "below")
-            raise LiftError(
-                f"stage {i}: lower = {row['lower']} {does}, and depth = {row['depth']} is {side} where it begins. Turn"
-                " the sign of lower, or correct the depth."
-            )
+            both = f"lower = {row['lower']} {does}, and depth = {row['depth']} is {side} where it begins"
+            raise LiftError(f"stage {i}: {both}. Turn the sign of lower, or correct the depth.")
         begin = depth
 
 
@@ -128,10 +126,9 @@ def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any], i: int) -> N
     """A phase starts where the one before it ends. Errors: LiftError, UnitError."""
     end, start = parse(before["end"], "length", "end"), parse(row["start"], "length", "start")
     if abs(start - end) > CLOSE:
-        raise LiftError(
-            f"{_named(row, i)}: starts at {row['start']}, and the one before it ends at {before['end']}. Let each phase"
-            " start where the one before it ends, or leave start out."
-        )
+        problem = f"starts at {row['start']}, and the one before it ends at {before['end']}"
+        do = "Let each phase start where the one before it ends, or leave start out."
+        raise LiftError(f"{_named(row, i)}: {problem}. {do}")
 
 
 def negative(value: Any, where: str) -> str:
@@ -158,8 +155,7 @@ def changed(data: Mapping[str, Any], these: tuple[Change, ...]) -> dict[str, Any
 
 
 def today(table: TomlTable) -> TomlTable:
-    """A lift file in the words of today; an old one with a warning that says so. Errors: LiftError for one that mixes
-    both."""
+    """A lift file in the words of today; an old one with a warning. Errors: LiftError for one that mixes both."""
     these = changes(table.data)
     if not these and "stage" not in table.data:
         return table
@@ -247,11 +243,8 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
 def _block(lines: list[str], phase: int | None) -> tuple[int, int]:
     """First line of a phase, or of the top of the file, and the line after its last field."""
     headers = [i for i, line in enumerate(lines) if _HEADER.match(line)]
-    if phase is None:
-        first = 0
-    else:
-        of_phases = [i for i in headers if _PHASE.fullmatch(lines[i])]
-        first = of_phases[phase] + 1 if phase < len(of_phases) else len(lines)
+    starts = [i + 1 for i in headers if _PHASE.fullmatch(lines[i])]
+    first = 0 if phase is None else starts[phase] if phase < len(starts) else len(lines)
     last = next((i for i in headers if i >= first), len(lines))
     while last > first and (not lines[last - 1].strip() or lines[last - 1].lstrip().startswith("#")):
         last -= 1
@@ -283,9 +276,7 @@ def _sentence(change: Change, data: Mapping[str, Any]) -> str:
     rows = _rows(data, "stage" if "stage" in data else "phase")
 
     def where(phase: int | None) -> str:
-        if phase is None:
-            return "the file"
-        return f"phase {quote(str(rows[phase].get('name', rows[phase].get('kind', phase + 1))))}"
+        return "the file" if phase is None else _named(rows[phase], phase)
 
     if not change.new:
         return f"{where(change.phase)}: {change.old} is left out, for a phase starts where the one before it ends"

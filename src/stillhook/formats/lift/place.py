@@ -30,6 +30,7 @@ SHORTEST_SEA = 60.0
 """Time below which a piece of a random sea holds too few waves to be one [s]."""
 DEEP = 3.0
 """Wave number times depth from which water is deep to a wave: tanh is then within half a per cent of 1."""
+USUAL_SEA = {"Hs": "2 m", "Tp": "9 s", "headings": "150 deg"}
 
 
 class Place(NamedTuple):
@@ -52,26 +53,22 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     if seed is not None and file.sea is None:
         raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
     if file.tip.motion is not None:
-        for key, stated in (("vessel", file.vessel), ("sea", file.sea)):
-            if stated is not None:
-                raise LiftError(
-                    f"{key}: given together with tip.motion, which replaces vessel and sea. Leave one of them out."
-                )
+        for key in ("vessel", "sea"):
+            if getattr(file, key) is not None:
+                problem = "given together with tip.motion, which replaces vessel and sea"
+                raise LiftError(f"{key}: {problem}. Leave one of them out.")
         motion = read_tip(file.tip.motion, table.path.parent)
         return Place(motion, None, height, f"tip: {motion.describe()}; still water")
     if file.sea is None:
         if file.vessel is not None:
-            raise LiftError(
-                f"sea: missing, and a vessel is given. Write [sea] with {sea_example(file)}, or leave vessel out for a"
-                " calm."
-            )
+            do = f"Write [sea] with {sea_example(file)}, or leave vessel out for a calm."
+            raise LiftError(f"sea: missing, and a vessel is given. {do}")
         return Place(Still(), None, height, "tip still; still water")
     if file.vessel is None:
         raise table.missing("vessel")
     if where is None:
-        raise LiftError(
-            'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
-        )
+        do = 'Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
+        raise LiftError(f"tip: its place is missing. {do}")
     sea, rao = _sea(file.sea, table.at("sea")), _vessel(file.vessel, table)
     if sea.moment(0) <= 0.0:
         raise table.wrong("no waves. Leave [sea] and vessel out for a calm.", "sea", "wave")
@@ -101,9 +98,6 @@ def sea_example(file: LiftTables) -> str:
     return f'wave = "{wave} Hs={Hs} Tp={Tp}" and heading = "{heading}"'
 
 
-USUAL_SEA = {"Hs": "2 m", "Tp": "9 s", "headings": "150 deg"}
-
-
 def _first(values: Any, usual: str) -> str:
     """The first value of a range or a list."""
     first = values[0] if isinstance(values, list) and values else values
@@ -111,18 +105,13 @@ def _first(values: Any, usual: str) -> str:
 
 
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
-    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves
-    [s]."""
+    """Notes on motions for deep water over water [m] that is not deep to the longest waves [s]."""
     kd = float(wavenumber(np.array([2.0 * math.pi / longest]), depth)[0]) * depth
     if kd >= DEEP or math.isclose(rao.depth, depth, rel_tol=0.2):
         return ()
     of = "deep water" if math.isinf(rao.depth) else f"water of {show(rao.depth, 'length')}"
-    return (
-        (
-            f"the motions of {rao.name} are for {of}; {show(depth, 'length')} are shallow to waves of {longest:.3g} s "
-            f"(wave number times depth {kd:.2g}), and the tip moves otherwise"
-        ),
-    )
+    shallow = f"shallow to waves of {longest:.3g} s (wave number times depth {kd:.2g}), and the tip moves otherwise"
+    return (f"the motions of {rao.name} are for {of}; {show(depth, 'length')} are {shallow}",)
 
 
 def still_place(file: LiftTables, table: TomlTable) -> Place:
@@ -139,19 +128,17 @@ def tip_of(file: LiftTables) -> tuple[TipPoint | None, float]:
     at, height = file.tip.at, file.tip.height
     if file.boom is not None and (at is not None or height is not None):
         raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
-    if file.boom is not None:
-        point: TipPoint | None = TipPoint(*file.boom.boom.tip)
-    else:
-        point = None if at is None else parse_point(at, "tip.at")
-    if height is not None and point is not None and point.z is not None:
+    point = None if at is None else parse_point(at, "tip.at")
+    point = point if file.boom is None else TipPoint(*file.boom.boom.tip)
+    z = None if point is None else point.z
+    if height is not None and z is not None:
         raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
-    height = height if height is not None else point.z if point is not None else None
+    height = z if height is None else height
     if height is None:
         raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
     if height <= 0.0:
-        raise LiftError(
-            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
-        )
+        above = f"its height {show(height, 'length')} is not above the water"
+        raise LiftError(f"tip: {above}. Count it up from still water.")
     return point, height
 
 
@@ -170,17 +157,14 @@ def _measured_sea(sea: SeaTable, table: TomlTable, heading: float | None) -> Sea
     if not path.is_file():
         raise table.wrong("no such file next to the lift file. Check the path, or write waves as a text.", "wave")
     if heading is None:
-        raise LiftError(
-            'sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".'
-        )
+        do = 'Give the direction in which the waves travel, from the bow, such as "180 deg".'
+        raise LiftError(f"sea.heading: missing. {do}")
     series = read_sea(path)
     if not isinstance(series, SpectrumSeries):
         raise table.wrong("holds heights and periods, no spectra. Give a file of spectra, or waves as a text.", "wave")
     if sea.record is None:
-        raise LiftError(
-            f"sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time,"
-            ' "1996-01-05T12:00".'
-        )
+        do = 'Give its number from 0, or its time, "1996-01-05T12:00".'
+        raise LiftError(f"sea.record: missing, and {path.name} holds {len(series)}. {do}")
     exponent = None if sea.spread is None else check_spread(sea.spread, "sea.spread")
     return Sea((Train(series.spectrum(series.index(str(sea.record))), heading, exponent),))
 
@@ -191,7 +175,6 @@ def _vessel(name: str, table: TomlTable) -> Rao:
         return read_vessel(vessel_file(name))
     path = table.path.parent / name
     if not exists(path):
-        raise SeaError(
-            f"vessel = {quote(name)}: neither a file next to the lift file nor one of {', '.join(vessels())}."
-        )
+        known = f"neither a file next to the lift file nor one of {', '.join(vessels())}"
+        raise SeaError(f"vessel = {quote(name)}: {known}.")
     return read_vessel(path)

@@ -134,13 +134,8 @@ def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]
     file = table.read(model)
     for i, phase in enumerate(file.phase):
         if phase.start_depth is not None:
-            raise table.wrong(
-                "each phase starts where the one before it ends, and the lift at the start_depth of the file. Leave it"
-                " out.",
-                "phase",
-                i,
-                "start_depth",
-            )
+            message = "each phase starts where the one before it ends, and the lift at the start_depth of the file."
+            raise table.wrong(f"{message} Leave it out.", "phase", i, "start_depth")
     return table, file
 
 

@@ -87,12 +87,6 @@ def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
     )
 
 
-def has_column(path: str | os.PathLike[str], name: str) -> bool:
-    """Whether the header of a CSV names a column."""
-    text = head_of(path)[1].decode("utf-8", errors="replace").removeprefix("\ufeff").replace("\r", "\n")
-    return name in (split_heading(heading)[0] for heading in heading_names(text))
-
-
 _SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
 
 
@@ -221,7 +215,8 @@ def read_tip_motion(
         ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)
         return tip_motion(ship, tip, every=every)
     name = Path(path).name
-    if motion_form(path) == "csv" and has_column(path, "tip"):
+    begin = head_of(path)[1].decode("utf-8", errors="replace").removeprefix("\ufeff").replace("\r", "\n")
+    if motion_form(path) == "csv" and "tip" in (split_heading(heading)[0] for heading in heading_names(begin)):
         _only_seapath(name, time)
         if heave is not None:
             raise MotionError(f"{name}: heave states how a column heave counts; the column tip is up. Leave heave out.")

@@ -22,7 +22,6 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import reduce
 from operator import xor
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -111,8 +110,7 @@ class _Scan:
         self.rows.extend((t, float(angles[0]), float(angles[1]), float(angles[2]), self.altitude, number))
 
     def _receipt(self, before: bytes) -> float:
-        """The logger's time of receipt [s since 1970], from the last one or two words before the sentence; nan if
-        none."""
+        """The logger's time of receipt [s since 1970], from the last words before the sentence; nan if none."""
         words = before.decode("ascii", "replace").strip(" ,;\t").replace(",", " ").replace(";", " ").split()
         for text in (*words[-1:], "T".join(words[-2:])):
             if match := _SLASHED.match(text):
@@ -140,9 +138,12 @@ def raw_psxn(path: str | os.PathLike[str], heave: HeaveSign, time: Literal["logg
     Errors: MotionError, one line, for a file without usable lines.
     """
     file, head = head_of(path)
-    scan = _Scan(instrument=time == "instrument", day_first=bool(_DAY_FIRST.search(head + _tail_of(file))))
     number = 0
     with file.open("rb") as stream:
+        stream.seek(max(file.stat().st_size - TAIL, 0))
+        tail = b"\n" + stream.read(TAIL).partition(b"\n")[2]  # whole lines
+        stream.seek(0)
+        scan = _Scan(instrument=time == "instrument", day_first=bool(_DAY_FIRST.search(head + tail)))
         for number, raw in enumerate(stream, start=1):
             scan.line(number, raw)
     scan.counts["lines"] = number
@@ -155,13 +156,6 @@ def raw_psxn(path: str | os.PathLike[str], heave: HeaveSign, time: Literal["logg
         notes = (*notes, f"dates are read as {'day/month' if scan.day_first else 'month/day'}/year")
     raw_log = _in_order(file.name, rows, scan.counts, time, heave)
     return replace(raw_log, cautions=(*notes, *raw_log.cautions))
-
-
-def _tail_of(file: Path) -> bytes:
-    """The last bytes of a file, whole lines."""
-    with file.open("rb") as stream:
-        stream.seek(max(file.stat().st_size - TAIL, 0))
-        return b"\n" + stream.read(TAIL).partition(b"\n")[2]
 
 
 def _no_samples_message(counts: Mapping[str, int], time: str) -> str:

@@ -65,8 +65,7 @@ def refuse_foreign(name: str, head: bytes, error: type[StillhookError], instead:
 
 
 def unpacked(path: str | os.PathLike[str], noun: str, error: type[StillhookError], largest: int | None = None) -> bytes:
-    """What a file holds, plain or gz, up to a size [bytes]. Errors: as `opened`, and for a damaged gz file and one
-    that holds more."""
+    """What a file holds, plain or gz, up to a size [bytes]. Errors: as `opened`, and where damaged or larger."""
     file, largest = Path(path), largest or LARGEST
     with opened(file, noun, error) as stream:
         compressed = stream.read(2) == b"\x1f\x8b"

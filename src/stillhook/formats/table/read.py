@@ -222,8 +222,7 @@ def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, Colu
 
 
 def _one_decimal_sign(table: TextTable, places: Sequence[int]) -> None:
-    """Refuse numbers that may mean two things: commas here and points there, or "1,500" which may be fifteen
-    hundred."""
+    """Refuse numbers that may mean two things: commas here and points there, or "1,500"."""
     texts = [(table.headings[i], cell) for i in places for cell in table.column(i)]
     comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
     if comma is not None and point is not None:

@@ -56,7 +56,12 @@ def read_capytaine(path: Path, stated: Supplement = NOTHING) -> Rao:
     stated.allow(path.name, "Capytaine data sets", *OF_MASS)
     data, inertia = _with_inertia(path.name, _opened(path), stated)
     variable = next((name for name in READY if name in data), None)
-    H = _ready(path.name, data, variable) if variable else _solved(path.name, data)
+    if variable:
+        dof = "radiating_dof" if "radiating_dof" in data[variable].dims else "influenced_dof"
+        ready = _of(path.name, data, variable, (dof, "wave_direction", "omega"))
+        H = np.asarray(ready, dtype=np.complex128)
+    else:
+        H = _solved(path.name, data)
     contradiction = ""
     if variable and all(name in data for name in (*MATRICES, *FORCES)):
         H, contradiction = _reconciled(data, variable, H, _solved(path.name, data))
@@ -169,12 +174,6 @@ def _order(file: str, names: Any) -> list[int]:
         have = ", ".join(str(n) for n in names)
         raise wrong(file, f"degrees of freedom {have}", f"One rigid body is read: {', '.join(DOFS)}, each once.")
     return [plain.index(dof) for dof in DOFS]
-
-
-def _ready(file: str, data: xarray.Dataset, name: str) -> ComplexArray:
-    """Transfer functions (6, headings, frequencies) that the file holds."""
-    dof = "radiating_dof" if "radiating_dof" in data[name].dims else "influenced_dof"
-    return np.asarray(_of(file, data, name, (dof, "wave_direction", "omega")), dtype=np.complex128)
 
 
 def _solved(file: str, data: xarray.Dataset) -> ComplexArray:

@@ -70,8 +70,7 @@ MIRRORED_QUARTER = (
 
 
 def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
-    """The vessel in an OrcaFlex text file, given its path and text; stated: vessel type and draught where there are
-    several. Errors: SeaError of one line."""
+    """The vessel in an OrcaFlex text file; stated: vessel type and draught where there are several."""
     model = _model(path.name, text)
     length, unit = _length(path.name, model)
     kind = _chosen(path.name, path.name, model, "VesselTypes", "vessel_type", stated.vessel_type)
@@ -101,6 +100,7 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
         heading, H = mirrored_fore_and_aft(heading, H, path.name)
     mirror = planes > 0 and within_one_side(heading)
     convention = replace(INSIDE, time=1 if sign > 0 else -1, mirror=mirror)
+    assumed = [f"{key} {value}" for key, value in DEFAULTS.items() if key not in kind]
     return to_rao(
         convention,
         name=str(kind.get("Name", path.stem)),
@@ -110,7 +110,7 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
         source=f"{path.name} (OrcaFlex, draught {draught.get('Name', '1')})",
         origin=f"x = {origin[0]:g} m, y = {origin[1]:g} m, z = {origin[2]:g} m of OrcaFlex's vessel axes (RAO origin)",
         notes=(
-            *_unused_fields(kind),
+            *((f"not in the file, OrcaFlex's defaults: {', '.join(assumed)}",) if assumed else ()),
             *((MIRRORED_QUARTER,) if quarter else ()),
             *((f"lengths in {unit}, rotations per {unit} of wave amplitude",) if unit != "m" else ()),
             f"read as OrcaFlex: phases {'lag' if sign < 0 else 'lead'}; {replace(convention, time=1).describe()}",
@@ -162,8 +162,7 @@ def _length(file: str, model: Mapping[str, Any]) -> tuple[float, str]:
 def _chosen(
     file: str, place: str, table: Mapping[str, Any], key: str, field: str, name: str | None
 ) -> Mapping[str, Any]:
-    """The entry of a list of tables that has a name, or the only one; field: what states it in a vessel
-    description."""
+    """The entry of a list of tables that has a name, or the only one; field: what states it in a vessel description."""
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
         raise wrong(place, f"{key} is not a list of tables", SAVE)
@@ -186,12 +185,6 @@ def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str
         do = f"Allowed: {', '.join(choices)}. Change it in OrcaFlex."
         raise wrong(place, f"{key} {quote(value)} is not read", do)
     return match
-
-
-def _unused_fields(kind: Mapping[str, Any]) -> tuple[str, ...]:
-    """What the file does not state, in one note."""
-    assumed = [f"{key} {value}" for key, value in DEFAULTS.items() if key not in kind]
-    return (f"not in the file, OrcaFlex's defaults: {', '.join(assumed)}",) if assumed else ()
 
 
 def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, FloatArray, ComplexArray]:

@@ -128,8 +128,7 @@ class VesselDescription(Supplement):
 
 
 def read_description(path: Path) -> tuple[Path, Supplement]:
-    """The file of motions that a description names, and what is stated of it. Errors: SeaError or UnitError of one
-    line."""
+    """The file of motions that a description names, and what is stated of it. Errors: SeaError or UnitError."""
     return read_toml(path, FileKind.VESSEL, SeaError, _description, start='Write motions = "FILE".')
 
 

@@ -77,8 +77,7 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
 
 
 def _companion(records: Records) -> tuple[str, str] | None:
-    """What a file of directions holds and which file has its density; None for any other file. Recognised by name, or
-    by a real-time header."""
+    """What a file of directions holds, by its name or header, and which file has its density; None for any other."""
     letters, endings = ({files[i]: part for part, files in PARTS.items()} for i in (0, 1))
     if (named := _NAME.match(records.name)) and named[1] in letters:
         at = named.start(1)
@@ -93,8 +92,7 @@ def _companion(records: Records) -> tuple[str, str] | None:
 
 
 def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[FloatArray, FloatArray]:
-    """Frequencies (m,) [Hz] and numbers (n, m) of either layout: frequencies in the header, or in brackets after each
-    number."""
+    """Frequencies (m,) [Hz] and numbers (n, m): frequencies in the header, or in brackets after each number."""
     if _FREQUENCY.fullmatch(records.header[0]):
         words = records.header
         if not all(_FREQUENCY.fullmatch(w) for w in words):

@@ -52,8 +52,7 @@ _COMING_FROM = re.compile(r"from_direction|com(e|es|ing)[ -]from\b|meteorologica
 
 
 def form_of(path: Path) -> str | None:
-    """The format of a file of spectra by its content, None for one of NDBC's texts and for others. Errors: SeaError for
-    a damaged NetCDF file."""
+    """The format of a file of spectra by its content, None for NDBC's texts and others. Errors: SeaError."""
     if not path.is_file():
         return None
     try:

@@ -105,8 +105,7 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
 
 
 def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Directions (k,) ascending within the circle, each once, and their densities (n, m, k); a note where two printings
-    of one differ."""
+    """Directions (k,) ascending within the circle, each once, their densities (n, m, k), and a note on doubles."""
     order = np.argsort(theta, kind="stable")
     theta, density = theta[order], density[..., order]
     near = EVEN * FULL / max(len(theta), 1)

@@ -83,8 +83,7 @@ class Column:
 
 
 def bare(heading: str) -> tuple[str, str]:
-    """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit
-    in brackets."""
+    """A heading in lower case with _ between its words, less a number at its end, and its unit in brackets."""
     unit = match[1] if (match := _BRACKET.search(heading)) else ""
     name = re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", heading).strip().lower()).strip("_")
     return re.sub(r"_\d$", "", name), unit
@@ -93,12 +92,6 @@ def bare(heading: str) -> tuple[str, str]:
 def without_unit(heading: str) -> str:
     """A heading less its unit in brackets."""
     return _BRACKET.sub("", heading).strip()
-
-
-def sense_in(heading: str) -> DirectionSense | None:
-    """The sense that a heading names itself: ..._from_direction, ..._to_direction."""
-    words = bare(heading)[0].split("_")
-    return DirectionSense.FROM_NORTH if "from" in words else DirectionSense.TO_NORTH if "to" in words else None
 
 
 def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
@@ -287,8 +280,7 @@ def assembled(
 
 
 def _check_plausible(x: FloatArray, column: Column, name: str) -> None:
-    """Errors: WeatherError for numbers (n,) [SI] that are weather one by one and not on the median, unless the user
-    stated their unit."""
+    """Refuse numbers (n,) [SI] that no weather has on the median, unless the user stated their unit."""
     known = x[np.isfinite(x)]
     if not len(known) or column.by_user:
         return
@@ -316,7 +308,9 @@ def _like_radians(x: FloatArray, column: Column) -> bool:
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
     """What the directions of a column mean; None where nobody says."""
-    declared = sense_in(column.heading)
+    words = bare(column.heading)[0].split("_")  # ..._from_direction, ..._to_direction
+    said = {"from": DirectionSense.FROM_NORTH, "to": DirectionSense.TO_NORTH}
+    declared = next((said[word] for word in said if word in words), None)
     if column.name == "wind_from":
         return declared or DirectionSense.FROM_NORTH
     for line in comments:

@@ -183,8 +183,7 @@ def _zone(
 
 
 def _parts(names: Sequence[str]) -> dict[str, int]:
-    """Places of the columns year, month, day, hour and, if there is one, minute; of year, day and hour where days are
-    those of the year; nothing where one of them is not there."""
+    """Places of year, month, day, hour and minute, or of year, day of the year and hour; empty where one is missing."""
     result = {part: next((i for i, n in enumerate(names) if n in known), -1) for part, known in _TIMES["parts"].items()}
     of_year = result["day"] >= 0 and names[result["day"]] not in ("day", "dd")
     needed = ("year", "day", "hour") if of_year else ("year", "month", "day", "hour")
@@ -227,8 +226,7 @@ def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
 
 
 def _read_ndbc(path: Path, step: float | None = None) -> Weather:
-    """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError
-    of one line."""
+    """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed."""
     sea = read_sea(path)
     periods = {name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", sea.T_p), ("T_m02", sea.T_m02))}  # 0: a calm
     values: dict[str, FloatArray] = {"H_m0": sea.H_m0, **periods}

@@ -84,8 +84,7 @@ STANDARD = ("sea_surface_wave_", "sea_surface_wind_wave_", "sea_surface_swell_wa
 
 
 def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
-    """The name of a variable as it is requested, else its standard name where that is a wave's or the wind's and no
-    other's."""
+    """The name of a variable as it is requested, else its standard name where only it has a wave's or the wind's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1
     return standard if alone and name not in columns_as.values() and standard.startswith(STANDARD) else name

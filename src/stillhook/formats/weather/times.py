@@ -126,8 +126,7 @@ def _are_dates(texts: Sequence[str]) -> bool:
 
 
 def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str | None = None) -> Times:
-    """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, needed where the texts leave it open. Errors: WeatherError
-    with the line."""
+    """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, where the texts leave it open. Errors: WeatherError."""
     if (times := _iso(texts)) is not None:
         return times
     if (result := counted(texts)) is not None:
@@ -141,8 +140,7 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
 
 
 def _iso(texts: Sequence[str]) -> Times | None:
-    """Times of texts that all read 2013-12-31 23:00 or 2013-12-31T23:00:00Z, as most files have them, at once; None for
-    others, and where one is no time."""
+    """Times of texts that all read 2013-12-31 23:00 or 2013-12-31T23:00:00Z, at once; None for others."""
     if not all(map(_PLAIN.fullmatch, texts)):
         return None
     try:
@@ -156,8 +154,7 @@ def _iso(texts: Sequence[str]) -> Times | None:
 
 
 def step_of(time: Times, requested: float | None, name: str) -> float:
-    """What a record stands for [s]: as requested, else the usual spacing of times (n,). Errors: WeatherError where it
-    is longer than that."""
+    """What a record stands for [s]: as requested, else the usual spacing of times (n,). Errors: WeatherError."""
     usual = usual_step(time)
     if requested is not None and requested > ROUNDED * usual:
         problem = f"its records are {show(usual, 'hours')} apart, and a longer step would count time twice"
@@ -174,8 +171,7 @@ def stamped(
     name: str,
     texts: Sequence[str],
 ) -> Times:
-    """Times of calendar numbers and seconds of the day (which may reach over midnight, by a time zone). Errors:
-    WeatherError."""
+    """Times of calendar numbers and seconds of the day, which may reach over midnight. Errors: WeatherError."""
     months = (year - 1970) * 12 + np.clip(month, 1, 12) - 1
     begin = months.astype("datetime64[M]").astype("datetime64[D]")
     last = ((months + 1).astype("datetime64[M]").astype("datetime64[D]") - begin).astype(np.int64)
@@ -188,8 +184,7 @@ def stamped(
 
 
 def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
-    """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between the
-    numbers."""
+    """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between them."""
     text = text.strip().strip('"')
     match = next((m for way in _WRITTEN if (m := way.fullmatch(text))), None)
     if match is None:
@@ -267,8 +262,7 @@ def _order(
 
 
 def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, str]], order: str) -> bool:
-    """Whether times ascend, without a way from one to the next that is longer than a day, under an order of the
-    date."""
+    """Whether times ascend by a day at most, under an order of the date."""
     if len(digits) < 2:
         return False
     y, m, d = (digits[:, order.index(letter)] for letter in "ymd")

@@ -118,8 +118,7 @@ def read_toml(
     *,
     start: str = "Write its fields, or copy an example.",
 ) -> Result:
-    """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError of
-    one line that begins with the file's name."""
+    """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError."""
     file = Path(path)
     data = parsed(toml_text(file), file.name, kind, start=start)
     return named(TomlTable(file, data, error), read)
@@ -213,15 +212,13 @@ def numbers_on_base(
     out = dict(base)
     for key in stated:
         if key not in allowed:
-            raise table.error(
-                f"{table.place(name, key)}: unknown field{nearest(key, allowed)} Allowed: {', '.join(allowed)}."
-            )
+            known = f"{nearest(key, allowed)} Allowed: {', '.join(allowed)}"
+            raise table.error(f"{table.place(name, key)}: unknown field{known}.")
         out[key], _ = table.quantity(allowed[key][0], name, key)
         if not out[key] > 0.0:
             raise table.wrong("must be more than zero.", name, key)
     for key, (_, meaning) in allowed.items():
         if key not in out:
-            raise table.error(
-                f'{table.place(name, key)}: missing ({meaning}). Add it, or start the file with base = "{example}".'
-            )
+            do = f'Add it, or start the file with base = "{example}".'
+            raise table.error(f"{table.place(name, key)}: missing ({meaning}). {do}")
     return {key: out[key] for key in allowed}

@@ -76,25 +76,23 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
 
 
 def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None:
-    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that names its kind and
-    what reads it."""
+    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError."""
     actual = kind_of(table)
     if wanted and actual is not None and actual not in wanted:
         nouns = " or ".join(kind.noun for kind in wanted)
         raise SpecError(f"{name} is {actual.noun}, not {nouns}: {actual.read_by}. Give {nouns} here.")
 
 
-def other_kind(name: str, wanted: FileKind) -> str:
-    """A sentence for a name that the library has as something else than what is wanted; empty where it has none
-    such."""
-    actual = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
-    return "" if actual in (None, wanted) else f" The library has it as {actual.noun}: {actual.read_by}."
-
-
 def unknown_name(noun: str, name: str, names: Sequence[str], wanted: FileKind) -> str:
     """A line for a name that is neither one of the library's names nor the path of a TOML file."""
     have = f"{', '.join(names)}{nearest(name, names)}"
-    return f"No {noun} {quote(name)}: the library has {have} A file's name ends in .toml.{other_kind(name, wanted)}"
+    plain = name.isprintable() and not {"/", "\\"} & set(name)
+    shelves = [
+        kind for shelf, kind in _TABLE["shelves"].items() if plain and (LIBRARY / shelf / f"{name}.toml").is_file()
+    ]
+    other = FileKind[shelves[0]] if shelves else wanted
+    elsewhere = "" if other is wanted else f" The library has it as {other.noun}: {other.read_by}."
+    return f"No {noun} {quote(name)}: the library has {have} A file's name ends in .toml.{elsewhere}"
 
 
 def kind_of_toml(text: str) -> FileKind | None:
@@ -105,17 +103,8 @@ def kind_of_toml(text: str) -> FileKind | None:
         return None
 
 
-def kind_on_shelf(name: str) -> FileKind | None:
-    """The kind of what the library has under this name."""
-    for shelf, kind in _TABLE["shelves"].items():
-        if (LIBRARY / shelf / f"{name}.toml").is_file():
-            return FileKind[kind]
-    return None
-
-
 def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
-    """A line on a TOML file in place of data (wanted: what they are called, with an article); empty for any
-    other file."""
+    """A line on a TOML file in place of data (wanted: what they are called, with an article); else empty."""
     file = Path(path)
     if file.suffix.lower() != ".toml" or not file.is_file():
         return ""

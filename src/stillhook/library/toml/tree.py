@@ -62,10 +62,8 @@ def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
 
 def _refuse_unknown(shelf_name: str, name: str, where: str) -> None:
     if name not in shelf(shelf_name):
-        have = ", ".join(shelf(shelf_name))
-        raise SpecError(
-            f"{where} = {quote(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
-        )
+        have = f"{', '.join(shelf(shelf_name))}{nearest(name, shelf(shelf_name))}"
+        raise SpecError(f"{where} = {quote(name)}: not in the library, which has {have}")
 
 
 @functools.cache
@@ -147,9 +145,8 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
         elif user or place in LABELS:
             out[key] = Leaf(_plain(value, name, place), Source(text=f"given in {name}", kind=SourceKind.USER))
         else:
-            raise SpecError(
-                f"{name}: {place}: a number of the library needs its kind and source. Write them next to its value."
-            )
+            problem = "a number of the library needs its kind and source"
+            raise SpecError(f"{name}: {place}: {problem}. Write them next to its value.")
     return out
 
 

@@ -55,16 +55,13 @@ class IrregularTip(ArrayRecord, Motion):
         try:
             c = np.array(amplitudes, dtype=np.complex128)
         except (TypeError, ValueError):
-            raise MotionError(
-                f"{place}: amplitudes are not numbers. Give one complex number [m] for each harmonic."
-            ) from None
+            do = "Give one complex number [m] for each harmonic."
+            raise MotionError(f"{place}: amplitudes are not numbers. {do}") from None
         if c.ndim != 1 or len(c) < 2 or not np.isfinite(c).all() or c[0].imag != 0.0:
             raise MotionError(f"{place}: give finite amplitudes of the mean (real) and of one harmonic or more.")
         if not SHORTEST_REPEAT <= repeat <= LONGEST_REPEAT:
-            raise MotionError(
-                f"{place}: repeat {repeat:g} s is not between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s. Check its"
-                " unit."
-            )
+            allowed = f"between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s"
+            raise MotionError(f"{place}: repeat {repeat:g} s is not {allowed}. Check its unit.")
         fill(self, amplitudes=c, repeat=float(repeat), source=source, report=report, fine=fine)
 
     @property
@@ -108,23 +105,15 @@ class IrregularTip(ArrayRecord, Motion):
         return IrregularTip(self.amplitudes * factor, self.repeat, source=self.source, report=report, fine=self.fine)
 
     def describe(self) -> str:
-        origin = f" in {self.source}" if self.source else ""
-        return (
-            f"irregular motion{origin}: standard deviation {self.deviation():.3g} m, repeats after {self.repeat:.6g} s"
-        )
+        origin, sigma = f" in {self.source}" if self.source else "", f"{self.deviation():.3g} m"
+        return f"irregular motion{origin}: standard deviation {sigma}, repeats after {self.repeat:.6g} s"
 
     def to_dict(self) -> dict[str, Any]:
         """Amplitudes as base64 of zlib of little-endian float64, exact to the bit: some 16 to 20 bytes a harmonic."""
-        columns = {"re": encode_array(self.amplitudes.real), "im": encode_array(self.amplitudes.imag)}
+        words = {"type": self.kind, "source": self.source, "report": self.report, "repeat": self.repeat}
         coarser = {} if self.fine == FINE else {"fine": self.fine}
-        return {
-            "type": self.kind,
-            "source": self.source,
-            "report": self.report,
-            "repeat": self.repeat,
-            **coarser,
-            **columns,
-        }
+        columns = {"re": encode_array(self.amplitudes.real), "im": encode_array(self.amplitudes.imag)}
+        return {**words, **coarser, **columns}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
@@ -140,8 +129,7 @@ class IrregularTip(ArrayRecord, Motion):
 
 
 def synthesis(c: ComplexArray, n: int) -> FloatArray:
-    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n more than twice the number of
-    harmonics."""
+    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n over twice the number of harmonics."""
     half = 0.5 * n * c
     half[..., 0] = n * c[..., 0].real
     return np.fft.irfft(half, n)

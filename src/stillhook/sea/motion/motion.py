@@ -135,10 +135,8 @@ class Sine(Motion):
                 "a sine is turned over with phase 180 deg."
             )
         if not SHORTEST_PERIOD <= T <= LONGEST_PERIOD:
-            raise MotionError(
-                f"{where}: period {T:g} s is not between {SHORTEST_PERIOD:g} s and {LONGEST_PERIOD:g} s. Check its"
-                " unit."
-            )
+            allowed = f"between {SHORTEST_PERIOD:g} s and {LONGEST_PERIOD:g} s"
+            raise MotionError(f"{where}: period {T:g} s is not {allowed}. Check its unit.")
         if not math.isfinite(phase):
             raise MotionError(f"{where}: phase {phase:g} rad is not a number. Give a phase in deg or rad.")
         fill(self, amplitude=A, period=T, phase=phase)

@@ -214,8 +214,7 @@ def window_spans(s: FloatArray, n: int) -> FloatArray:
 
 
 def wave_periods(s: FloatArray, dt: float) -> FloatArray:
-    """Time between one upward crossing of the mean and the next, for every whole wave of a motion sampled every dt
-    [s]."""
+    """Time between upward crossings of the mean, for every whole wave of a motion sampled every dt [s]."""
     y = s - s.mean() if len(s) else s
     band = DEAD_BAND * y.std() if len(s) else 0.0
     if band == 0.0:

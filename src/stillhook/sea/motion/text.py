@@ -16,6 +16,8 @@ from stillhook.sea.motion.recorded import Recorded
 from stillhook.units import parse, quote
 
 ALLOWED = '"still", "sine <amplitude> <period> [<phase>]" such as "sine 2.8 m 12 s", and sums of sines joined by " + "'
+SPACING = 0.01
+"""Of the samples among which the highest speed is looked for [s]: a sine of 6 s is then met within 1e-5 of its peak."""
 _STARTS_QUANTITY = re.compile(r"[+-]?\.?\d")
 
 
@@ -53,11 +55,9 @@ def _sine(tokens: list[str], full_text: str, place: str) -> Sine:
             quantities.append([])
         quantities[-1].append(token)
     if len(quantities) not in (2, 3):
-        raise MotionError(
-            f"{place}{full_text}: a sine has an amplitude, a period and at most a phase, and {len(quantities)} "
-            f'{"quantity was" if len(quantities) == 1 else "quantities were"} given. Write "sine 2.8 m 12 s" or '
-            '"sine 2.8 m 12 s 90 deg".'
-        )
+        problem = f"a sine has an amplitude, a period and at most a phase, not {len(quantities)} quantities"
+        do = 'Write "sine 2.8 m 12 s" or "sine 2.8 m 12 s 90 deg".'
+        raise MotionError(f"{place}{full_text}: {problem}. {do}")
     names = (("amplitude", "length"), ("period", "time"), ("phase", "angle"))
     values = [
         parse(" ".join(quantity), kind, f"{place}{full_text}: {name}")
@@ -101,25 +101,18 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
             case "irregular":
                 return IrregularTip.from_dict(dict(data))
     except (KeyError, TypeError, ValueError) as problem:
-        raise MotionError(
-            f"stored motion: type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}. Simulate again."
-        ) from problem
+        wrong = f"type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}"
+        raise MotionError(f"stored motion: {wrong}. Simulate again.") from problem
     types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip))
     raise MotionError(f"stored motion: type {quote(data.get('type'))} is not one of {types}.")
 
 
-SPACING = 0.01
-"""Of the samples among which the highest speed is looked for [s]: a sine of 6 s is then met within 1e-5 of its peak."""
-
-
 def scaled(motion: Motion, factor: float) -> Motion:
-    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError for a motion
-    without a size."""
+    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError."""
     match motion:
         case Sine():
-            return Sine.from_si(
-                motion.amplitude * factor, motion.period, motion.phase, where=f"{motion.describe()}, scaled"
-            )
+            size = motion.amplitude * factor
+            return Sine.from_si(size, motion.period, motion.phase, where=f"{motion.describe()}, scaled")
         case Sum():
             return Sum(scaled(term, factor) for term in motion.terms)
         case Profile():
@@ -127,21 +120,13 @@ def scaled(motion: Motion, factor: float) -> Motion:
         case Ramped():
             return Ramped.from_si(scaled(motion.motion, factor), motion.t_ramp)
         case Recorded():
-            return Recorded(
-                motion.times,
-                motion.heights * factor,
-                source=motion.source,
-                report=f"{motion.report} Scaled by {factor:.6g}.",
-            )
+            report = f"{motion.report} Scaled by {factor:.6g}."
+            return Recorded(motion.times, motion.heights * factor, source=motion.source, report=report)
         case IrregularTip():
             return motion.times(factor)
         case Still():
-            raise MotionError(
-                'A tip that is stationary has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".'
-            )
-    raise MotionError(
-        f"{type(motion).__name__}: no rule for making this motion larger. Give sines, a profile or a record."
-    )
+            raise MotionError('A stationary tip has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".')
+    raise MotionError(f"{type(motion).__name__}: has no size to be scaled. Give sines, a profile or a record.")
 
 
 def speed_peak(motion: Motion, start: float, end: float) -> float:
@@ -157,7 +142,6 @@ def scaled_to(motion: Motion, v_peak: float, start: float, end: float) -> Motion
     """
     peak = speed_peak(motion, start, end)
     if peak <= 0.0:
-        raise MotionError(
-            f"{motion.describe()}: is stationary from {start:g} s to {end:g} s, so it cannot be brought to a speed."
-        )
+        problem = f"is stationary from {start:g} s to {end:g} s"
+        raise MotionError(f"{motion.describe()}: {problem}, so it cannot be brought to a speed.")
     return scaled(motion, v_peak / peak)

@@ -22,8 +22,7 @@ FULL = 2.0 * math.pi
 
 
 def parse_direction(text: object, where: str = "direction") -> float:
-    """A direction as text with its unit, within one turn [rad]. Errors: UnitError; SeaError outside 0 to 360 deg; one
-    line."""
+    """A direction as text with its unit, 0 to 360 deg [rad]. Errors: UnitError, SeaError."""
     value = parse(text, "angle", where)
     if not 0.0 <= value <= FULL * (1.0 + 1e-12):
         raise SeaError(f"{where} = {quote(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")
@@ -117,17 +116,11 @@ def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -
     phi_1 = (c_1 - c_2 * np.conj(c_1)) / remainder
     phi_2 = c_2 - c_1 * phi_1
     turn = phi_2 * np.conj(phi_1) - phi_1
-    squares = [
-        1.0 + np.abs(phi_1) ** 2 + np.abs(phi_2) ** 2,
-        2.0 * turn.real,
-        2.0 * turn.imag,
-        -2.0 * phi_2.real,
-        -2.0 * phi_2.imag,
-    ]
+    # |1 - phi_1 e^(-i theta) - phi_2 e^(-2 i theta)|^2, multiplied out
+    of_turn, of_phi = (2.0 * turn.real, 2.0 * turn.imag), (-2.0 * phi_2.real, -2.0 * phi_2.imag)
+    squares = [1.0 + np.abs(phi_1) ** 2 + np.abs(phi_2) ** 2, *of_turn, *of_phi]
     waves = [np.ones(fine), np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)]
-    back = np.stack(squares, axis=-1) @ np.stack(
-        waves
-    )  # |1 - phi_1 e^(-i theta) - phi_2 e^(-2 i theta)|^2, multiplied out
+    back = np.stack(squares, axis=-1) @ np.stack(waves)
     share = (1.0 / back).reshape(*c_1.shape, count, FINE).sum(axis=-1)
     return np.asarray(share / share.sum(axis=-1, keepdims=True), dtype=np.float64)
 

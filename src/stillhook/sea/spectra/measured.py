@@ -44,15 +44,12 @@ class Measured(WaveSpectrum):
         fill(self, **{name: np.array(getattr(self, name), dtype=np.float64) for name in names})
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != self.omega.shape:
-            raise SeaError(
-                f"{self.source}: {len(self.omega)} bands and {self.S.size} densities. Give one density per band."
-            )
+            counts = f"{len(self.omega)} bands and {self.S.size} densities"
+            raise SeaError(f"{self.source}: {counts}. Give one density per band.")
         if not np.all(np.isfinite(self.S)) or np.any(self.S < 0.0):
             i = int(np.flatnonzero(~(self.S >= 0.0) | ~np.isfinite(self.S))[0])
-            raise SeaError(
-                f"{self.source}: density {self.S[i]:g} m^2 s/rad at {self.omega[i]:g} rad/s is negative or no number."
-                " Correct the spectrum."
-            )
+            problem = f"density {self.S[i]:g} m^2 s/rad at {self.omega[i]:g} rad/s is negative or no number"
+            raise SeaError(f"{self.source}: {problem}. Correct the spectrum.")
 
     def density(self, omega: FloatArray) -> FloatArray:
         omega = np.asarray(omega, dtype=np.float64)
@@ -113,10 +110,8 @@ class SpectrumSeries:
         fill(self, **{name: np.array(getattr(self, name)) for name in names})
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != (len(self.time), len(self.omega)) or self.valid.shape != self.time.shape:
-            raise SeaError(
-                f"{self.source}: spectra of shape {self.S.shape} for {len(self.time)} times and {len(self.omega)}"
-                " bands."
-            )
+            counts = f"{len(self.time)} times and {len(self.omega)} bands"
+            raise SeaError(f"{self.source}: spectra of shape {self.S.shape} for {counts}.")
 
     def __len__(self) -> int:
         return len(self.time)
@@ -157,8 +152,7 @@ class SpectrumSeries:
         return np.where(S.max(axis=1) > 0.0, 2.0 * np.pi / self.omega[np.argmax(S, axis=1)], np.nan)
 
     def index(self, record: str) -> int:
-        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError where
-        there is none."""
+        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError."""
         text = record.strip()
         if text.isdigit():
             if int(text) >= len(self):
@@ -168,9 +162,8 @@ class SpectrumSeries:
             stamp = datetime.fromisoformat(text.removesuffix("Z"))
             time = np.datetime64(stamp.replace(tzinfo=None) - (stamp.utcoffset() or timedelta(0)), "s")
         except (ValueError, OverflowError):
-            raise SeaError(
-                f"{self.source}: record {quote(record)} is neither a number nor a time. Write 12 or 1996-01-05T12:00."
-            ) from None
+            problem = f"record {quote(record)} is neither a number nor a time"
+            raise SeaError(f"{self.source}: {problem}. Write 12 or 1996-01-05T12:00.") from None
         at = np.flatnonzero(self.time == time)
         if len(at) == 0:
             near = self.time[int(np.argmin(np.abs(self.time - time)))]
@@ -220,10 +213,8 @@ def _ratio(upper: FloatArray, lower: FloatArray) -> FloatArray:
 def check_bands(omega: FloatArray, width: FloatArray, source: str) -> None:
     """Refuse bands that are no bands. Errors: SeaError."""
     if omega.ndim != 1 or len(omega) < 2 or width.shape != omega.shape:
-        raise SeaError(
-            f"{source}: {omega.size} frequencies and {width.size} band widths. Give two or more bands, each with its"
-            " width."
-        )
+        counts = f"{omega.size} frequencies and {width.size} band widths"
+        raise SeaError(f"{source}: {counts}. Give two or more bands, each with its width.")
     if not np.all(np.isfinite(omega)) or omega[0] <= 0.0 or np.any(np.diff(omega) <= 0.0):
         raise SeaError(f"{source}: frequencies are not positive and ascending. Sort the bands.")
     if not np.all(np.isfinite(width)) or np.any(width <= 0.0):

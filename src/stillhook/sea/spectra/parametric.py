@@ -103,9 +103,8 @@ def _integral(n: int, N: float, gamma: float, end: float) -> float:
     raised = 0.0
     for a, b in ((1.0 - REACH * SIGMA_BELOW, 1.0), (1.0, 1.0 + REACH * SIGMA_ABOVE)):
         x = (a + b) / 2.0 + (b - a) / 2.0 * node
-        raised += (
-            (b - a) / 2.0 * float(np.sum(weight * x**n * _shape(x, N) * np.expm1(math.log(gamma) * _enhancement(x))))
-        )
+        more = np.expm1(math.log(gamma) * _enhancement(x))
+        raised += (b - a) / 2.0 * float(np.sum(weight * x**n * _shape(x, N) * more))
     return base + raised
 
 
@@ -184,9 +183,8 @@ class Jonswap(Peaks):
         check_height_and_period(H_s, T_p, where)
         gamma = gamma_of(H_s, T_p) if gamma is None else gamma
         if not 1.0 <= gamma <= 10.0:
-            raise SeaError(
-                f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s)."
-            )
+            do = "Leave it out for the rule of T_p/sqrt(H_s)."
+            raise SeaError(f"{where}: gamma = {gamma:g} is not between 1 and 10. {do}")
         check_norm(norm, where)
         fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), norm=norm, name=name)
 
@@ -330,10 +328,9 @@ class Torsethaugen(Peaks):
         c = COEFFICIENTS
         steepest = c["a_e"] * math.sqrt(H_s)
         if not steepest <= T_p < c["a_u"] or c["a_f"] * H_s ** (1.0 / 3.0) >= c["a_u"]:
-            raise SeaError(
-                f"{where}: Tp = {T_p:g} s with Hs = {H_s:g} m is outside the fit, {steepest:.4g} s (2 sqrt(Hs)) to"
-                f" {c['a_u']:g} s. Use jonswap or ochi-hubble."
-            )
+            fit = f"{steepest:.4g} s (2 sqrt(Hs)) to {c['a_u']:g} s"
+            sea = f"Tp = {T_p:g} s with Hs = {H_s:g} m"
+            raise SeaError(f"{where}: {sea} is outside the fit, {fit}. Use jonswap or ochi-hubble.")
         fill(self, H_s=H_s, T_p=T_p, norm=norm)
 
     @property
@@ -359,11 +356,9 @@ class Torsethaugen(Peaks):
         else:
             over = (T_p - T_f) / (c["a_u"] - T_f)
             r = c["a_20"] + (1.0 - c["a_20"]) * math.exp(-((over / c["a_2"]) ** 2))
-            gamma = (
-                c["k_g"] * (2.0 * math.pi * H_s / (G * T_f**2)) ** c["g_exp"] * (1.0 + c["a_3"] * over)
-                if H_s > 0.0
-                else 1.0
-            )
+            gamma = 1.0
+            if H_s > 0.0:
+                gamma = c["k_g"] * (2.0 * math.pi * H_s / (G * T_f**2)) ** c["g_exp"] * (1.0 + c["a_3"] * over)
             T_2 = c["a_f"] * (H_s * math.sqrt(1.0 - r**2)) ** (1.0 / 3.0)
         return (r * H_s, T_p, gamma), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
 
@@ -401,10 +396,8 @@ class Hump:
     def __post_init__(self) -> None:
         check_height_and_period(self.H_s, self.T_p, self.where)
         if not LEAST_LAMBDA < self.shape <= LARGEST_LAMBDA:
-            raise SeaError(
-                f"{self.where}: lambda = {self.shape:g} is not above {LEAST_LAMBDA:g} and up to {LARGEST_LAMBDA:g}. "
-                "Wind sea has about 1, swell 3 to 10."
-            )
+            problem = f"lambda = {self.shape:g} is not above {LEAST_LAMBDA:g} and up to {LARGEST_LAMBDA:g}"
+            raise SeaError(f"{self.where}: {problem}. Wind sea has about 1, swell 3 to 10.")
 
 
 @dataclass(frozen=True)

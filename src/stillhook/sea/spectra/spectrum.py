@@ -126,8 +126,7 @@ class Train:
             check_spread(self.spread)
 
     def directions(self) -> tuple[FloatArray, FloatArray]:
-        """Directions of travel [rad] and the share of the variance that each takes (adding up to 1), both (k,); k = 1
-        when long-crested."""
+        """Directions of travel [rad] and their shares of the variance, both (k,); k = 1 when long-crested."""
         if self.spread is None:
             return np.array([self.beta]), np.ones(1)
         theta, weight = cos_power(self.spread)
@@ -145,10 +144,8 @@ LEAST_SPREAD, LARGEST_SPREAD = 1.0, 200.0
 def check_spread(n: float, where: str = "spread") -> float:
     """The exponent of a cos^n spreading, if it is one. Errors: SeaError outside 1 to 200."""
     if not LEAST_SPREAD <= n <= LARGEST_SPREAD:
-        raise SeaError(
-            f"{where} {n:g}: is not between {LEAST_SPREAD:g} and {LARGEST_SPREAD:g}. Leave it out for long-crested"
-            " waves."
-        )
+        allowed = f"between {LEAST_SPREAD:g} and {LARGEST_SPREAD:g}"
+        raise SeaError(f"{where} {n:g}: is not {allowed}. Leave it out for long-crested waves.")
     return n
 
 
@@ -174,9 +171,8 @@ class Sea:
     def describe(self) -> str:
         """The sea in words and units; of many trains, as a directional record has, the first and the height of all."""
         if len(self.trains) > 4:
-            return (
-                f"{len(self.trains)} wave trains, Hm0={self.H_m0:.4g} m in all, the first {self.trains[0].describe()}"
-            )
+            first = self.trains[0].describe()
+            return f"{len(self.trains)} wave trains, Hm0={self.H_m0:.4g} m in all, the first {first}"
         return " + ".join(train.describe() for train in self.trains)
 
 

@@ -59,9 +59,8 @@ def parse_wave(text: str, where: str = "") -> Peaks:
     for place, name, values in _terms(text, where):
         for key in PLACED:
             if key in values:
-                raise SeaError(
-                    f"{place}: {key} does not belong to a spectrum. Leave it out here; waves next to a ship have one."
-                )
+                do = "Leave it out here; waves next to a ship have one."
+                raise SeaError(f"{place}: {key} does not belong to a spectrum. {do}")
         terms.append(_spectrum(place, name, values))
     return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
 
@@ -110,9 +109,8 @@ def parse_sea(text: str, *, heading: str | None = None, spread: float | None = N
         if "spread" in values:
             n = check_spread(_number(values["spread"], f"{place}: spread"), f"{place}: spread")
         if towards is None:
-            raise SeaError(
-                f'{place}: no heading. Add "heading=180 deg" (0 following, 90 coming from starboard, 180 head sea).'
-            )
+            do = 'Add "heading=180 deg" (0 following, 90 coming from starboard, 180 head sea).'
+            raise SeaError(f"{place}: no heading. {do}")
         trains.append(Train(_spectrum(place, name, values), towards, n))
     return Sea(tuple(trains))
 
@@ -144,9 +142,7 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
         raise SeaError(f"{place}no waves are given. {ALLOWED}.")
     terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
     if not all(terms):
-        raise SeaError(
-            f'{place}{quote(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.'
-        )
+        raise SeaError(f'{place}{quote(text)}: a "+" has a spectrum on one side only. Give the other.')
     if any(_GLUED.search(term) for term in terms):
         raise SeaError(f'{place}{quote(text)}: a "+" without spaces round it. Write " + " between spectra.')
     return [_term(term, f"{place}{quote(text)}", place) for term in terms]
@@ -169,9 +165,8 @@ def _term(term: str, full_text: str, place: str) -> tuple[str, str, dict[str, st
         raise SeaError(f"{full_text}: Tp and Tz are both given. Give one of them.")
     for key in FIELDS[name]:
         if key not in values and key not in _OPTIONAL and not (key == "Tp" and "Tz" in values):
-            raise SeaError(
-                f"{full_text}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}."
-            )
+            needed = ", ".join(k for k in FIELDS[name] if k not in _OPTIONAL)
+            raise SeaError(f"{full_text}: {name} has no {key}. Give {needed}.")
     return full_text, name, values
 
 
@@ -216,18 +211,13 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
                 first, second = (Hump(h["H_s"], h["T_p"], h["lambda"], place) for h in data["humps"])
                 return OchiHubble((first, second))
             case "mixed":
-                return Mixed(tuple(_peaks(term) for term in data["terms"]))
+                terms = [spectrum_from_dict(term) for term in data["terms"]]
+                if not all(isinstance(term, Peaks) for term in terms):
+                    raise ValueError("terms")
+                return Mixed(tuple(term for term in terms if isinstance(term, Peaks)))
             case "measured":
                 return Measured(data["omega"], data["width"], data["S"], data["source"])
     except (KeyError, TypeError, ValueError) as problem:
         raise SeaError(f"{place}: {quote(str(problem))} is missing or misstated. Generate them again.") from None
-    raise SeaError(
-        f"{place}: type {quote(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured."
-    )
-
-
-def _peaks(data: Mapping[str, Any]) -> Peaks:
-    spectrum = spectrum_from_dict(data)
-    if not isinstance(spectrum, Peaks):
-        raise SeaError(f"stored waves: a {data['type']} spectrum cannot be a term of a sum.")
-    return spectrum
+    types = "jonswap, torsethaugen, ochi-hubble, mixed, measured"
+    raise SeaError(f"{place}: type {quote(data['type'])} is not one of {types}.")

@@ -16,8 +16,13 @@ LARGEST_ELEVATION = math.radians(88.0)
 """Of the main boom above the horizontal: no boom is lifted over its own pedestal."""
 LARGEST_FOLD = math.radians(170.0)
 """Of the knuckle boom below the line of the main boom: beyond it the two booms meet."""
-LONGEST_BOOM = 200.0  # m
+LONGEST_BOOM, LARGEST_OFFSET = 200.0, 20.0  # m
 REACH_TOLERANCE = 1e-9  # part of the reach by which rounding may pass it
+DESCRIPTIONS = {
+    "pedestal": 'Give forward, to port, and height of the heel pin, as ("-10 m", "-6 m", "15 m").',
+    "main": 'Give length and angle above the horizontal, as ("25 m", "50 deg").',
+    "knuckle": 'Give length and angle below the line of the main boom, as ("15 m", "60 deg").',
+}
 
 
 @dataclass(frozen=True, init=False)
@@ -73,29 +78,25 @@ class Boom:
             )
         if self.z < 0.0:
             raise SeaError(f"boom: its heel is {-self.z:g} m below still water. Give the pedestal's z above it.")
-        for name, length, least in (("main", self.main_length, 1.0), ("knuckle", self.knuckle_length, 0.0)):
-            if not least <= length <= LONGEST_BOOM:
-                raise SeaError(
-                    f"boom: {name} length {length:g} m is not between {least:g} m and {LONGEST_BOOM:g} m. Check its"
-                    " unit."
-                )
-        if not 0.0 <= self.offset <= 20.0:
-            raise SeaError(f"boom: offset {self.offset:g} m is not between 0 m and 20 m.")
-        if not 0.0 <= self.main_angle <= LARGEST_ELEVATION:
-            raise SeaError(
-                f"boom: main angle {math.degrees(self.main_angle):.4g} deg is not between 0 deg (level) and "
-                f"{math.degrees(LARGEST_ELEVATION):.3g} deg (upright). Give it above the horizontal."
-            )
-        if not 0.0 <= self.knuckle_angle <= LARGEST_FOLD:
-            raise SeaError(
-                f"boom: knuckle angle {math.degrees(self.knuckle_angle):.4g} deg is not between 0 deg (straight on) and"
-                f" {math.degrees(LARGEST_FOLD):.3g} deg (folded back). Give it below the line of the main boom."
-            )
+        lengths = (
+            ("main length", self.main_length, 1.0, LONGEST_BOOM),
+            ("knuckle length", self.knuckle_length, 0.0, LONGEST_BOOM),
+            ("offset", self.offset, 0.0, LARGEST_OFFSET),
+        )
+        for name, length, least, most in lengths:
+            if not least <= length <= most:
+                raise SeaError(f"boom: {name} {length:g} m is not between {least:g} m and {most:g} m. Check its unit.")
+        angles = (
+            ("main", self.main_angle, "level", LARGEST_ELEVATION, "upright", "above the horizontal"),
+            ("knuckle", self.knuckle_angle, "straight on", LARGEST_FOLD, "folded back", "below the main boom's line"),
+        )
+        for name, angle, at_0, most, at_most, counted in angles:
+            if not 0.0 <= angle <= most:
+                between = f"not between 0 deg ({at_0}) and {math.degrees(most):.3g} deg ({at_most})"
+                raise SeaError(f"boom: {name} angle {math.degrees(angle):.4g} deg is {between}. Give it {counted}.")
         if self.radius <= 0.0:
-            raise SeaError(
-                f"boom: the tip is folded back over the pedestal (radius {self.radius:.3g} m). Fold the knuckle boom"
-                " less."
-            )
+            problem = f"the tip is folded back over the pedestal (radius {self.radius:.3g} m)"
+            raise SeaError(f"boom: {problem}. Fold the knuckle boom less.")
 
     @property
     def radius(self) -> float:
@@ -105,11 +106,9 @@ class Boom:
 
     @property
     def tip(self) -> tuple[float, float, float]:
-        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height z above still water
-        [m]."""
-        rise = self.main_length * math.sin(self.main_angle) + self.knuckle_length * math.sin(
-            self.main_angle - self.knuckle_angle
-        )
+        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height above still water [m]."""
+        down = self.main_angle - self.knuckle_angle
+        rise = self.main_length * math.sin(self.main_angle) + self.knuckle_length * math.sin(down)
         return self.x + self.radius * math.cos(self.slew), self.y + self.radius * math.sin(self.slew), self.z + rise
 
     def reaching(self, x: float, y: float, z: float) -> Self:
@@ -150,13 +149,6 @@ class Boom:
             f"main boom {self.main_length:.4g} m {math.degrees(self.main_angle):.4g} deg up{knuckle}: "
             f"radius {self.radius:.4g} m, tip x {x:.4g} m, y {y:.4g} m, {z:.4g} m above still water"
         )
-
-
-DESCRIPTIONS = {
-    "pedestal": 'Give forward, to port, and height of the heel pin, as ("-10 m", "-6 m", "15 m").',
-    "main": 'Give length and angle above the horizontal, as ("25 m", "50 deg").',
-    "knuckle": 'Give length and angle below the line of the main boom, as ("15 m", "60 deg").',
-}
 
 
 def _limited(cosine: float) -> float:

@@ -8,7 +8,6 @@ and roll has the wrong sign beyond its natural period.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -39,17 +38,19 @@ LARGEST_MIDDLE = 2.5
 """Times the limit beyond which a motion in waves of `LONG` to `MIDDLE` is doubtful: above the natural periods of a ship
 every motion comes down to its limit."""
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
-NO_SHIFT, NO_TURN = (
-    50.0,
-    math.pi,
-)  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
-USUAL, LONGEST_AND_SHORTEST = (
-    (0.02, 10.0),
-    (1e-3, 100.0),
-)  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
+NO_SHIFT, NO_TURN = 50.0, math.pi
+"""Beyond what any ship does [m/m, rad/m]: a slip, or a resonance that makes the table useless."""
+USUAL, LONGEST_AND_SHORTEST = (0.02, 10.0), (1e-3, 100.0)
+"""What tables have [rad/s], and beyond what none has: 0.06 s to 1.7 h."""
 SHALLOW = 0.5  # m: water in which no ship of these floats
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
 ARM = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
+MOST_NAMED = 8
+"""Headings that are named of a doubtful motion."""
+HEAVY = (0, 1, 2, 4)
+"""Motions that long waves fix: surge, sway, heave and pitch."""
+BLIND = "bow for stern and time backwards at once would not show"
+"""What the test cannot see."""
 
 
 @dataclass(frozen=True)
@@ -86,26 +87,14 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
         verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(values[d]).max()))
         if verdict != "wrong" and _beyond_ships(rao, d).any():
             verdict = "doubtful"
-        tests.append(
-            LongWave(
-                dof, share, complex(values[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict
-            )
-        )
-    if rao.omega[0] <= LONG and _one_factor([tests[d].share for d in HEAVY]):
+        there = complex(values[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j])
+        tests.append(LongWave(dof, share, *there, verdict))
+    shares = np.array([tests[d].share for d in HEAVY])
+    mean = shares.mean()  # one factor that is not 1: all motions of a table are too small, or too large
+    one_factor = abs(mean - 1.0) > DOUBTFUL and np.abs(shares - mean).max() < ALIKE * abs(mean)
+    if rao.omega[0] <= LONG and one_factor:
         tests = [replace(t, verdict="wrong") if t.dof in (DOFS[d] for d in HEAVY) else t for t in tests]
     return tuple(tests)
-
-
-MOST_NAMED = 8
-"""Headings that are named of a doubtful motion."""
-HEAVY = (0, 1, 2, 4)
-"""Motions that long waves fix: surge, sway, heave and pitch."""
-
-
-def _one_factor(shares: Sequence[float]) -> bool:
-    """Whether shares of the limit are one factor that is not 1: all motions of a table are too small, or too large."""
-    mean = sum(shares) / len(shares)
-    return abs(mean - 1.0) > DOUBTFUL and max(abs(share - mean) for share in shares) < ALIKE * abs(mean)
 
 
 def verdict_of(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[Verdict, str]:
@@ -120,16 +109,10 @@ def verdict_of(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[Verdict, str]:
         return "doubtful", f"{met}; doubtful: {where}. Compare with the program that made the table before it is used"
     if by["not shown"]:
         long, motions = f"{2.0 * math.pi / rao.omega[0]:.3g} s", ", ".join(t.dof for t in by["not shown"])
-        return (
-            "not shown",
-            f"{met}; {motions} not shown: the longest wave of the table, {long}, is too short. Export waves of"
-            f" {2.0 * math.pi / LONG:.0f} s and more",
-        )
+        reason = f"the longest wave of the table, {long}, is too short"
+        do = f"Export waves of {2.0 * math.pi / LONG:.0f} s and more"
+        return "not shown", f"{met}; {motions} not shown: {reason}. {do}"
     return "fits", f"{met}: signs, phases, axes, headings and units fit ({BLIND})"
-
-
-BLIND = "bow for stern and time backwards at once would not show"
-"""What the test cannot see."""
 
 
 def _where(rao: Rao, t: LongWave) -> str:
@@ -141,14 +124,12 @@ def _where(rao: Rao, t: LongWave) -> str:
         order = [j for j in np.argsort(-np.abs(rao.H[d]).max(axis=1)) if beyond[j]]
         headings = ", ".join(f"{math.degrees(rao.beta[j]):.4g}" for j in order[:MOST_NAMED])
         more = f" and {len(order) - MOST_NAMED} more" if len(order) > MOST_NAMED else ""
-        return (
-            f"{t.dof} reaches {amount} at {place}, a resonance with hardly any damping or a slip in the table (too much"
-            f" at {headings} deg{more})"
-        )
-    return (
-        f"{t.dof} is {t.share:.3g} times its limit in waves of {2.0 * math.pi / rao.omega[0]:.3g} s"
-        f" (worst at {math.degrees(t.beta):.4g} deg)"
-    )
+        reason = "a resonance with hardly any damping or a slip in the table"
+        return f"{t.dof} reaches {amount} at {place}, {reason} (too much at {headings} deg{more})"
+    water = "the slope" if t.dof in DOFS[3:] else "the motion"
+    long = f"in waves of {2.0 * math.pi / rao.omega[0]:.3g} s"
+    worst = f"{in_words(t.value)} at {math.degrees(t.beta):.4g} deg, limit {in_words(t.limit)}"
+    return f"{t.dof} is {t.share:.3g} times {water} of the water {long} ({worst})"
 
 
 def _beyond_ships(rao: Rao, d: int) -> BoolArray:
@@ -177,8 +158,7 @@ def _verdict(dof: str, omega: float, share: float, apart: float, largest: float)
 
 
 def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
-    """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is
-    wrong."""
+    """Why a table is refused, in one line with what would make it right; None where nothing is wrong."""
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
         return _out_of_order(rao) or _beyond(rao)
@@ -212,20 +192,17 @@ def _beyond(rao: Rao) -> str | None:
     """Refusal of a motion larger than any ship's, in any wave."""
     first, last = LONGEST_AND_SHORTEST
     if rao.omega[0] < first or rao.omega[-1] > last:
-        return (
-            f"{rao.source or rao.name}: frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between"
-            f" {first:g} and {last:g} rad/s, those of waves. Check their unit."
+        problem = (
+            f"frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between {first:g} and {last:g}"
         )
+        return f"{rao.source or rao.name}: {problem} rad/s, those of waves. Check their unit."
     if rao.depth < SHALLOW:
         return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m floats no ship. Check its unit."
     for d, dof in enumerate(DOFS):
         size, amount, place = _peak(rao, d)
         if size > (NO_SHIFT if d < 3 else NO_TURN):
-            return (
-                f"{rao.source or rao.name}: {dof} of {amount} at {place} is not a ship's motion. Correct the"
-                " value, or add"
-                " damping."
-            )
+            problem = f"{dof} of {amount} at {place} is not a ship's motion"
+            return f"{rao.source or rao.name}: {problem}. Correct the value, or add damping."
     return None
 
 
@@ -240,62 +217,39 @@ def _peak(rao: Rao, d: int) -> tuple[float, str, str]:
 def _remedy(rao: Rao) -> str:
     """What the table would have to mean so that its motions are those of a floating body."""
     values, limit = _scaled(rao), long_wave_limits(rao.beta)
-    other_side = np.array([1, -1, 1, -1, 1, -1])[:, None]
-    degrees = np.array([1.0, 1.0, 1.0, math.pi / 180.0, math.pi / 180.0, math.pi / 180.0])[:, None]
-    guesses: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
-        (
-            (
-                "time the other way (exp(-i omega t) against exp(+i omega t), lag against lead), or headings to against"
-                " from"
-            ),
-            np.conj,
-        ),
-        ("headings that turn the other way, or y to the other side", lambda H: other_side * H),
-        ("both time and the turn of headings the other way", lambda H: np.conj(other_side * H)),
-        ("rotations in deg/m that are declared as rad/m", lambda H: degrees * H),
-        ("rotations in rad/m that are declared as deg/m", lambda H: H / degrees),
-        ("z the other way, or phases from the trough", lambda H: -H),
-    )
-    sizes: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
-        ("motions per metre of wave height (crest to trough) in place of amplitude", lambda H: 2.0 * H),
-        ("motions per metre of wave amplitude that are declared as per height", lambda H: 0.5 * H),
+    other_side = np.array([1, -1, 1, -1, 1, -1])[:, None] * values
+    degrees = np.array([1.0] * 3 + [math.pi / 180.0] * 3)[:, None]
+    backwards = "time the other way (exp(-i omega t) against exp(+i omega t), lag against lead)"
+    guesses = (
+        (ALIKE, "motions per metre of wave height (crest to trough) in place of amplitude", 2.0 * values),
+        (ALIKE, "motions per metre of wave amplitude that are declared as per height", 0.5 * values),
+        (WRONG, f"{backwards}, or headings to against from", np.conj(values)),
+        (WRONG, "headings that turn the other way, or y to the other side", other_side),
+        (WRONG, "both time and the turn of headings the other way", np.conj(other_side)),
+        (WRONG, "rotations in deg/m that are declared as rad/m", degrees * values),
+        (WRONG, "rotations in rad/m that are declared as deg/m", values / degrees),
+        (WRONG, "z the other way, or phases from the trough", -values),
     )
     heavy = list(HEAVY)
-    for words, change in sizes:
-        if np.abs(change(values)[heavy] - limit[heavy]).max() < ALIKE:
-            return f"It would fit with {words}. Check what the file declares."
-    for words, change in guesses:
-        if np.abs(change(values)[heavy] - limit[heavy]).max() < WRONG:
+    for within, words, H in guesses:
+        if np.abs(H[heavy] - limit[heavy]).max() < within:
             return f"It would fit with {words}. Check what the file declares."
     return "Check axes, signs, phases, units and the order of headings."
 
 
 def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
-    """What deserves a look: the verdict where the table does not fit, doubtful motions with their numbers, and what is
-    beyond the ends of the table."""
+    """What deserves a look: the verdict where the table does not fit, and what is beyond the ends of the table."""
     first, last = float(rao.omega[0]), float(rao.omega[-1])
-    long = f"{2.0 * math.pi / first:.3g} s"
     word, line = verdict_of(rao, tests)
     lines = [] if word in ("fits", "wrong") else [line]
-    lines += [
-        f"in waves of {long} {t.dof} is {t.share:.3g} times"
-        f" {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the water (worst at"
-        f" {math.degrees(t.beta):.4g} deg: {in_words(t.value)}, limit {in_words(t.limit)})"
-        for t in tests
-        if t.verdict == "doubtful"
-    ]
     if first < USUAL[0] or last > USUAL[1]:
-        usual = f"{USUAL[0]:g} to {USUAL[1]:g} rad/s"
-        lines.append(
-            f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit"
-        )
+        usual = f"outside {USUAL[0]:g} to {USUAL[1]:g} rad/s"
+        lines.append(f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, {usual}: check their unit")
     remaining = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, ARM, ARM])[:, None]).max())
     if remaining > END:
-        lines.append(
-            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {ARM:g} m away still move"
-            f" {remaining:.2g}"
-            " m/m; still shorter ones are taken to move nothing"
-        )
+        move = f"points up to {ARM:g} m away still move {remaining:.2g} m/m"
+        shortest = f"in the shortest waves, {2.0 * math.pi / last:.3g} s, {move}"
+        lines.append(f"{shortest}; still shorter ones are taken to move nothing")
     return tuple(lines)
 
 

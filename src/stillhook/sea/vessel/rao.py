@@ -35,9 +35,8 @@ def wavenumber(omega: FloatArray, depth: float = math.inf) -> FloatArray:
     deep = np.asarray(omega, dtype=np.float64) ** 2 / G
     if not math.isfinite(depth):
         return deep
-    kh = (
-        deep * depth / np.sqrt(np.tanh(np.maximum(deep * depth, 1e-300)))
-    )  # within 5 % of the root; Newton's steps end at rounding
+    # within 5 % of the root; Newton's steps end at rounding
+    kh = deep * depth / np.sqrt(np.tanh(np.maximum(deep * depth, 1e-300)))
     for _ in range(6):
         t = np.tanh(kh)
         kh = kh - (kh * t - deep * depth) / np.maximum(t + kh * (1.0 - t**2), 1e-300)
@@ -92,28 +91,18 @@ class Rao:
         omega, beta = np.array(self.omega, dtype=np.float64), np.array(self.beta, dtype=np.float64)
         H = np.array(self.H, dtype=np.complex128)
         where = self.source or self.name or "vessel"
-        if (
-            omega.ndim != 1
-            or beta.ndim != 1
-            or H.shape != (len(DOFS), len(beta), len(omega))
-            or len(omega) < 2
-            or len(beta) < 2
-        ):
-            raise SeaError(
-                f"{where}: transfer functions of shape {H.shape} for {omega.size} frequencies and {beta.size} headings."
-                " They are (6, headings, frequencies), with at least two of each."
-            )
-        if not (np.isfinite(omega).all() and np.isfinite(beta).all() and np.isfinite(H).all()):
-            raise SeaError(
-                f"{where}: a frequency, heading or transfer function is not a finite number. Correct the table."
-            )
+        shape = (len(DOFS), beta.size, omega.size)
+        if omega.ndim != 1 or beta.ndim != 1 or H.shape != shape or min(shape) < 2:
+            problem = f"transfer functions of shape {H.shape} for {omega.size} frequencies and {beta.size} headings"
+            raise SeaError(f"{where}: {problem}. They are (6, headings, frequencies), with at least two of each.")
+        if not all(np.isfinite(x).all() for x in (omega, beta, H)):
+            problem = "a frequency, heading or transfer function is not a finite number"
+            raise SeaError(f"{where}: {problem}. Correct the table.")
         if omega[0] <= 0.0 or (np.diff(omega) <= 0.0).any():
             raise SeaError(f"{where}: frequencies must be above 0 and ascend, each once. Sort the table.")
         if not self.depth > 0.0:
-            raise SeaError(
-                f"{where}: depth {self.depth:g} m is not above 0. Give the depth of the water, or none where it is"
-                " deep."
-            )
+            do = "Give the depth of the water, or none where it is deep."
+            raise SeaError(f"{where}: depth {self.depth:g} m is not above 0. {do}")
         if beta[0] < 0.0 or beta[-1] >= TURN or (np.diff(beta) <= 0.0).any():
             raise SeaError(f"{where}: headings must ascend from 0 up to below 360 deg, each once. Sort the table.")
         fill(self, omega=omega, beta=beta, H=H)
@@ -147,8 +136,7 @@ class Rao:
         return H.reshape(*beta.shape, H.shape[-1])
 
     def table(self, omega: ArrayLike) -> ComplexArray:
-        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k); with `heading_weights` @ it, at
-        any headings."""
+        """H at frequencies (k,) [rad/s] and every heading of the table, (6, m, k); `heading_weights` @ it: at any."""
         return self._mixed(omega, np.eye(len(self.beta)), np.eye(len(DOFS)))
 
     def heading_weights(self, beta: ArrayLike) -> FloatArray:
@@ -213,9 +201,8 @@ class Rao:
         H[..., omega > last] = 0.0
         below = omega < first
         if below.any():
-            H[..., below] = np.einsum(
-                "qd,jm,dmk->qjk", motions, headings, self._long_waves(omega[below]), optimize=True
-            )
+            long = self._long_waves(omega[below])
+            H[..., below] = np.einsum("qd,jm,dmk->qjk", motions, headings, long, optimize=True)
         return np.asarray(H)
 
     def _long_waves(self, omega: FloatArray) -> ComplexArray:
@@ -224,6 +211,5 @@ class Rao:
         limit = long_wave_limits(self.beta)
         deviation = self.H[:, :, 0] / long_wave_scales(first, self.depth) - limit
         fade = wavenumber(omega, self.depth) / wavenumber(first, self.depth)
-        return np.asarray(
-            (limit[..., None] + deviation[..., None] * fade) * long_wave_scales(omega, self.depth)[:, None]
-        )
+        share = limit[..., None] + deviation[..., None] * fade
+        return np.asarray(share * long_wave_scales(omega, self.depth)[:, None])

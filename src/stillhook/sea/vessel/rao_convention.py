@@ -22,6 +22,7 @@ PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 FORE_AND_AFT = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 """Signs of the motions seen in a mirror across the middle of the ship: surge, pitch and yaw turn over."""
 SAME_HEADING = 1e-6  # rad: headings nearer than this are one
+WIDEST_GAP = 45  # deg: beyond it motions between two headings are guesses
 SYMMETRIC = 0.02
 """Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a
 symmetric ship."""
@@ -56,12 +57,8 @@ class Convention:
     @property
     def signs(self) -> FloatArray:
         """Signs (6,) that take motions of the table to x forward, y port, z up: rotations turn as their axes do."""
-        axes = (
-            1.0 if self.x == "forward" else -1.0,
-            1.0 if self.y == "port" else -1.0,
-            1.0 if self.z == "up" else -1.0,
-        )
-        return np.array(axes * 2)
+        pairs = ((self.x, "forward"), (self.y, "port"), (self.z, "up"))
+        return np.array([1.0 if axis == ours else -1.0 for axis, ours in pairs] * 2)
 
     def beta(self, heading: FloatArray) -> FloatArray:
         """Direction in which waves travel, counter-clockwise from the bow, in [0, 2 pi), of headings of the table
@@ -73,11 +70,10 @@ class Convention:
 
     def describe(self) -> str:
         """The convention in words."""
-        sign = "+" if self.time > 0 else "-"
-        return (
-            f"exp({sign}i omega t); x {self.x}, y {self.y}, z {self.z}; heading: waves "
-            f"{'travel to' if self.waves == 'to' else 'come from'}, {self.turn} from the {self.zero}"
-        )
+        time = f"exp({'+' if self.time > 0 else '-'}i omega t)"
+        waves = "travel to" if self.waves == "to" else "come from"
+        axes = f"x {self.x}, y {self.y}, z {self.z}"
+        return f"{time}; {axes}; heading: waves {waves}, {self.turn} from the {self.zero}"
 
 
 INSIDE = Convention("forward", "port", "up", 1, "to", "counter-clockwise")
@@ -120,26 +116,18 @@ def to_rao(
     twice = np.flatnonzero(np.diff(beta) < SAME_HEADING)
     if len(twice):
         same = np.degrees(beta[twice[0]])
-        raise SeaError(
-            f"{source}: two headings are {same:.6g} deg (waves travel, counter-clockwise from the bow). Keep one."
-        )
+        problem = f"two headings are {same:.6g} deg (waves travel, counter-clockwise from the bow)"
+        raise SeaError(f"{source}: {problem}. Keep one.")
     if convention.mirror:
         beta, H = _mirrored(beta, H, source)
-        notes = (
-            "port and starboard mirrored: the table holds one side, and sway, roll and yaw change sign on the other",
-            *notes,
-        )
+        other_side = "the table holds one side, and sway, roll and yaw change sign on the other"
+        notes = (f"port and starboard mirrored: {other_side}", *notes)
     gap = float(np.max(np.diff(np.append(beta, beta[0] + TURN)))) if len(beta) > 1 else TURN
     if gap > np.radians(WIDEST_GAP) + SAME_HEADING:
-        raise SeaError(
-            f"{source}: no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read. Give"
-            " headings all round, or one side and state that the ship is the same on the other (mirror:"
-            " port-starboard)."
-        )
+        problem = f"no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read"
+        do = "Give headings all round, or one side of a ship the same on the other (mirror: port-starboard)."
+        raise SeaError(f"{source}: {problem}. {do}")
     return Rao(name, omega, beta, H, source=source, notes=notes, origin=origin, depth=depth)
-
-
-WIDEST_GAP = 45  # deg: beyond it motions between two headings are guesses
 
 
 def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArray, ComplexArray]:
@@ -148,27 +136,30 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
     port = (np.sin(beta) > 0.0) & ~along
     starboard = (np.sin(beta) < 0.0) & ~along
     if port.any() and starboard.any():
-        raise SeaError(
-            f"{source}: is declared to hold one side of a symmetric ship and has headings on both. "
-            "State mirror: none, or keep one side from head to following sea."
-        )
+        do = "State mirror: none, or keep one side from head to following sea."
+        raise SeaError(f"{source}: is declared to hold one side of a symmetric ship and has headings on both. {do}")
     if along.sum() != 2:
-        raise SeaError(
-            f"{source}: one side of a symmetric ship goes from head to following sea, both included. Give 0 to 180 deg."
-        )
-    across = np.abs(H[1::2][:, along]) * np.array([1.0, ARM, ARM])[:, None, None]
-    if across.max() > SYMMETRIC:
-        worst = DOFS[1::2][int(np.argmax(across.max(axis=(1, 2))))]
-        raise SeaError(
-            f"{source}: {worst} in head or following sea reaches {np.abs(H[DOFS.index(worst)][along]).max():.3g} per"
-            " metre of wave, where that of a ship the same on both sides is 0. Give headings all round (mirror: none)."
-        )
+        problem = "one side of a symmetric ship goes from head to following sea, both included"
+        raise SeaError(f"{source}: {problem}. Give 0 to 180 deg.")
+    if worst := _not_symmetric(H[:, along], [1, 3, 5], "head or following sea"):
+        raise SeaError(f"{source}: {worst} on both sides is 0. Give headings all round (mirror: none).")
     other = ~along
     mirrored_beta = np.mod(-beta[other], TURN)
     complete_beta = np.concatenate([beta, mirrored_beta])
     both = np.concatenate([H, PORT_STARBOARD[:, None, None] * H[:, other]], axis=1)
     order = np.argsort(complete_beta)
     return complete_beta[order], both[:, order]
+
+
+def _not_symmetric(H: ComplexArray, turned: list[int], sea: str) -> str:
+    """Begin of a refusal of motions (6, m, n) along a plane of symmetry that turn over in its mirror and are not
+    nothing there; empty where they are."""
+    size = np.abs(H[turned]).max(axis=(1, 2))
+    worst = int(np.argmax(size * np.array([1.0, ARM, ARM])))
+    if (size * np.array([1.0, ARM, ARM]))[worst] <= SYMMETRIC:
+        return ""
+    reached = f"{DOFS[turned[worst]]} in {sea} reaches {size[worst]:.3g} per metre of wave"
+    return f"{reached}, where that of a ship the same"
 
 
 def within_one_side(heading: FloatArray) -> bool:
@@ -186,17 +177,9 @@ def mirrored_fore_and_aft(heading: FloatArray, H: ComplexArray, source: str) -> 
     beam: NDArray[np.bool_] = np.abs(np.cos(heading)) < SAME_HEADING
     ahead = np.cos(heading[~beam])
     if beam.sum() != 1 or (ahead.min(initial=0.0) < 0.0 < ahead.max(initial=0.0)):
-        raise SeaError(
-            f"{source}: one quarter of a ship with two planes of symmetry goes from 0 to 90 deg, both included. Give"
-            " these headings, or those of one side, 0 to 180 deg."
-        )
-    turned = [0, 4, 5]
-    along = np.abs(H[turned][:, beam]) * np.array([1.0, ARM, ARM])[:, None, None]
-    if along.max() > SYMMETRIC:
-        worst = DOFS[turned[int(np.argmax(along.max(axis=(1, 2))))]]
-        raise SeaError(
-            f"{source}: {worst} in beam sea reaches {np.abs(H[DOFS.index(worst)][beam]).max():.3g} per metre of wave,"
-            " where that of a ship the same fore and aft is 0. Give headings of one side, 0 to 180 deg."
-        )
+        problem = "one quarter of a ship with two planes of symmetry goes from 0 to 90 deg, both included"
+        raise SeaError(f"{source}: {problem}. Give these headings, or those of one side, 0 to 180 deg.")
+    if worst := _not_symmetric(H[:, beam], [0, 4, 5], "beam sea"):
+        raise SeaError(f"{source}: {worst} fore and aft is 0. Give headings of one side, 0 to 180 deg.")
     other = np.pi - heading[~beam]
     return np.concatenate([heading, other]), np.concatenate([H, FORE_AND_AFT[:, None, None] * H[:, ~beam]], axis=1)

@@ -1,10 +1,5 @@
-"""One piece of a random sea: waves with their phases, from which tip motion and water motion follow together.
-
-Water at the load: surface and vertical water motion over time and depth, made of the same waves that move the crane
-tip.
-
-Water under irregular and regular waves at one place, over time and depth, for a load that passes through.
-"""
+"""One piece of a random sea: waves with their phases, from which the motion of the crane tip and that of the water at
+the load, over time and depth, follow together."""
 
 from __future__ import annotations
 
@@ -38,6 +33,15 @@ MOST_HARMONICS = 200_000
 REMEMBERED = 3000
 """Harmonics up to which draws and transfer functions are remembered for other heights and seeds: some 2 MB each in a
 short-crested sea."""
+COARSEST = 0.1
+"""Spacing in time [s], or that at which the fastest wave turns by `TURN` where this is shorter."""
+TURN = 0.35  # rad: cubic Hermite is then right to (0.35)^4/384 = 4e-5 of the fastest wave
+Z_0, D_S = 2.0, 0.2
+"""Scale of the levels [m] and their spacing: cubics between levels are right to 1e-4 of a wave of 4 s and longer, 1e-3
+of one of 2 s."""
+FAINT = 1e-3
+"""Part of the speed at the surface (standard deviations) at whose depth the water is taken to stand."""
+DEEPEST = 80  # levels: 18,000 km, where nothing moves
 
 
 class Amplitudes(StrEnum):
@@ -94,8 +98,7 @@ class Realisation:
     def elevation(self, x: float, y: float) -> ComplexArray:
         """Complex amplitudes of the surface at (x, y) [m] from the reference point, forward and to port, (n,)."""
         lag = np.outer(x * np.cos(self.beta) + y * np.sin(self.beta), self.wave_number)
-        total: ComplexArray = np.sum(self.a * np.exp(-1j * lag), axis=0)
-        return total
+        return np.asarray(np.sum(self.a * np.exp(-1j * lag), axis=0))
 
     def motion(self, rao: Rao) -> ComplexArray:
         """Complex amplitudes of surge, sway, heave [m], roll, pitch, yaw [rad], (6, n)."""
@@ -123,9 +126,8 @@ def realise(
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
-        raise SeaError(
-            f"duration {repeat:g} s of the waves is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run."
-        )
+        least = f"shorter than {SHORTEST_REPEAT:g} s"
+        raise SeaError(f"duration {repeat:g} s of the waves is {least}. Give the length of the run.")
     if not depth > 0.0:
         raise SeaError(f"depth {depth:g} m is not more than 0 m. Leave it out for deep water.")
     d_omega = 2.0 * math.pi / repeat
@@ -135,15 +137,15 @@ def realise(
     a: list[ComplexArray] = []
     variance_of = np.zeros(len(harmonic))
     sides = [train.directions() for train in sea.trains]
-    chance = iter(
-        _cached(_random_amplitudes, len(harmonic))(seed, sum(len(theta) for theta, _ in sides), len(harmonic), law)
-    )
+    count = sum(len(theta) for theta, _ in sides)
+    chance = iter(_cached(_random_amplitudes, len(harmonic))(seed, count, len(harmonic), law))
     for train, (theta, weights) in zip(sea.trains, sides, strict=True):
         variance = _variances(train.spectrum, first, last, d_omega)
         variance_of += variance
         for direction, weight in zip(theta, weights, strict=True):
             beta.append(float(direction))
-            a.append(_sized(weight * variance, next(chance), law))
+            part = weight * variance
+            a.append(np.sqrt(2.0 * part if law is Amplitudes.FIXED else part) * next(chance))
     report = (
         f"Seed {seed}, {law.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of"
         f" {repeat / last:.3g} s, {variance_of.sum() / sea.moment(0):.2%} of the variance of the sea."
@@ -220,31 +222,24 @@ def _cached(function: Any, n: int) -> Any:
 
 @remembered
 def band(sea: Sea, repeat: float) -> tuple[int, int]:
-    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or
-    too long."""
+    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError."""
     d_omega = 2.0 * math.pi / repeat
     lowest, highest = math.inf, 0.0
     for train in sea.trains:
         spectrum = train.spectrum
         if spectrum.moment(0) > 0.0:
             lowest = min(lowest, float(spectrum.grid()[0]))
-            highest = max(
-                highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period))
-            )
+            end = 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period)
+            highest = max(highest, min(spectrum.omega_cut, end))
     if highest == 0.0:
         raise SeaError(f"{sea.describe()}: there are no waves to realise. Leave waves and vessel out for a calm.")
     first, last = max(1, math.floor(lowest / d_omega + 0.5)), math.ceil(highest / d_omega - 0.5)
     if last - first < 10:
-        raise SeaError(
-            f"duration {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few"
-            " to be random. Give ten wave periods or more."
-        )
+        few = f"leaves {max(0, last - first + 1)} harmonics for the sea, too few to be random"
+        raise SeaError(f"duration {repeat:g} s {few}. Give ten wave periods or more.")
     if last > MOST_HARMONICS:
         longest = MOST_HARMONICS * 2.0 * math.pi / highest / 3600.0
-        raise SeaError(
-            f"duration {2.0 * math.pi / d_omega:g} s of the waves is longer than {longest:.0f} h, the most for this"
-            " sea. Give less."
-        )
+        raise SeaError(f"duration {repeat:g} s of the waves is longer than {longest:.0f} h, the most for this sea.")
     return first, last
 
 
@@ -266,10 +261,6 @@ def _random_amplitudes(seed: int, directions: int, n: int, law: Amplitudes) -> C
         return np.asarray(np.exp(2j * math.pi * rng.random((directions, n))), dtype=np.complex128)
     parts = rng.standard_normal((directions, 2, n))
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
-
-
-def _sized(variance: FloatArray, by_chance: ComplexArray, law: Amplitudes) -> ComplexArray:
-    return np.asarray(np.sqrt(2.0 * variance if law is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,17 +287,6 @@ class WaveField:
     def duration(self) -> float:
         """Last time at which the water is known [s]."""
         return self.dt * (len(self.eta) - 1)
-
-
-COARSEST = 0.1
-"""Spacing in time [s], or that at which the fastest wave turns by `TURN` where this is shorter."""
-TURN = 0.35  # rad: cubic Hermite is then right to (0.35)^4/384 = 4e-5 of the fastest wave
-Z_0, D_S = 2.0, 0.2
-"""Scale of the levels [m] and their spacing: cubics between levels are right to 1e-4 of a wave of 4 s and longer, 1e-3
-of one of 2 s."""
-FAINT = 1e-3
-"""Part of the speed at the surface (standard deviations) at whose depth the water is taken to stand."""
-DEEPEST = 80  # levels: 18,000 km, where nothing moves
 
 
 def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
@@ -349,8 +329,7 @@ def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
 
 
 def _levels(waves: Realisation) -> int:
-    """Number of levels down to where the water is at rest; the same for every seed of a sea, so that runs on several
-    fit side by side."""
+    """Number of levels down to where the water is at rest; the same for every seed of a sea."""
     speed = np.sqrt(waves.variance) * waves.omega
     z = -Z_0 * np.expm1(D_S * np.arange(DEEPEST))
     rms = np.sqrt(np.sum((speed * decay(waves.wave_number, z, waves.depth)) ** 2, axis=1))

@@ -142,10 +142,8 @@ def tip_motion(ship: ShipMotion, tip: Offset, *, every: str | None = "0.5 s") ->
     if ship.roll is None or ship.pitch is None:
         missing = " and ".join(name for name, c in (("roll", ship.roll), ("pitch", ship.pitch)) if c is None)
         if (x, y, z) != (0.0, 0.0, 0.0):
-            raise MotionError(
-                f"{source}: has no {missing}, which a crane tip off the motion sensor needs. Log roll and pitch, or "
-                'give tip=("0 m", "0 m", "0 m") for the heave alone.'
-            )
+            do = 'Log roll and pitch, or give tip=("0 m", "0 m", "0 m") for the heave alone.'
+            raise MotionError(f"{source}: has no {missing}, which a crane tip off the motion sensor needs. {do}")
         height = ship.heave
     else:
         height = tip_height(ship.heave, ship.roll, ship.pitch, x, y, z)
@@ -175,9 +173,7 @@ def sea_worthy(motion: Recorded, every: str | None) -> Recorded:
     _, _, a = motion.sample(motion.times)
     worst = int(np.argmax(np.abs(a)))
     if abs(a[worst]) > G:
-        raise MotionError(
-            f"{motion.source}: acceleration {a[worst]:.3g} m/s^2 at {motion.times[worst]:.6g} s is beyond gravity: a "
-            'spike or jumping times in the log. Choose another piece with start and duration, try time="instrument", '
-            "or clean the log."
-        )
+        problem = f"acceleration {a[worst]:.3g} m/s^2 at {motion.times[worst]:.6g} s is beyond gravity"
+        do = 'Choose another piece with start and duration, try time="instrument", or clean the log.'
+        raise MotionError(f"{motion.source}: {problem}: a spike or jumping times in the log. {do}")
     return motion

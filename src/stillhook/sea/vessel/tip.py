@@ -29,7 +29,12 @@ AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference poin
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
 SAMPLING = 0.05  # s: of motions in time
 NOTHING = 5e-5  # parts of a variance that are not worth a line
+OPEN = 0.005  # part of the motion that a table may leave open between its frequencies without a line
 EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
+SPACING = 0.2  # rad: turn of the fastest wave from sample to sample; one of half its frequency loses 0.1 % of its crest
+MOST_SEEDS = 1000
+NAMES = ("z", "v", "a")
+LEVELS = {"mpm": MPM, "p90": P90}
 
 
 @dataclass(frozen=True)
@@ -53,9 +58,8 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
     for part in text.split(",") if isinstance(text, str) else [""]:
         match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
         if match is None or match[1].lower() not in ("x", "y", "z"):
-            raise SeaError(
-                f"{where} {quote(text)}: {quote(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}."
-            )
+            problem = f"{quote(part.strip())} is not x, y or z with a length"
+            raise SeaError(f"{where} {quote(text)}: {problem}. Write a place {AT_LIKE}.")
         name = match[1].lower()
         if name in coordinates:
             raise SeaError(f"{where} {quote(text)}: {name} is given twice. Give it once.")
@@ -134,8 +138,7 @@ class TipResponse:
 
     @property
     def share_below(self) -> float:
-        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the
-        water."""
+        """Part of the variance of the tip's height by waves longer than the table has, in which the vessel follows."""
         return self._share(self.S, self.omega < self.omega_table[0])
 
     def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
@@ -168,8 +171,7 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
 
 
 def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
-    """The same with the complete sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n
-    of them cost little more than one."""
+    """The same with the sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]."""
     edges = _edges(sea, rao)
     omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
     trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
@@ -194,32 +196,17 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
     """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that
     of the extremes."""
     response = tip_response(rao, sea, at.x, at.y)
-    T_p = (
-        2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)])
-        if len(sea.trains) > 1
-        else sea.trains[0].spectrum.peak_period
-    )
-    waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
-    where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
+    T_p = sea.trains[0].spectrum.peak_period
+    if len(sea.trains) > 1:
+        T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)])
+    where = {"x": at.x, "y": at.y} | ({} if at.z is None else {"z": at.z})
     leeway = rao.leeway(at.x, at.y)
-    notes = [*_table_notes(response), *_leeway_notes(leeway), *rao.notes]
-    numbers = tip_numbers(response, duration)
-    return {
-        "vessel": rao.name,
-        "at": where,
-        "sea": waves,
-        "duration": duration,
-        **numbers,
-        "leeway": leeway,
-        "notes": notes,
-    }
-
-
-def _leeway_notes(leeway: float) -> list[str]:
-    """A line where what the table leaves open between its frequencies is more than 0.5 % either way."""
-    return (leeway > 0.005) * [
-        f"The vessel's table says nothing between its frequencies: that leaves {leeway:.1%} of the motion open."
-    ]
+    open_by = f"that leaves {leeway:.1%} of the motion open, either way"
+    between = [f"The vessel's table says nothing between its frequencies: {open_by}."] if leeway > OPEN else []
+    notes = [*_table_notes(response), *between, *rao.notes]
+    waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
+    top = {"vessel": rao.name, "at": where, "sea": waves, "duration": duration}
+    return top | tip_numbers(response, duration) | {"leeway": leeway, "notes": notes}
 
 
 def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
@@ -275,9 +262,8 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
     """
     end = motion.duration
     if end is None or end < 2.0 * EDGE + 60.0:
-        raise SeaError(
-            f"{motion.describe()}: statistics take a motion of 70 s or longer that has an end. Give a longer record."
-        )
+        allowed = "statistics take a motion of 70 s or longer that has an end"
+        raise SeaError(f"{motion.describe()}: {allowed}. Give a longer record.")
     t = np.arange(EDGE, end - EDGE, SAMPLING)
     s, v, a = motion.sample(t)
     s = s - s.mean()
@@ -285,46 +271,29 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
     counted = mean_zero_crossing_period(t, s)
     if sigma[0] <= 0.0 or counted is None:
         raise SeaError(f"{motion.describe()}: does not move up and down. Give a record of a ship in waves.")
-    numbers = {
-        "sigma_z": sigma[0],
-        "sigma_v": sigma[1],
-        "sigma_a": sigma[2],
-        "T_z": _period(sigma[0], sigma[1]),
-        "T_z_counted": counted,
-    }
-    extremes = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
+    numbers = dict(zip(("sigma_z", "sigma_v", "sigma_a"), sigma[:3], strict=True))
+    numbers |= {"T_z": _period(sigma[0], sigma[1]), "T_z_counted": counted}
+    extremes = {f"{name}_max": float(np.abs(x).max()) for name, x in zip(NAMES, (s, v, a), strict=True)}
     return {**numbers, **extremes, **_largest(sigma, duration)}
 
 
 def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:
-    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that
-    of the next rate."""
+    """Most probable maximum and 90 % level of height, speed and acceleration, from deviations of each and the next."""
     if sigma[0] <= 0.0:
-        return {f"{name}_{level}": 0.0 for name in ("z", "v", "a") for level in ("mpm", "p90")}
+        return {f"{name}_{level}": 0.0 for name in NAMES for level in LEVELS}
     cycles = [duration / _period(x, rate) for x, rate in pairwise(sigma)]
-    return {
-        f"{name}_{level}": largest(x, n, q)
-        for name, x, n in zip(("z", "v", "a"), sigma[:3], cycles, strict=True)
-        for level, q in (("mpm", MPM), ("p90", P90))
-    }
+    of = zip(NAMES, sigma[:3], cycles, strict=True)
+    return {f"{name}_{level}": largest(x, n, q) for name, x, n in of for level, q in LEVELS.items()}
 
 
 def _period(sigma: float, rate: float) -> float:
     return 2.0 * math.pi * sigma / rate if rate > 0.0 else math.nan
 
 
-# rad: turn of the fastest harmonic from sample to sample; a wave of half its frequency loses 0.1 % of its crest at
-# worst
-SPACING = 0.2
-MOST_SEEDS = 1000
-NAMES = ("z", "v", "a")
-
-
-def seed_maxima(
-    rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1
-) -> dict[str, list[float]]:
-    """Largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of realisations of `duration`
-    [s], one each for the seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
+def seed_extremes(rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int) -> dict[str, Any]:
+    """Gumbel distributions of the largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of
+    realisations of `duration` [s], one each for the seeds first, first + 1, ...: most probable maximum and 90 % level
+    of each, with the ends of their 95 % intervals. Amplitudes are random (Rayleigh), as in nature."""
     if not FEWEST_MAXIMA <= seeds <= MOST_SEEDS:
         raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; use 20 or more.")
     maxima: dict[str, list[float]] = {name: [] for name in NAMES}
@@ -333,20 +302,6 @@ def seed_maxima(
         n = math.ceil(len(motion.amplitudes) * 2.0 * math.pi / SPACING)
         for order, name in enumerate(NAMES):
             maxima[name].append(float(synthesis((1j * motion.omega) ** order * motion.amplitudes, n).max()))
-    return maxima
-
-
-def seed_extremes(
-    rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1
-) -> dict[str, Any]:
-    """Gumbel distributions of those maxima: most probable maximum and 90 % level of each, with the ends of their 95 %
-    intervals."""
-    maxima = seed_maxima(rao, sea, x, y, duration, seeds, first)
-    answer: dict[str, Any] = {"seeds": seeds}
-    for name in NAMES:
-        if max(maxima[name]) == 0.0:
-            continue
-        fit = gumbel(maxima[name])
-        for level, q in (("mpm", MPM), ("p90", P90)):
-            answer[f"{name}_{level}"] = fit.estimate(q).to_dict()
-    return answer
+    fits = {name: gumbel(met) for name, met in maxima.items() if max(met) > 0.0}
+    levels = {f"{n}_{level}": fit.estimate(q).to_dict() for n, fit in fits.items() for level, q in LEVELS.items()}
+    return {"seeds": seeds, **levels}
