@@ -15,8 +15,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.table import SAME
-from stillhook.plan.weather.limit_table import bracketed, holdable_headings
+from stillhook.plan.weather.limit_table import SAME, bracketed, holdable_headings
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.units import quote, show
