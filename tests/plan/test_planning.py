@@ -9,7 +9,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.errors import PlanError
 from stillhook.formats.weather.file import read_weather
-from stillhook.plan.answer.metadata import RunInputs, answer_digest, winch_remarks, without_runs
+from stillhook.plan.answer.metadata import answer_digest, winch_remarks, without_runs
 from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.file import load_plan
@@ -173,16 +173,15 @@ def test_the_digest_of_an_answer_hangs_on_weather_forecast_factors_and_tier(aske
     higher = replace(weather, columns={**weather.columns, "H_m0": weather.columns["H_m0"] + 1.0})
     other = replace(table, alpha=tuple(tuple(0.9 * a for a in row) for row in table.alpha))
     beside = [
-        RunInputs(("closed-form",), table),
-        RunInputs(("closed-form",), table, weather),
-        RunInputs(("closed-form",), table, higher),
-        RunInputs(("closed-form",), other, weather),
-        RunInputs(("closed-form", "frequency"), table, weather),
+        (("closed-form",), table, None),
+        (("closed-form",), table, weather),
+        (("closed-form",), table, higher),
+        (("closed-form",), other, weather),
+        (("closed-form", "frequency"), table, weather),
     ]
-    assert len({answer_digest(asked, each) for each in beside}) == len(beside)
-    assert answer_digest(asked, beside[1]) == answer_digest(
-        asked, RunInputs(("closed-form",), table, replace(weather, source="renamed.csv"))
-    )
+    assert len({answer_digest(asked, *each) for each in beside}) == len(beside)
+    renamed = replace(weather, source="renamed.csv")
+    assert answer_digest(asked, *beside[1]) == answer_digest(asked, ("closed-form",), table, renamed)
 
 
 def test_every_input_stands_with_its_hash(found):

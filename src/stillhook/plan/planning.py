@@ -4,7 +4,7 @@ what a drive is worth in a plan, its crane replaced by it."""
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
+from stillhook.plan.answer.metadata import facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, landing_sweep, where_it_governs
@@ -50,10 +50,6 @@ from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray
-
-UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i, tier in enumerate(Tier)}
-"""Tiers that are run up to the highest one requested."""
-
 
 EXPECTED = {"preparation": 2.0, "frequency": 5.0, "time": 100.0, "weather": 17.0, "reference cell": 2.0, "sweep": 30.0}
 """Parts of a plan and what each took of the embedded plan, its residuals known [s]: for progress, in ratio to
@@ -162,7 +158,7 @@ def plan(
         sweep = partial(landing_sweep, lift_plan, columns, execution, demands, parts("sweep"))
         swept = failures.attempt("landing tolerance, payload and depth", sweep, None)
         blocks |= {} if swept is None else {"sweep": swept}
-    facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
+    facts = facts_of(lift_plan, [t.value for t in list(Tier)[: list(Tier).index(last) + 1]], table, records)
     facts |= result_facts(lift_plan, of, forecast, value, twin, last)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts |= {"sweep": answer_of(blocks["sweep"])} if "sweep" in blocks else {}

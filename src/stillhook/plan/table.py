@@ -20,11 +20,10 @@ from stillhook.plan.limits import Limits
 from stillhook.plan.result import Cause, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
+from stillhook.plan.weather.limit_table import SAME, LimitTable
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.validity import CAP, Conditions
 
-SAME = 1e-9
-"""Part of a period or an angle by which two that are meant to be one may differ."""
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
 
@@ -66,6 +65,12 @@ def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
             " table."
         )
     return np.asarray(best, dtype=np.int64)
+
+
+def limit_table(plan: LiftPlan, axes: Axes, Hs: FloatArray) -> LimitTable:
+    """Limits (heading, period) [m] on the axes of a plan, up to its highest sea."""
+    env = plan.environment
+    return LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
 
 
 @dataclass(frozen=True, eq=False)

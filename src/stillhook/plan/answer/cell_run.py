@@ -1,5 +1,5 @@
-"""The run that governs a cell: the worst of those about its limit, and its lift file, which `stillhook lower` repeats
-to the bit."""
+"""Which cell of a plan's table is asked for, what governs it, and the run that does: the worst of those about its
+limit, and its lift file, which `stillhook lower` repeats to the bit."""
 
 from __future__ import annotations
 

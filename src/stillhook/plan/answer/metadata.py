@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
@@ -44,27 +43,18 @@ CENSORED = 0.05
 """Share of starts without a window above which waits are reported as too short."""
 
 
-@dataclass(frozen=True, eq=False)
-class RunInputs:
-    """Inputs of an answer in addition to the plan: tiers that were run, the table of forecast factors, the weather."""
-
-    tiers: tuple[str, ...]
-    alpha: AlphaTable = field(repr=False)
-    weather: Weather | None = field(default=None, repr=False)
-
-
-def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
+def facts_of(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: Weather | None) -> dict[str, Any]:
     """The complete request; its digest covers plan, weather, table of forecast factors and tiers."""
     env, rules = plan.environment, plan.rules
     axes = {name: list(getattr(env, name)) for name in ("Hs", "Tp", "headings")}
     settings = picked(env, "wave", "gamma", "spread", "heading_tolerance") | axes
     return picked(plan, "name", "source") | {
-        "digest": answer_digest(plan, inputs),
+        "digest": answer_digest(plan, tiers, alpha, weather),
         "notes": list(plan.notes),
         "version": __version__,
         "code": results_hash(),
         "date": datetime.now(UTC).date().isoformat(),
-        "tiers": list(inputs.tiers),
+        "tiers": list(tiers),
         "settings": settings if env.swell is None else settings | {"swell": env.swell.facts()},
         "crane": _crane(plan.crane, plan.credits_synthetic),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
@@ -80,7 +70,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
             for each in limited(plan, phase, alternative)
         ],
         "alternatives": [{"name": a.value} for a in plan.alternatives],
-        "inputs": _inputs(plan, inputs),
+        "inputs": _inputs(plan, alpha, weather),
         "not_covered": list(NOT_COVERED),
     }
 
@@ -131,17 +121,16 @@ def _rule(rule: Rule) -> dict[str, Any]:
     return named | {"sense": rule.sense.value, "level": rule.level.value, "phases": kinds}
 
 
-def answer_digest(plan: LiftPlan, inputs: RunInputs) -> str:
+def answer_digest(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: Weather | None) -> str:
     """Hash of everything that an answer follows from."""
-    return _digest("\n".join([*inputs.tiers, *(row["sha256"] for row in _inputs(plan, inputs))]))
+    return _digest("\n".join([*tiers, *(row["sha256"] for row in _inputs(plan, alpha, weather))]))
 
 
-def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
+def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[dict[str, str]]:
     """Files and records that the answer follows from, with a hash of what counts in each."""
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
     if plan.crane.certified is not None:
         rows.append(("certificate", plan.crane.certified.short, plan.crane.certified.digest))
-    alpha = inputs.alpha
     factors = _digest(repr((alpha.Hs, alpha.T_POP, alpha.alpha, alpha.T_POP_below, alpha.T_R_below)))
     rows += [
         ("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex()),
@@ -151,8 +140,8 @@ def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
     ]
     if plan.load_chart is not None:
         rows.append(("load chart", plan.load_chart.chart.name, plan.load_chart.chart.digest))
-    if inputs.weather is not None:
-        rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
+    if weather is not None:
+        rows.append(("weather", weather.source, _weather_digest(weather)))
     return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]
 
 

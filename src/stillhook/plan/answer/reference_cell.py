@@ -82,14 +82,16 @@ def sensitivity(
     winches = winches_of(plan, every, alternatives) if at else {}
     forcing = forcings(plan, seas, at)
 
-    def least(of: LiftPlan, places: Looks, run: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[Least]:
+    def least(
+        of: LiftPlan, places: Looks, run: Sequence[Alternative], winch: Mapping[Alternative, Way]
+    ) -> list[tuple[float, str]]:
         closed = [] if at else [closed_form(of, plan.phase(phase), seas, a) for a in run]
         asked = demands(of, run, seas, places, forcing, winch) if at else closed
         return [_least(limits_in(plan, each)) for each in asked]
 
     base = least(plan, at, alternatives, winches)
     tried = _changes(plan, plan.phase(phase), at)
-    Hs_base = np.broadcast_to([each.Hs for each in base], (len(tried), len(alternatives)))
+    Hs_base = np.broadcast_to([Hs for Hs, _ in base], (len(tried), len(alternatives)))
     Hs_varied = np.full((2, len(tried), len(alternatives)), np.nan)
     for i, pair in enumerate(tried):
         for j, each in enumerate(pair):
@@ -100,8 +102,8 @@ def sensitivity(
                 Hs_varied[j, i, alike] = Hs_base[i, alike]
             run = alternatives if not each.winch else repeated if at else ()
             winch = winches_of(each.plan, every, run) if each.winch and run else winches
-            for a, varied in zip(run, least(each.plan, each.phases, run, winch), strict=True):
-                Hs_varied[j, i, alternatives.index(a)] = varied.Hs
+            for a, (Hs, _) in zip(run, least(each.plan, each.phases, run, winch), strict=True):
+                Hs_varied[j, i, alternatives.index(a)] = Hs
     dims = ("factor", "alternative")
     coords = {
         "factor": [low.factor for low, _ in tried],
@@ -110,22 +112,16 @@ def sensitivity(
         "high_text": ("factor", [high.text for _, high in tried]),
     }
     tier = Tier.FREQUENCY if at else Tier.CLOSED_FORM
-    attrs = {"Tp": Tp, "beta": beta, "phase": phase, "rule": base[-1].rule, "tier": tier.value}
+    attrs = {"Tp": Tp, "beta": beta, "phase": phase, "rule": base[-1][1], "tier": tier.value}
     columns = {"Hs_base": Hs_base, "Hs_low": Hs_varied[0], "Hs_high": Hs_varied[1]}
     return labelled({name: (dims, values) for name, values in columns.items()}, coords, attrs)
 
 
-class Least(NamedTuple):
+def _least(limits: Limits) -> tuple[float, str]:
     """Least height over the rules [m], and the rule; NaN where none is determined."""
-
-    Hs: float
-    rule: str
-
-
-def _least(limits: Limits) -> Least:
     lowest = {rule: float(Hs[0]) for rule, Hs in limits.Hs.items() if not np.isnan(Hs[0])}
     rule = min(lowest, key=lambda key: lowest[key], default="")
-    return Least(lowest.get(rule, math.nan), rule)
+    return lowest.get(rule, math.nan), rule
 
 
 def _changes(plan: LiftPlan, phase: Phase, at: Looks) -> list[tuple[Changed, ...]]:

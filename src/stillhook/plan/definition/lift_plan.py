@@ -3,7 +3,8 @@ Frozen.
 
 Whether what a plan names can hang at its crane at all: heights under the tip, reach, weight in water and wire.
 
-Ranges of heights, periods and headings as a plan file writes them: a list, or "0.5 m to 6 m by 0.5 m".
+Holds of its phases, at the worst depth of a splash zone and at the stand-off of a landing. Ranges of heights, periods
+and headings as a plan file writes them: a list, or "0.5 m to 6 m by 0.5 m".
 """
 
 from __future__ import annotations

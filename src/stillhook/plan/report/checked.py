@@ -47,7 +47,10 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
             {
                 "phase": phase.name,
                 "alternative": alternative.value,
-                "rules": [as_row(row) | {"quantity": row.rule.quantity} for row in limited(plan, phase, alternative)],
+                "rules": [
+                    {"rule": row.rule.key, "quantity": row.rule.quantity, **as_row(row)}
+                    for row in limited(plan, phase, alternative)
+                ],
             }
             for phase in plan.phases
             for alternative in plan.alternatives

@@ -1,5 +1,5 @@
-"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, and the inputs that govern the
-limits."""
+"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, the inputs that govern the limits,
+and from which landing tolerance, payload and depth on a better controller pays."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Figures of the limits: what is workable in every cell and what governs there, and height over period for all
-alternatives."""
+"""Figures of a plan: what is workable in every cell and what governs there, height over period for all alternatives,
+tension against depth, and waiting by month."""
 
 from __future__ import annotations
 

@@ -339,8 +339,19 @@ LEADS = ("off_lead", "side_lead")
 def leads(
     plan: LiftPlan, phase: Phase, seas: Seas, duration: float, quantile: Mapping[str, float]
 ) -> dict[str, FloatArray]:
-    """Largest off-lead and side-lead (n,) [rad] of a phase in seas, over a duration [s], each with its probability of
-    staying below; empty where they are not determined. The largest over the lengths of the pendulum."""
+    r"""Largest off-lead and side-lead (n,) [rad], the wire's angle in the plane of the boom and across it, of a phase
+    in seas over a duration [s], each with its probability of staying below; empty where they are not determined.
+
+    The load is a pendulum of one degree of freedom under a tip that moves sideways, the crane heels with the vessel:
+
+    .. math:: \theta = \frac{\omega^2}{\omega_0^2 - \omega^2 + 2 i \zeta \omega_0 \omega} \frac{X}{L}, \quad
+              \omega_0 = \sqrt{g/L}, \quad \text{lead} = (\theta_x + \eta_5)\,\hat x + (\theta_y - \eta_4)\,\hat y
+
+    the largest over the lengths L on the way. Static heel and trim are added, each as a magnitude. Valid for small
+    angles, a load in air whose tug lines are slack, a tip whose height counts from the vessel's reference point at the
+    waterline. Not determined in the wave zone and below, where waves and current move the load sideways, nor where only
+    the radius of the tip is known.
+    """
     used, tip = plan.load_chart, plan.tip_of(phase)
     if used is None or not used.judges_leads(phase):
         return {}

@@ -19,10 +19,11 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.errors import PlanError
-from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.table import SAME, Axes
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.weather.limit_text import free_headings
+
+SAME = 1e-9
+"""Part of a period or an angle by which two that are meant to be one may differ."""
 
 
 def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
@@ -122,12 +123,6 @@ class LimitTable:
         result = np.minimum(Hs[:, rows[0]], Hs[:, rows[1]])
         result = np.where(beyond, 0.0, result)
         return np.where(np.isnan(Tp), Hs.min(axis=1, keepdims=True), result)
-
-
-def limit_table(plan: LiftPlan, axes: Axes, Hs: FloatArray) -> LimitTable:
-    """Limits (heading, period) [m] on the axes of a plan, up to its highest sea."""
-    env = plan.environment
-    return LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,5 @@
 """Weather as a plan's tables want it: read as the plan says, with the heights, periods and directions of its records,
-and what of it the tables do not reach."""
+which part of them is wind sea or swell, what of it the tables do not reach, and how much there is about a limit."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.table import SAME
-from stillhook.plan.weather.limit_table import bracketed, holdable_headings
+from stillhook.plan.weather.limit_table import SAME, bracketed, holdable_headings
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.units import quote, show
@@ -246,7 +245,13 @@ class Systems:
 
 
 def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
-    """Weather as a table of wind seas beside a swell wants it; swell: of the plan, by name [SI], None without one."""
+    """Weather as a table of wind seas beside a swell wants it; swell: of the plan, by name [SI], None without one.
+
+    Where the weather gives wind sea and swell apart, the wind sea is held against the table, and the swell must stay
+    within the plan's: its height within the forecast height of the plan's (alpha times it, as for the table), its
+    period and direction within the tolerances. Where it does not, the whole record counts as wind sea, and the plan's
+    swell comes on top of it.
+    """
     if swell is None:
         return Systems(weather)
     beside = f"{swell['text']}, in every cell of the table"

@@ -15,11 +15,11 @@ from stillhook.errors import PlanError
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
-from stillhook.plan.table import SAME, Axes, chosen, gathered, governed
+from stillhook.plan.table import Axes, chosen, gathered, governed, limit_table
 from stillhook.plan.tiers.closed_form import LEADS, closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
 from stillhook.plan.tiers.situations import looked_at, thinned
-from stillhook.plan.weather.limit_table import limit_table
+from stillhook.plan.weather.limit_table import SAME
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries

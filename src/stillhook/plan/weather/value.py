@@ -22,8 +22,8 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit, labelled
-from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather.limit_table import KeptHeadings, Kinds, limit_table
+from stillhook.plan.table import Axes, Governed, limit_table
+from stillhook.plan.weather.limit_table import KeptHeadings, Kinds
 from stillhook.plan.weather.records import Records, outside, seas_of, swell_forecast
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits
