@@ -86,7 +86,7 @@ def test_arm_is_called_the_same_on_every_system(monkeypatch):
 
 
 def test_a_checkout_holds_no_compiled_kernels():
-    assert not shipped.SHIPPED.exists()
+    assert not native.SHIPPED.exists()
 
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, monkeypatch):
