@@ -19,7 +19,6 @@ from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SimulationError
 from stillhook.kernels import build
 from stillhook.kernels.c99 import library as native
-from stillhook.kernels.c99 import shipped
 from stillhook.kernels.c99.library import INDEX, SYSTEMS, Entry, Index, Library, code_hash, level, shipped_library
 from stillhook.kernels.lanes import VL, Array
 
@@ -75,19 +74,19 @@ def test_a_library_of_another_platform_or_a_damaged_index_is_none(tmp_path):
 @pytest.mark.parametrize(("features", "expected"), [((True, True), "x86_64_v3"), ((True, False), "x86_64_v2")])
 def test_the_best_level_that_the_processor_has_is_chosen(monkeypatch, features, expected):
     core = sys.modules["numpy._core._multiarray_umath" if hasattr(np, "_core") else "numpy.core._multiarray_umath"]
-    monkeypatch.setattr(shipped.platform, "machine", lambda: "AMD64")
+    monkeypatch.setattr(native.platform, "machine", lambda: "AMD64")
     monkeypatch.setattr(core, "__cpu_features__", dict(zip(("AVX2", "FMA3"), features, strict=True)))
     assert level.__wrapped__() == expected
 
 
 def test_arm_is_called_the_same_on_every_system(monkeypatch):
     for machine in ("arm64", "aarch64"):
-        monkeypatch.setattr(shipped.platform, "machine", lambda name=machine: name)
+        monkeypatch.setattr(native.platform, "machine", lambda name=machine: name)
         assert level.__wrapped__() == "aarch64"
 
 
 def test_a_checkout_holds_no_compiled_kernels():
-    assert not shipped.SHIPPED.exists()
+    assert not native.SHIPPED.exists()
 
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, monkeypatch):
@@ -116,7 +115,7 @@ def test_controllers_of_a_user_that_move_codes_make_other_kernels(monkeypatch):
 def test_every_kernel_is_in_the_index(tmp_path):
     made = recipe()
     made.compile_all(tmp_path, {PLATFORM: made.TARGETS[PLATFORM]})
-    index = shipped.index(tmp_path)
+    index = native.index(tmp_path)
     assert index is not None
     assert set(index.kernels) == {symbol for each in made.libraries() for symbol in each.entries}
     library = ctypes.CDLL(str(tmp_path / index.libraries[PLATFORM]))
@@ -130,7 +129,7 @@ def test_every_kernel_is_in_the_index(tmp_path):
 def test_levels_of_a_processor_agree(crane, tmp_path, monkeypatch):
     made, platforms = recipe(), (PLATFORM, PLATFORM.replace("v3", "v2"))
     made.compile_all(tmp_path, {name: made.TARGETS[name] for name in platforms})
-    index, winch = shipped.index(tmp_path), load_crane(crane)
+    index, winch = native.index(tmp_path), load_crane(crane)
     assert index is not None
     cases = [Scenario(load=f"{10 + 3 * i} t", s_w="80 m", tip="sine 2 m 9 s", mode="hs") for i in range(VL)]
     d = build.driver(winch.plant.value, VL)
@@ -153,7 +152,7 @@ def test_a_library_for_windows_exports_its_kernels_and_needs_no_other(tmp_path):
     made = recipe()
     name = "windows-x86_64_v3"
     made.compile_all(tmp_path, {name: made.TARGETS[name]})
-    index = shipped.index(tmp_path)
+    index = native.index(tmp_path)
     assert index is not None
     exported, imported = tables_of((tmp_path / index.libraries[name]).read_bytes())
     assert exported == set(index.kernels)
