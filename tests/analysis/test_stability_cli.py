@@ -202,3 +202,11 @@ def test_bode_and_root_locus_meet_at_the_limit():
     assert math.cos(float(data["loop_phase"][0])) == pytest.approx(-1.0, abs=1e-9)
     locus = root_locus(CRANE, 0.6, K_p=[0.0, 0.999 * limit.K_p_ms, 1.001 * limit.K_p_ms])
     assert list(locus["pole_re"].max("branch").values > 1e-9) == [False, False, True]
+
+
+def test_a_layer_has_its_own_diameter_and_inertia(capsys):
+    (_, inner), (_, outer) = (answer(capsys, "nov-250t", "--layer", layer, "--alpha-m", "0.6") for layer in ("1", "12"))
+    assert inner["K_wire"] > outer["K_wire"] >= 1.0
+    assert inner["J_m"] < outer["J_m"]
+    assert run(["stability", "nov-250t", "--layer", "1", "--load", "50 t"]) == 2
+    assert "--layer applies to the published loop only" in capsys.readouterr().err

@@ -46,6 +46,9 @@ def stability(
     name: CraneArgument,
     controller: Annotated[str | None, typer.Option("--controller", help=CONTROLLER_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
+    layer: Annotated[
+        int | None, typer.Option(help="The published loop alone, on a layer of the drum, as a table (a reference).")
+    ] = None,
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
     v_tip: Annotated[str | None, typer.Option("--v-tip", help=SPEED_HELP)] = None,
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
@@ -66,6 +69,7 @@ def stability(
     """
     from stillhook.analysis.controllers import controller as named
     from stillhook.analysis.loop_stability.governing import by_engine
+    from stillhook.analysis.loop_stability.stability import stability as stability_of
     from stillhook.library import load_crane
     from stillhook.spec.settings import left_out
     from stillhook.tables.plausible import implausible_values
@@ -77,7 +81,7 @@ def stability(
     closed = not by_engine(crane)
     if not closed:
         refuse(
-            {"--alpha-m": alpha_m, "--full": full},
+            {"--alpha-m": alpha_m, "--layer": layer, "--full": full},
             f'belongs to closed circuits, and winch type "{crane.plant}" has none; its margins are those of the'
             " complete plant. Leave it out.",
         )
@@ -88,8 +92,24 @@ def stability(
         v_tip=None if v_tip is None else parse(v_tip, "speed", "--v-tip"),
         delay=parse(delay, "time", "--delay"),
     )
-    loops, where = _full(crane, chosen.mode, alphas, at) if full else ([], "")
-    verdicts = [] if full else [_verdict(crane, chosen.mode, a, at) for a in alphas]
+    loops: list[Stability] = []
+    verdicts: list[Any] = []
+    where = ""
+    if full:
+        refuse(
+            {"--layer": layer},
+            "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
+        )
+        loops, where = _full(crane, chosen.mode, alphas, at)
+    elif layer is not None:
+        refuse(
+            {"--load": load, "--s-w": s_w, "--controller": controller},
+            "--layer applies to the published loop only. Leave one of them out.",
+        )
+        loops = [stability_of(crane, a, layer=layer, v_tip=at.v_tip or 0.0, delay=at.delay) for a in alphas]
+        where = f"published loop (a reference), layer {layer}"
+    else:
+        verdicts = [_verdict(crane, chosen.mode, a, at) for a in alphas]
     result: list[Any] = [*loops, *verdicts]
     tables = [each.table() for each in result]
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
@@ -97,8 +117,10 @@ def stability(
     table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
 
     def show_answer() -> None:
-        if full:
+        if loops:
             _print_loops(crane, loops, where)
+        if layer is not None:
+            print("What the crane is judged by is the complete plant, without --layer.")
         for alpha, v in zip(alphas, verdicts, strict=False):
             _print_verdict(v, chosen.name, alpha)
         print_implausible(crane)
