@@ -228,7 +228,7 @@ def warm_up_notes(winch: WinchType, before: Any, t_cycle: float) -> list[str]:
     if before is None:
         return []
     cycles = {name: getattr(before.common, f"{name}_cycles") for name in OF_EVERY_WINCH} | before.limits._asdict()
-    numbers, words = winch.own_numbers(before, t_cycle), OF_EVERY_WINCH | dict(winch.causes)
+    numbers, words = winch.run_numbers(before, t_cycle), OF_EVERY_WINCH | dict(winch.causes)
     passed = []
     for name, n in cycles.items():
         if n > 0.0:
