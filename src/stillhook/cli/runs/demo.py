@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import check_out
-from stillhook.cli.runs.plan import Work, run, show
+from stillhook.cli.parser import check_out, say_left_out
+from stillhook.cli.runs.plan import Work, run
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
-from stillhook.report.kit import can_draw
+from stillhook.report.formatting import fixed
+from stillhook.report.kit import can_draw, can_set
 from stillhook.report.terminal import progress_bar, started
-from stillhook.units import quote
-from stillhook.units import show as with_unit
+from stillhook.units import quote, show
+
+if TYPE_CHECKING:
+    from stillhook.plan.result import PlanResult
 
 SHOWN = 40.0
 """Last part of each run that its picture shows [s]."""
@@ -28,6 +32,11 @@ SHIP, SEA, HEADING = "construction-vessel-130m", "jonswap Hs=2 m Tp=9 s", "165 d
 TIP = (-15.0, -24.0)
 """Crane tip from the vessel's reference point, forward and to port [m]."""
 LOAD, S_W, DURATION = "100 t", "500 m", "300 s"
+PERIODS = (6.0, 8.0, 10.0, 12.0)
+"""Periods whose limits the demo prints [s]."""
+WIDTH = 98
+NOT_COMPARED = ("not-compared-closed-form", "not-compared-frequency")
+"""Causes of a plan that name the controllers of which its methods say nothing."""
 
 
 def demo(
@@ -53,7 +62,7 @@ def demo(
     result = run(
         load_plan(EXAMPLE), "frequency" if example == QUICK else "time", Work(out=folder, store=folder / "runs")
     )
-    show(result, folder, json=False)
+    _lift(result, folder)
     raise typer.Exit(0 if result.workable else 1)
 
 
@@ -74,11 +83,66 @@ def _in_waves(out: Path) -> None:
         result = side_by_side(crane, case, progress=started(crane, bar, series=True))
     runs = result.table()
     first = next(iter(runs.values()))
-    tip = with_unit(first["s_tip_pp"], "length")
+    tip = show(first["s_tip_pp"], "length")
     waves = SEA.removeprefix("jonswap ")
     print(f"A crane tip moves {tip} in 30 s (ship in SIMULATED waves, {waves}), {LOAD} on the hook:")
     for mode, summary in runs.items():
-        residual = f"{with_unit(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
+        residual = f"{show(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
         print(f"  {mode.upper():4} the hook keeps {residual}; {summary['status']}")
     write_comparison(result, out, quiet=True, hint=False, start=result.runs[0].case.duration - 2.0 * SHOWN)
     print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n" if can_draw() else "")
+
+
+def _lift(result: PlanResult, out: Path) -> None:
+    """The lift: limiting sea states, what governs, days gained, and where the report is."""
+    from stillhook.plan.report.document import PAGE, PDF, marks
+    from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
+    from stillhook.report.formatting import percent
+
+    data = result.data
+    limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
+    tolerance = show(limits["load-motion"], "length")
+    answer = verdict(result)
+    landed = f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited."
+    print(textwrap.fill(landed, WIDTH, subsequent_indent="  "))
+    for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
+        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
+    periods = [float(T) for T in data["period"].values if float(T) in PERIODS]
+    weather = result.blocks.get("weather")
+    excluded = {twin for cause in result.caused(*NOT_COMPARED) for twin in cause["twins"]}
+    rows = []
+    for credit, label in ((TWIN, "simulated"), (CREDITED, "credited")):
+        for name in (str(a) for a in data["alternative"].values if str(a) not in excluded):
+            Hs = data["Hs_limit"].sel(credit=credit, alternative=name)
+            if credit == CREDITED and bool((Hs == data["Hs_limit"].sel(credit=TWIN, alternative=name)).all()):
+                continue
+            cells = [fixed(float(Hs.sel(period=T).min()), 2) for T in periods]
+            if weather is not None:
+                year = weather.sel(credit=credit, alternative=name, month=0)
+                cells += [percent(float(year["operability"])), gain(year, "cap-80")]
+            rows.append([named(name), label, *cells])
+    head = ["winch", "limit", *(f"{T:g} s" for T in periods)]
+    head += [] if weather is None else ["workable", "days gained over the 80 % cap (95 %)"]
+    for cells in (head, *rows):
+        widths = [10, 10, *[6] * len(periods), 9, 36]
+        padded = zip(cells, widths, strict=False)
+        print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
+    print("  Limiting Hs [m] by peak period, most unfavourable heading.")
+    for line in (
+        *_other_tolerances(result),
+        *map(sentence, result.caused("oscillates")),
+        *(f"{mark}." for mark in marks(result)),
+    ):
+        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
+    say_left_out(pdf=True)
+    print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
+
+
+def _other_tolerances(result: PlanResult) -> list[str]:
+    """From which tolerance on a better controller pays, of the lift as planned in each period; none where that was not
+    computed."""
+    from stillhook.plan.report.detail import answers
+
+    lines = [line for line in answers(result["sweep"]) if "(as planned)" in line] if "sweep" in result else []
+    return ["All of it depends on the tolerance, which is assumed:", *(f"{line}." for line in lines)] if lines else []
