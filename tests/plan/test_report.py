@@ -447,6 +447,15 @@ def test_facts_that_were_changed_are_refused(saved, tmp_path, capsys, key, value
     assert "plan.json: not as it was written: damaged, or changed. Run the plan again." in refused(changed, capsys)
 
 
+def test_facts_without_a_hash_are_marked_and_their_missing_parts_are_refused(saved, tmp_path, capsys):
+    folder = damaged(saved, tmp_path / "old", known=False)
+    assert command(["report", str(folder)]) == 0
+    assert "NOT SEALED: plan.json has no hash of its facts" in (folder / "report.html").read_text()
+    capsys.readouterr()
+    less = damaged(saved, tmp_path / "less", known=False, facts=lambda told: {**told, "rules": None})
+    assert "plan.json has no hash, and a part of it is missing or odd" in refused(less, capsys)
+
+
 def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     data = result.data.copy(deep=True)
     at = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}

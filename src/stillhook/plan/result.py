@@ -212,6 +212,8 @@ NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
 OF_NUMBERS, OF_FACTS = "numbers_sha256", "facts_sha256"
 """Keys in the file of facts of the hash of the numbers that belong to it, and of that of its other facts."""
+UNSEALED = "unsealed"
+"""Key of facts that were read without a hash, as version 0.10 wrote them: a part of them may be missing or odd."""
 
 
 def save_plan(result: PlanResult, folder: str | Path) -> Path:
@@ -319,6 +321,8 @@ def _facts(path: Path) -> dict[str, Any]:
     recorded = facts.pop(OF_FACTS, None)
     if recorded is not None and recorded != _hash_of_facts(facts):
         raise PlanError(f"{path}: not as it was written: damaged, or changed. Run the plan again.")
+    if recorded is None:
+        facts[UNSEALED] = True
     if isinstance(rows := facts.get("phases"), list):
         facts["phases"] = [_in_depths(row) for row in rows]
     return facts

@@ -13,13 +13,23 @@ from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import tables, verdict
 from stillhook.plan.report.words import TEXTS, named, sentence
-from stillhook.plan.result import FAILED, PLAN_FILES, PlanResult, for_print, grouped, write_plan
+from stillhook.plan.result import (
+    FACTS,
+    FAILED,
+    PLAN_FILES,
+    UNSEALED,
+    PlanResult,
+    for_print,
+    grouped,
+    write_plan,
+)
 from stillhook.report.document import Bullets, Document, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
 from stillhook.report.kit import can_set, drawn
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.validity import SHORT
+from stillhook.units import quote
 
 MISSING = ("not-assessed", FAILED)
 """Causes of remarks that must be seen first."""
@@ -72,6 +82,8 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
+    if UNSEALED in result.facts:
+        lines.append(TEXTS["unsealed"])
     return lines + [sentence(each) for each in result.caused(*MISSING)]
 
 
@@ -89,8 +101,15 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
     result = for_print(result)
-    images = drawn(lambda: pictures(result))
-    report = document(result, images)
+    try:
+        images = drawn(lambda: pictures(result))
+        report = document(result, images)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
+        if UNSEALED not in result.facts:
+            raise
+        odd = f"{type(problem).__name__}: {problem}".partition("\n")[0]
+        line = f"{FACTS} has no hash, and a part of it is missing or odd ({odd}). Run the plan again."
+        raise PlanError(f"report of {quote(result.name)}: {line}") from None
     try:
         content = {PDF: pdf(report)} if can_set() else {}
     except Unset as problem:
