@@ -55,9 +55,9 @@ class CurvePoint:
     """Friction at one speed, from one stretch of each direction; SI of the signals.
 
     ``speed`` mean magnitude of both; ``friction`` half the difference, ``load`` half the sum of effort; ``u_friction``,
-    ``u_load`` standard uncertainties; ``u_visit`` the part of u_friction by which visits differ (place, time,
-    temperature), which no single visit shows; ``way`` ends of the positions that both passed, ``load_way`` load at
-    these ends (none without position).
+    ``u_load`` standard uncertainties, that of friction with what visits differ by (place, time, temperature), which no
+    single visit shows; ``way`` ends of the positions that both passed, ``load_way`` load at these ends (none without
+    position).
     """
 
     speed: float
@@ -69,7 +69,6 @@ class CurvePoint:
     down: Window
     way: tuple[float, float] | None = None
     load_way: tuple[float, float] | None = None
-    u_visit: float = 0.0
 
     @property
     def estimate(self) -> Estimate:
@@ -126,7 +125,6 @@ class CurveSettings(NamedTuple):
 
 
 def curve_settings(mapping: Path) -> CurveSettings:
-    """The settings of a mapping file. Errors: IdentifyError, SpecError of one line."""
     return read_toml(mapping, FileKind.MAPPING, IdentifyError, _settings)
 
 
@@ -249,7 +247,7 @@ def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
     beyond = off**2 - u[1:-1] ** 2 - ((1.0 - part) * u[:-2]) ** 2 - (part * u[2:]) ** 2
     variance = max(float(np.sum(beyond) / np.sum(shares)), 0.0)
     u_visit = float(np.sqrt(variance)) * students_factor(float(len(off)))
-    return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit)), u_visit=u_visit) for p in by_speed)
+    return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit))) for p in by_speed)
 
 
 def _place_by_place(
@@ -314,7 +312,6 @@ def _on_common_way(
 
 
 def _no_point(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
-    """Why there is nothing to compare, and what to do."""
     every = (*unpaired, *steady.rejected)
     longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
     shorter = (

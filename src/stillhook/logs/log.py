@@ -71,7 +71,6 @@ class Clock:
 
     @property
     def dated(self) -> bool:
-        """Whether its stamps state the date."""
         return self.want.stamps is not None and (self.want.stamps == STAMPS or "%d" in self.want.stamps)
 
     def seconds(self, chunk: Chunk) -> FloatArray:
@@ -287,7 +286,6 @@ def _spacing(source: Source, clock: Clock) -> float:
 
 
 def stream(source: Source, tracks: Tracks, size: int, progress: Callable[[float], None]) -> None:
-    """All samples of a log through its tracks, in pieces of about `size` bytes."""
     bases = list(dict.fromkeys(clock.base for clock in tracks.tracks))
     for done, base in enumerate(bases):
         on_base = [(clock, track) for clock, track in tracks.tracks.items() if clock.base == base]

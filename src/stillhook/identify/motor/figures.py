@@ -181,7 +181,6 @@ def model_and_map(result: MotorLoss) -> Figure:
 
 
 def _curves(ax: Axes, m: LossMap, fit: LossFit, at: NDArray[np.bool_], ends: tuple[float, float], colour: str) -> None:
-    """One displacement at one pressure: cells, model, and what is beyond the map."""
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
     ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
     inside = np.linspace(*ends, 200)

@@ -170,7 +170,6 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
 
 
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
-    """What the map cannot determine, about the model and about MJ4."""
     both = (fit,) if fit.model is mj4.model else (fit, mj4)
     lines = [f"{f.card.title}: {line}" for f in both for line in indeterminate(f)]
     ends = ", ".join(" to ".join(show(x, kind, 4) for x in m.range()[name]) for name, kind in AXES.items())
@@ -360,7 +359,6 @@ def _parameters(result: MotorLoss, fit: LossFit) -> list[list[str]]:
 
 
 def _verdict(result: MotorLoss) -> Verdict:
-    """Whether a model of this motor comes from the map."""
     share = usable_share(result.map, result.fit, result.threshold)
     within, cells = percent_fixed(result.threshold, 1), percent_fixed(share, 1)
     text = f"{result.fit.card.title} is within {within} of nominal torque on {cells} of the map's cells."

@@ -46,8 +46,6 @@ RULE = (
 
 @dataclass(frozen=True)
 class Ranked:
-    """One model on one map."""
-
     model: LossModel
     fit: LossFit
     fixed: LossFit | None
@@ -295,5 +293,4 @@ def usable_share(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> floa
 
 
 def levels_of(m: LossMap) -> dict[str, int]:
-    """Number of levels on each axis."""
     return {name: int(levels(m.axis(name)).max()) + 1 for name in AXES}

@@ -179,11 +179,13 @@ SAME_LEVEL = 0.03
 
 @dataclass(frozen=True)
 class Step:
-    """Bins [begin, end) of one step; direction +1 or -1."""
+    """Bins [begin, end) of one step or of a part of it; direction +1 or -1; at_layer: a change of layer, not a ramp,
+    bounds it on one side or both."""
 
     begin: int
     end: int
     direction: int
+    at_layer: bool = False
 
 
 def noise_along(x: FloatArray) -> FloatArray:

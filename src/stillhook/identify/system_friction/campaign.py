@@ -216,7 +216,6 @@ def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
 
 
 def _losses(file: CampaignFile, table: TomlTable, crane: Crane) -> LossSet:
-    """The motor named in the file, or the crane's own."""
     own, name = crane.active.motor, file.motor
     if name is None:
         place = "active.motor."

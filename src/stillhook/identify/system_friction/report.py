@@ -283,7 +283,6 @@ def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str
 
 
 def error_figure(result: Friction) -> Picture:
-    """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
     figure, ax = _axes(
         "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
     )

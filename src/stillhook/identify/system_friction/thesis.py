@@ -243,7 +243,6 @@ class Check:
 
     @property
     def agree(self) -> bool:
-        """Both methods reached the same cost."""
         return self.optimum.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
 
 
