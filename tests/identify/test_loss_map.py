@@ -60,39 +60,24 @@ def test_a_plain_map_is_read_in_si(plain: LossMap):
     assert not plain.synthetic
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        text(separator=";"),
-        text(separator="\t"),
-        text(separator=";", comma=True),
-        text(separator="\t", comma=True),
-        "\ufeff" + text(),
-        text().replace("\n", "\r\n"),
-        "# bench 7\n\n" + text() + "\n# end\n",
-        text(head=[f'"{h}"' for h in HEAD]),
-        text(head=("Displacement [cm^3/rev]", "Speed [rev/min]", "Pressure drop [bar]", "Torque loss [N m]")),
-        text(head=("Vg [cm^3/rev]", "n [rev/min]", "dp [bar]", "loss [N m]")),
-    ],
-    ids=[
-        "semicolon",
-        "tab",
-        "decimal-comma",
-        "tab-decimal-comma",
-        "bom",
-        "crlf",
-        "comments",
-        "quotes",
-        "words",
-        "aliases",
-    ],
-)
-def test_every_dialect_gives_the_same_map(tmp_path, plain, content):
-    assert same(read(tmp_path, content), plain)
+DIALECTS: dict[str, str | bytes] = {
+    "semicolon": text(separator=";"),
+    "tab": text(separator="\t"),
+    "decimal comma": text(separator=";", comma=True),
+    "tab, decimal comma": text(separator="\t", comma=True),
+    "byte order mark": "\ufeff" + text(),
+    "CRLF": text().replace("\n", "\r\n"),
+    "comments": "# bench 7\n\n" + text() + "\n# end\n",
+    "quotes": text(head=[f'"{h}"' for h in HEAD]),
+    "words": text(head=("Displacement [cm^3/rev]", "Speed [rev/min]", "Pressure drop [bar]", "Torque loss [N m]")),
+    "aliases": text(head=("Vg [cm^3/rev]", "n [rev/min]", "dp [bar]", "loss [N m]")),
+    "UTF-16": text(separator="\t").encode("utf-16"),
+}
 
 
-def test_utf16_as_spreadsheets_write_it_is_read(tmp_path, plain):
-    assert same(read(tmp_path, text(separator="\t").encode("utf-16")), plain)
+@pytest.mark.parametrize("name", DIALECTS)
+def test_every_dialect_gives_the_same_map(tmp_path, plain, name):
+    assert same(read(tmp_path, DIALECTS[name]), plain)
 
 
 @pytest.mark.slow
@@ -161,9 +146,7 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         ),
         (text(head=(*HEAD[:3], "eta_hm [1]")), ["efficiency above 100 %", "Check columns and units"]),
         (text([(*c[:3], 0.9) for c in CELLS], (*HEAD[:3], "eta_hm [%]")), ["at most 0.9 %", 'heading as "eta_hm [1]"']),
-        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "not a finite number"]),
         (text([*CELLS[:3], (True, 1, 2, 3), *CELLS[4:]]), ["row 5", '"True"', "not a finite number"]),
-        (text([*CELLS[:3], ("1e999", 1, 2, 3), *CELLS[4:]]), ["row 5", "not a finite number"]),
         (text([*CELLS[:3], ("1_00", 1, 2, 3), *CELLS[4:]]), ["row 5", "not a finite number"]),
         (b"D_m [cm^3/rev],n [rev/min],dp [bar],T_f [N m]\n100,500,100,\xff\n", ["line 2", "UTF-8"]),
     ],
@@ -216,37 +199,23 @@ def test_bad_mappings_are_refused(tmp_path, toml, part):
     assert part in refused(tmp_path, text(), mapping=tmp_path / "m.toml")
 
 
-def test_bad_rows_are_left_out_and_declared(tmp_path):
-    rows = [
-        *CELLS,
-        (200, 0, 100, 20),
-        (200, 500, -100, 20),
-        (200, 700, 100, ""),
-        (200, 800, 100, "n/a"),
-        (200, 900, 100, -3),
-    ]
-    m = read(tmp_path, text(rows))
-    assert len(m) == len(CELLS)
-    told = " | ".join(m.findings)
-    for part in (
-        "standstill",
-        "row 14",
-        "negative pressure",
-        "row 15",
-        "2 rows left out for an empty cell (row 16, 17)",
-        "negative loss",
-        "row 18",
-    ):
-        assert part in told, told
+ODD = [(200, 0, 100, 20), (200, 500, -100, 20), (200, 700, 100, ""), (200, 800, 100, "n/a"), (200, 900, 100, -3)]
+NO_LOSS = ["standstill", "row 14", "negative pressure", "row 15", "2 rows left out for an empty cell (row 16, 17)"]
+ETA = [(*c[:3], 90) for c in CELLS] + [(200, 700, 100, 101), (200, 800, 100, 0), (200, 900, 0, 80)]
 
 
-def test_impossible_efficiencies_are_left_out_and_declared(tmp_path):
-    rows = [(*c[:3], 90) for c in CELLS] + [(200, 700, 100, 101), (200, 800, 100, 0), (200, 900, 0, 80)]
-    m = read(tmp_path, text(rows, (*HEAD[:3], "eta_hm [%]")))
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        (text([*CELLS, *ODD]), [*NO_LOSS, "negative loss", "row 18"]),
+        (text(ETA, (*HEAD[:3], "eta_hm [%]")), ["above 100 %", "0 or below", "no pressure drop"]),
+    ],
+)
+def test_bad_rows_are_left_out_and_declared(tmp_path, content, parts):
+    m = read(tmp_path, content)
     assert len(m) == len(CELLS)
     told = " | ".join(m.findings)
-    for part in ("above 100 %", "0 or below", "no pressure drop"):
-        assert part in told, told
+    assert all(part in told for part in parts), told
 
 
 def test_cells_given_twice_are_averaged_and_declared(tmp_path):
@@ -331,3 +300,5 @@ def test_a_written_synthetic_map_reads_back_and_stays_marked(tmp_path, made):
     assert same(back, made)
     assert back.synthetic
     assert "synthetic" in (tmp_path / "m.csv").read_text().splitlines()[0].lower()
+    assert same(synthetic_map("A6VM215", seed=3), made)
+    assert not same(synthetic_map("A6VM215", seed=4), made)

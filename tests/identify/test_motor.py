@@ -256,12 +256,3 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert told[-1].startswith("error: ")
     assert part in told[-1]
     assert "Traceback" not in "".join(told)
-
-
-def test_a_synthetic_map_is_that_of_its_seed(tmp_path):
-    texts = [
-        write_map(synthetic_map("A6VM170", seed=seed), tmp_path / f"{i}.csv").read_text(encoding="utf-8")
-        for i, seed in enumerate((2, 2, 3))
-    ]
-    assert texts[0] == texts[1] != texts[2]
-    assert "SYNTHETIC" in texts[0].splitlines()[0]

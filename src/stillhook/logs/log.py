@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -436,7 +436,7 @@ def to_dict(log: Log) -> dict[str, Any]:
         "bins": len(log.t),
         "signals": list(log.signals),
         "gaps": [list(gap) for gap in log.gaps],
-        "findings": [finding.to_dict() for finding in log.findings],
+        "findings": [asdict(finding) for finding in log.findings],
     }
 
 

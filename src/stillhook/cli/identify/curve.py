@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,7 +60,7 @@ def curve(
         read, speed=speed, effort=effort, position=position, command=command, settings=settings.steady
     )
     if json:
-        print_json({**result.to_dict(), "findings": [f.to_dict() for f in read.findings]})
+        print_json({**result.to_dict(), "findings": [asdict(f) for f in read.findings]})
     else:
         for line in describe(read):
             print(line)

@@ -82,9 +82,6 @@ class WindowSettings(BaseModel):
     least_speed: str | None = Field(
         default=None, description="slowest speed that is used, such as 20 rev/min; none: what noise allows"
     )
-    resolution: Mapping[str, float] = Field(
-        default_factory=dict, description="step of a signal's converter [SI], where it is known"
-    )
 
     def __init__(self, /, **data: Any) -> None:
         try:
