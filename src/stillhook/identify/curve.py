@@ -23,6 +23,7 @@ from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.log import Log
+from stillhook.report.kit import axis, canvas, legend, panels
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
 from stillhook.statistics.estimate import NORMAL_95, Estimate
@@ -339,11 +340,8 @@ def window_figure(
     log: Log, speed: str, effort: str, steady: Steady, unpaired: Sequence[Rejected], title: str
 ) -> Figure:
     """Speed and effort over time with the stretches, see `draw_windows`."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(12.0, 6.5), layout="constrained")
-    draw_windows(figure.subplots(2, 1, sharex=True), log, speed, effort, steady, unpaired=unpaired)
-    figure.suptitle(title, fontsize="medium")
+    figure, axes = panels(2, 1, (12.0, 6.5), title, sharex=True)
+    draw_windows(axes[:, 0].tolist(), log, speed, effort, steady, unpaired=unpaired)
     return figure
 
 
@@ -379,9 +377,7 @@ def draw_windows(
 
 def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray) -> Figure:
     """Speed and effort over time with the stretches that were used, and friction over speed with 95 % intervals."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12.0, 10.5), layout="constrained")
+    figure = canvas(12.0, 10.5, curve.source)
     grid = figure.add_gridspec(3, 1, height_ratios=(1.0, 1.0, 1.4))
     above = figure.add_subplot(grid[0])
     below = figure.add_subplot(grid[1], sharex=above)
@@ -393,13 +389,10 @@ def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray) -> Fi
     label = "half the difference of both directions, 95 %"
     ax = figure.add_subplot(grid[2])
     ax.errorbar(v, F, yerr=half, fmt="o-", color=COLOURS[0], lw=1.0, ms=4.0, capsize=3.0, label=label)
-    ax.set_xlim(left=0.0)
+    axis(ax, labelled("speed", kind_v), labelled("friction", kind_e), zero="x")
     ax.set_ylim(bottom=min(0.0, float(np.min(F - half))))
-    ax.set_xlabel(labelled("speed", kind_v))
-    ax.set_ylabel(labelled("friction", kind_e))
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small")
-    figure.suptitle(curve.source, fontsize="medium")
+    legend(ax)
     return figure
 
 

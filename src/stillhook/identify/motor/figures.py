@@ -14,8 +14,9 @@ from stillhook.identify.motor.fit import LossFit
 from stillhook.identify.motor.identify import MotorLoss
 from stillhook.identify.motor.map import AXES, LossMap, blocks, levels
 from stillhook.identify.motor.rank import residual_share
+from stillhook.report.kit import axis, display, legend, panels
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.units import from_display, in_display, parse, show
+from stillhook.units import from_display, parse, show
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +31,6 @@ TERMS = {"X_1": "viscous", "X_2": "turbulent", "X_3": "pressure", "X_4": "consta
 BEYOND = 1.25
 """How far past the map's last speed the model is drawn, dashed."""
 SPEED = "motor speed [rev/min]"
-WARNING = "#8a4b00"
 MOST_BINS = 24
 HALF = 0.5 * (1.0 - 1e-6)
 """Paper A's "approximately 50 % of maximum displacement", with room for a unit's last digit."""
@@ -46,13 +46,11 @@ def figures(result: MotorLoss) -> Mapping[str, Figure]:
     }
 
 
-def _figure(result: MotorLoss, title: str, size: tuple[float, float]) -> Figure:
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=size, layout="constrained")
+def _panels(
+    result: MotorLoss, rows: int, columns: int, size: tuple[float, float], title: str, **more: Any
+) -> tuple[Figure, NDArray[Any]]:
     warning = "SYNTHETIC MAP, measured on no motor\n" if result.map.synthetic else ""
-    figure.suptitle(f"{warning}{title}", fontsize="medium", color=WARNING if warning else "black")
-    return figure
+    return panels(rows, columns, size, f"{warning}{title}", **more)
 
 
 def terms_over_speed(result: MotorLoss) -> Figure:
@@ -61,29 +59,24 @@ def terms_over_speed(result: MotorLoss) -> Figure:
     omega, D = np.linspace(*ends["omega_m"], 200), TERM_POINT[1] * result.map.D_max
     dp = min(parse(TERM_POINT[0], "pressure"), ends["dp_m"][1])
     title = f"Terms of MJ4 at {show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)} (as paper A figure 7)"
-    figure = _figure(result, title, (9.0, 4.8))
-    ax = figure.subplots()
+    figure, axes = _panels(result, 1, 1, (9.0, 4.8), title)
+    ax, speed = axes[0, 0], display(omega, "rotation")
     terms = result.mj4.terms(omega, np.full_like(omega, D), np.full_like(omega, dp))
     for colour, (name, term) in zip(COLOURS, terms.items(), strict=False):
-        ax.plot(_rpm(omega), term, color=colour, label=f"{name}, {TERMS[name]}")
-    ax.plot(_rpm(omega), sum(terms.values()), color="black", lw=2.0, label="sum")
-    ax.set_xlabel(SPEED)
-    ax.set_ylabel("torque loss [N m]")
-    ax.set_ylim(bottom=0.0)
-    ax.grid(alpha=0.3)
-    ax.legend(frameon=False, fontsize="small")
+        ax.plot(speed, term, color=colour, label=f"{name}, {TERMS[name]}")
+    ax.plot(speed, sum(terms.values()), color="black", lw=2.0, label="sum")
+    axis(ax, SPEED, "torque loss [N m]", zero="y")
+    legend(ax)
     return figure
 
 
 def residuals_over_speed(result: MotorLoss) -> Figure:
     """Map less model over the nominal torque, over speed, a curve a displacement: large ones above, small ones below
     (figures 8, 9)."""
-    m, share = result.map, 100.0 * residual_share(result.map, result.fit)
+    m, share, chosen = result.map, 100.0 * residual_share(result.map, result.fit), _shown(result.map)
     title = f"{result.fit.card.title}: map less model in % of nominal torque (as paper A figures 8 and 9)"
-    figure = _figure(result, title, (12.0, 7.5))
-    chosen = _shown(m)
-    axes = figure.subplots(2, len(chosen), sharex=True, squeeze=False)
-    label = levels(m.D_m)
+    figure, axes = _panels(result, 2, len(chosen), (12.0, 7.5), title, sharex=True)
+    label, limit = levels(m.D_m), 100.0 * result.threshold
     large = [i for i in range(int(label.max()) + 1) if m.D_m[label == i].mean() >= HALF * m.D_max]
     small = [i for i in range(int(label.max()) + 1) if i not in large]
     rows = (("half displacement and more", large), ("below half", small))
@@ -93,17 +86,14 @@ def residuals_over_speed(result: MotorLoss) -> Figure:
                 at = np.flatnonzero(cells & (label == i))
                 at = at[np.argsort(m.omega_m[at])]
                 if len(at):
-                    name = show(float(m.D_m[at].mean()), "displacement", 3)
-                    ax.plot(_rpm(m.omega_m[at]), share[at], color=colour, lw=1.1, marker=".", ms=4, label=name)
-            limit = 100.0 * result.threshold
+                    name, speed = show(float(m.D_m[at].mean()), "displacement", 3), display(m.omega_m[at], "rotation")
+                    ax.plot(speed, share[at], color=colour, lw=1.1, marker=".", ms=4, label=name)
             ax.axhspan(-limit, limit, color=GREY, alpha=0.12)
-            ax.set_title(f"{show(pressure, 'pressure', 3)}, {words}", fontsize="small")
-            ax.grid(alpha=0.3)
-            if ax.get_lines():
-                ax.legend(fontsize="x-small", frameon=False, ncols=2)
-        axes[1, column].set_xlabel(SPEED)
+            axis(ax, title=f"{show(pressure, 'pressure', 3)}, {words}", size="small")
+            legend(ax, ncols=2, fontsize="x-small")
+        axis(axes[1, column], SPEED)
     for ax in axes[:, 0]:
-        ax.set_ylabel("error [% of nominal torque]")
+        axis(ax, y="error [% of nominal torque]")
     return figure
 
 
@@ -118,12 +108,11 @@ def _shown(m: LossMap) -> list[tuple[float, NDArray[np.bool_]]]:
 def residuals_over_map(result: MotorLoss) -> Figure:
     """Largest error over displacement and speed, and over displacement and pressure, in % of nominal torque; crosses
     beyond the limit."""
-    m, share = result.map, 100.0 * np.abs(residual_share(result.map, result.fit))
+    share = 100.0 * np.abs(residual_share(result.map, result.fit))
     title = f"{result.fit.card.title}: largest error in % of nominal torque; crosses: beyond {result.threshold:.1%}"
-    figure = _figure(result, title, (12.0, 4.8))
-    left, right = figure.subplots(1, 2)
-    _heat(figure, left, m, share, ("omega_m", SPEED), 100.0 * result.threshold)
-    _heat(figure, right, m, share, ("dp_m", "pressure drop [bar]"), 100.0 * result.threshold)
+    figure, axes = _panels(result, 1, 2, (12.0, 4.8), title, grid="")
+    for ax, across in zip(axes[0], (("omega_m", SPEED), ("dp_m", "pressure drop [bar]")), strict=True):
+        _heat(figure, ax, result.map, share, across, 100.0 * result.threshold)
     return figure
 
 
@@ -137,8 +126,8 @@ def _heat(figure: Figure, ax: Axes, m: LossMap, share: FloatArray, across: tuple
     for a, b, s in zip(i, j, share, strict=True):
         if np.isfinite(s):
             table[a, b] = np.fmax(table[a, b], s)
-    y = [in_display(float(m.D_m[i == a].mean()), "displacement") for a in range(table.shape[0])]
-    x = [in_display(float(m.axis(name)[j == b].mean()), AXES[name]) for b in range(table.shape[1])]
+    y = display([m.D_m[i == a].mean() for a in range(table.shape[0])], "displacement")
+    x = display([m.axis(name)[j == b].mean() for b in range(table.shape[1])], AXES[name])
     norm = LogNorm(0.1 * limit, max(10.0 * limit, float(np.nanmax(table))))
     picture = ax.imshow(np.maximum(table, 0.1 * limit), origin="lower", aspect="auto", cmap="viridis", norm=norm)
     bad = np.argwhere(table > limit)
@@ -146,49 +135,43 @@ def _heat(figure: Figure, ax: Axes, m: LossMap, share: FloatArray, across: tuple
     ax.set_yticks(range(len(y)), [f"{v:.0f}" for v in y])
     step = max(1, len(x) // 8)
     ax.set_xticks(range(0, len(x), step), [f"{v:.0f}" for v in x[::step]])
-    ax.set_xlabel(heading)
-    ax.set_ylabel("displacement [cm^3/rev]")
+    axis(ax, heading, "displacement [cm^3/rev]")
     figure.colorbar(picture, ax=ax, label="largest error [%]")
 
 
 def model_and_map(result: MotorLoss) -> Figure:
     """Torque loss over speed, the map's cells against the model (figure 2.11; paper D figure 3). Shaded: beyond the
     map, where the model is extrapolated (dashed)."""
-    m, fit = result.map, result.fit
-    figure = _figure(
-        result, f"{fit.card.title} (lines) and map (points); shaded: beyond the map (as figure 2.11)", (12.0, 4.8)
-    )
-    chosen = _shown(m)
-    axes = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
+    m, fit, chosen = result.map, result.fit, _shown(result.map)
+    title = f"{fit.card.title} (lines) and map (points); shaded: beyond the map (as figure 2.11)"
+    figure, axes = _panels(result, 1, len(chosen), (12.0, 4.8), title, sharey=True)
     label = levels(m.D_m)
     picked = list(dict.fromkeys(np.linspace(0, int(label.max()), 4).round().astype(int).tolist()))
     lo, hi = m.range()["omega_m"]
-    for ax, (pressure, cells) in zip(axes, chosen, strict=True):
+    least, most, beyond = display([lo, hi, BEYOND * hi], "rotation")
+    for ax, (pressure, cells) in zip(axes[0], chosen, strict=True):
         for colour, i in zip(COLOURS, picked, strict=False):
             at = cells & (label == i)
             if at.any():
                 _curves(ax, m, fit, at, (lo, hi), colour)
-        ax.axvspan(_rpm(hi), _rpm(BEYOND * hi), color=GREY, alpha=0.15)
-        ax.axvspan(0.0, _rpm(lo), color=GREY, alpha=0.15)
-        ax.set_title(show(pressure, "pressure", 3), fontsize="small")
-        ax.set_xlabel(SPEED)
-        ax.grid(alpha=0.3)
-        ax.set_xlim(0.0, _rpm(BEYOND * hi))
-    axes[0].set_ylim(bottom=0.0)
-    axes[0].set_ylabel("torque loss [N m]")
-    axes[0].legend(frameon=False, fontsize="x-small")
+        for ends in ((most, beyond), (0.0, least)):
+            ax.axvspan(*ends, color=GREY, alpha=0.15)
+        axis(ax, SPEED, title=show(pressure, "pressure", 3), size="small")
+        ax.set_xlim(0.0, beyond)
+    axis(axes[0, 0], y="torque loss [N m]", zero="y")
+    legend(axes[0, 0], fontsize="x-small")
     return figure
 
 
 def _curves(ax: Axes, m: LossMap, fit: LossFit, at: NDArray[np.bool_], ends: tuple[float, float], colour: str) -> None:
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
-    ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
-    inside = np.linspace(*ends, 200)
-    inside_T = np.broadcast_to(fit.torque(inside, D, dp), inside.shape)
-    ax.plot(_rpm(inside), inside_T, color=colour, lw=1.2, label=show(D, "displacement", 3))
-    for piece in (np.linspace(0.1 * ends[0], ends[0], 50), np.linspace(ends[1], BEYOND * ends[1], 50)):
-        ax.plot(_rpm(piece), np.broadcast_to(fit.torque(piece, D, dp), piece.shape), color=colour, lw=1.0, ls="--")
-
-
-def _rpm(omega: Any) -> Any:
-    return omega / from_display(1.0, "rotation")
+    ax.plot(display(m.omega_m[at], "rotation"), m.T_f[at], ".", color=colour, ms=4)
+    inside, outside = np.linspace(*ends, 200), {"lw": 1.0, "ls": "--"}
+    pieces: tuple[tuple[FloatArray, dict[str, Any]], ...] = (
+        (inside, {"lw": 1.2, "label": show(D, "displacement", 3)}),
+        (np.linspace(0.1 * ends[0], ends[0], 50), outside),
+        (np.linspace(ends[1], BEYOND * ends[1], 50), outside),
+    )
+    for omega, style in pieces:
+        T = np.broadcast_to(fit.torque(omega, D, dp), omega.shape)
+        ax.plot(display(omega, "rotation"), T, color=colour, **style)
