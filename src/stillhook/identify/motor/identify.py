@@ -391,7 +391,7 @@ def _map(m: LossMap) -> list[str]:
 
 
 def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
-    """The report; pictures (PNG) by the stems of `motor_figures.figures`."""
+    """The report; pictures (PNG) by the stems of `stillhook.identify.motor.figures.figures`."""
     r, card = result.ranking, result.fit.card
     best = next(i for i, x in enumerate(r.ranked) if x.model is result.model)
     borders = [avoid(s, result.threshold) for s in result.statements]

@@ -3,6 +3,7 @@ is not measured is marked synthetic in the file and in every report."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -190,18 +191,14 @@ def read_map(
             f" {show(full, 'displacement')}. Check the unit in the heading and the motor."
         )
     synthetic = SYNTHETIC in " ".join((table.source, *table.table.comments)).lower()
-    return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, synthetic, tuple(notes)))
-
-
-def _with_thin_axes(m: LossMap) -> LossMap:
-    """The map with a finding for every axis that it has one level of."""
-    more = tuple(
+    m = LossMap(D, n, dp, T_f, full, table.source, synthetic)
+    notes += [
         f"one {AXIS_NAMES[name]} only ({show(float(m.axis(name)[0]), kind)}): how the loss depends on it cannot be"
         " determined from this map"
         for name, kind in AXES.items()
         if levels(m.axis(name)).max() == 0
-    )
-    return replace(m, findings=m.findings + more)
+    ]
+    return replace(m, findings=tuple(notes))
 
 
 def _in_range(table: Columns) -> None:
@@ -236,8 +233,12 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
     laws = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = laws[first](table.values[first])
     heading = quote(table.headings[first])
-    if first == "eta_hm":
-        _refuse_parts_of_1(table, heading)
+    best = float(np.nanmax(table.values[first])) if np.isfinite(table.values[first]).any() else math.inf
+    if first == "eta_hm" and best <= SPREADSHEET:  # parts of 1 under a heading in per cent, as spreadsheets write them
+        raise LogError(
+            f"{table.source}: column {heading} reads at most {100.0 * best:.2g} %, and no motor is that bad. Where the"
+            ' cells hold parts of 1, write the heading as "eta_hm [1]".'
+        )
     meaning = {
         "T_f": "torque loss",
         "T_shaft": "shaft torque of the driving motor",
@@ -249,16 +250,6 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
         notes.append(f"column {quote(table.headings[other])} not used; losses from it differ by up to {most}")
     return loss
-
-
-def _refuse_parts_of_1(table: Columns, heading: str) -> None:
-    """Refuse efficiencies that are written as parts of 1 under a heading in per cent, as spreadsheets do."""
-    eta = table.values["eta_hm"]
-    if np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
-        raise LogError(
-            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is"
-            ' that bad. Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
-        )
 
 
 def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
