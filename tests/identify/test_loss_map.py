@@ -7,7 +7,9 @@ import pytest
 from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.errors import LogError, StillhookError, UnitError
-from stillhook.identify.motor.map import LossMap, levels, read_map
+from stillhook.identify.motor.fit import LossModel
+from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map
+from stillhook.identify.motor.rank import compare_mapped
 from stillhook.units import from_display
 
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))
@@ -302,3 +304,52 @@ def test_a_written_synthetic_map_reads_back_and_stays_marked(tmp_path, made):
     assert "synthetic" in (tmp_path / "m.csv").read_text().splitlines()[0].lower()
     assert same(synthetic_map("A6VM215", seed=3), made)
     assert not same(synthetic_map("A6VM215", seed=4), made)
+
+
+@pytest.mark.parametrize("part", ["whole", "holes", "full displacement", "curve"])
+def test_mapped_model_passes_through_every_cell_and_calls_it_inside(made, part):
+    rng = np.random.default_rng(1)
+    m = {
+        "whole": made,
+        "holes": made.at(rng.random(len(made)) < 0.8),
+        "full displacement": made.full(),
+        "curve": made.full().at(made.full().dp_m == made.dp_m.max()),
+    }[part]
+    T_f, inside = mapped_loss(m)(m.omega_m, m.D_m, m.dp_m)
+    assert pytest.approx(m.T_f, rel=1e-9) == T_f
+    assert inside.all()
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_mapped_model_marks_extrapolation_and_holds_the_edge(made, holes):
+    m = made.at(np.random.default_rng(2).random(len(made)) < 0.9) if holes else made
+    law = mapped_loss(m)
+    edge, _ = law(m.omega_m.max(), m.D_m.max(), m.dp_m.max())
+    for factors in ((1.2, 1.0, 1.0), (1.0, 1.2, 1.0), (1.0, 1.0, 1.2)):
+        T_f, inside = law(*(f * x for f, x in zip(factors, (m.omega_m.max(), m.D_m.max(), m.dp_m.max()), strict=True)))
+        assert not inside
+        assert T_f == pytest.approx(edge, rel=0.05 if holes else 1e-9)
+    low, inside = law(10 * RPM, m.D_m.max(), m.dp_m.max())
+    assert not inside
+    assert low > 0.0
+
+
+def test_mapped_model_is_even_and_takes_arrays(made):
+    law = mapped_loss(made)
+    w, D = np.linspace(50.0, 250.0, 7), made.D_m.max()
+    assert np.array_equal(law(w, D, 2e7)[0], law(-w, D, -2e7)[0])
+    assert law(w, D, 2e7)[0].shape == (7,)
+
+
+def test_a_map_is_better_between_its_levels_and_a_model_beyond_them(made):
+    """Paper D section 2.1: "a mapping model ... very accurate results in the range", "the parametric will have a clear advantage" outside."""
+    found = compare_mapped(made, LossModel.MJ4)
+    assert found is not None
+    assert found.mapped_between < 3.0 * found.fitted_between
+    assert found.mapped_beyond > 3.0 * found.fitted_beyond
+
+
+def test_between_cells_the_mapped_model_is_between_them(made):
+    law = mapped_loss(made)
+    a, b = law(1000 * RPM, made.D_m.max(), 2e7)[0], law(1100 * RPM, made.D_m.max(), 2e7)[0]
+    assert law(1050 * RPM, made.D_m.max(), 2e7)[0] == pytest.approx(0.5 * (a + b), rel=1e-9)

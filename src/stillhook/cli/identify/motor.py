@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stillhook.identify.motor.identify import MotorLoss
 
 SET, REPORT, NUMBERS = "motor.toml", "report.html", "models.json"
-STEMS = ("terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
+STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
 OUT_FILES = (SET, REPORT, NUMBERS, *(f"{stem}.png" for stem in STEMS))
 MAP_HELP = (
     "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"

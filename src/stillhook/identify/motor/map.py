@@ -1,11 +1,11 @@
-"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop, read from a table. A map that
-is not measured is marked synthetic in the file and in every report."""
+"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop; read from a table, and
+interpolated. A map that is not measured is marked synthetic in the file and in every report."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -299,3 +299,77 @@ def _single(
         f" {apart:.3g} N m"
     )
     return settings[:, 0], settings[:, 1], settings[:, 2], mean
+
+
+SAME_POINT = 1.0e-9
+"""Relative: a setting that went through its unit and back is still on the edge of the map."""
+MappedLoss = Callable[[Any, Any, Any], tuple[FloatArray, BoolArray]]
+"""Torque loss [N m] and whether the point is inside the map, from omega_m, D_m and dp_m: floats or arrays, SI, even in
+omega_m and dp_m."""
+
+
+def mapped_loss(m: LossMap) -> MappedLoss:
+    """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
+
+    Parameters
+    ----------
+    m : LossMap
+        Cells of the map [SI].
+
+    Returns
+    -------
+    MappedLoss
+        Called with omega_m [rad/s], D_m [m^3/rad] and dp_m [Pa]: loss [N m], and where it is inside the map.
+
+    Raises
+    ------
+    LogError
+        For a map of one cell.
+
+    Notes
+    -----
+    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
+    With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
+    (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
+    those the nearest cell counts.
+    Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
+    """
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
+    from scipy.spatial import QhullError
+
+    cells = np.column_stack([m.axis(name) for name in AXES])
+    lo, hi = cells.min(axis=0), cells.max(axis=0)
+    used = np.flatnonzero(hi > lo)
+    if not len(used):
+        raise LogError(f"{m.source}: one cell cannot be interpolated. Give more of the map.")
+
+    def scaled(points: FloatArray) -> FloatArray:
+        return np.asarray((points[:, used] - lo[used]) / (hi[used] - lo[used]))
+
+    x = scaled(cells)
+    axes = [np.unique(column) for column in x.T]
+    if np.prod([len(a) for a in axes]) == len(x):
+        interpolated: Any = RegularGridInterpolator(axes, m.T_f[np.lexsort(x.T[::-1])].reshape([len(a) for a in axes]))
+    elif len(used) == 1:
+        order = np.argsort(x[:, 0])
+        interpolated = lambda q: np.interp(q[:, 0], x[order, 0], m.T_f[order])
+    else:
+        try:
+            interpolated = LinearNDInterpolator(x, m.T_f)
+        except QhullError:  # the settings move together: nothing is between the cells
+            interpolated = lambda q: np.full(len(q), np.nan)
+    nearest: Any = NearestNDInterpolator(x, m.T_f) if len(used) > 1 else None  # all of one axis is between its cells
+    slack = SAME_POINT * np.maximum(np.abs(lo), np.abs(hi))
+
+    def loss(omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
+        D, n, dp = np.broadcast_arrays(D_m, np.abs(omega_m), np.abs(dp_m))
+        points = np.column_stack([a.ravel() for a in (D, n, dp)])
+        inside = ((points >= lo - slack) & (points <= hi + slack)).all(axis=1)
+        limited = scaled(np.clip(points, lo, hi))
+        T_f = np.array(interpolated(limited), dtype=np.float64)
+        between_no_cells = np.isnan(T_f)
+        if between_no_cells.any():
+            T_f[between_no_cells] = nearest(limited[between_no_cells])
+        return T_f.reshape(D.shape), (inside & ~between_no_cells).reshape(D.shape)
+
+    return loss
