@@ -32,7 +32,7 @@ def friction(
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
     The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
-    second loop, keep_Y_2 and seed.
+    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
 
     Exit code 1 if the data cannot determine what a winch model needs.
 
