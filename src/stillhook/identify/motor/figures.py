@@ -117,8 +117,8 @@ def term_shares(result: MotorLoss) -> Figure:
     that of all terms.
     """
     omega, D, dp = _term_point(result)
-    ends = f"{show(float(omega[0]), 'rotation', 4)} to {show(float(omega[-1]), 'rotation', 4)}"
-    at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {ends}"
+    slow, fast = display(omega[[0, -1]], "rotation")
+    at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {slow:.0f} to {fast:.0f} rev/min"
     title = f"Share of each term in the summed loss at {at} (as paper A figure 6)"
     figure, axes = _panels(result, 1, 1, (9.0, 4.8), title, grid="y")
     ax, names, fits = axes[0, 0], list(dict.fromkeys(TERMS.values())), {r.model: r.fit for r in result.ranking.ranked}

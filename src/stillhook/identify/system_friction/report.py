@@ -279,9 +279,7 @@ def figures(result: Friction) -> Mapping[str, Picture]:
         out["second-loop-system"] = derived_system_friction(result, losses, title)
     if result.mapped is not None:
         losses = {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss}
-        title = (
-            "System friction derived with the fitted motor model and with the supplier's map itself (paper D figure 13)"
-        )
+        title = "System friction derived with the fitted motor model and with the supplier's map (as paper D figure 13)"
         out["model-and-map"] = derived_system_friction(result, losses, title)
     if result.campaign.synthetic:
         for figure in out.values():
