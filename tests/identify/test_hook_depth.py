@@ -113,8 +113,8 @@ def test_depth_and_height_of_the_tip_together_tell_the_wire_out_where_no_signal_
 @pytest.mark.parametrize(
     ("more", "s_w_0", "line"),
     [
-        ('depth = "-1 m"', 1030.0, 'depth = "-1 m": give how far the hook is below the water line, 0 m or more;'),
-        ('h_tip = "-1 m"', 1030.0, 'h_tip = "-1 m": give how high the crane tip is above the water line, 0 m or more.'),
+        ('depth = "-1 m"', 1030.0, 'depth = "-1 m": it must be greater than or equal to 0'),
+        ('h_tip = "-1 m"', 1030.0, 'h_tip = "-1 m": it must be greater than or equal to 0'),
         ('depth = "1000 m"', None, "depth: alone it does not determine the wire out. Give h_tip too, or s_w, or map"),
         ('h_tip = "30 m"', None, "h_tip: alone it does not determine the wire out. Give depth too, or s_w, or map"),
         ('s_w = "900 m"\ndepth = "1000 m"', None, "depth 1000 m: more than the wire out, 900 m. Check depth and s_w."),

@@ -6,18 +6,24 @@ import io
 import json
 import math
 import shutil
+from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 from trials.campaigns.friction import campaign_plan, write_campaign
+from trials.campaigns.motor_map import synthetic_map, write_map
 from trials.campaigns.plc_log import Instruments, noise_of
 
 from stillhook import Scenario, identify, load_crane, simulate
 from stillhook.cli import run
-from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y, motor_loss_at
+from stillhook.identify.system_friction.report import CAPTIONS, figures, report
+from stillhook.identify.system_friction.result import to_dict
 from stillhook.library import system_friction
 from stillhook.library.parameter_sets import Evidence, load_friction, load_losses, set_toml
+from stillhook.report.html import html
+from stillhook.units import parse
 
 pytestmark = pytest.mark.slow
 
@@ -44,7 +50,8 @@ def noisy(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(noisy):
-    return identify.friction(noisy.campaign, fit=identify.FitSettings(loops=1))
+    supplier = write_map(synthetic_map("A6VM215", seed=3), noisy.campaign.with_name("map.csv"))
+    return identify.friction(noisy.campaign, fit=identify.FitSettings(loops=1, map=str(supplier)))
 
 
 def with_fit(campaign, rows):
@@ -97,6 +104,39 @@ def test_least_squares_and_the_complex_method_agree(result):
         assert getattr(result.check.y_complex, n) == pytest.approx(getattr(result.check.y_grid, n), rel=1e-3), n
 
 
+def test_the_suppliers_map_is_compared_with_the_fitted_model(result):
+    """Paper D figure 13: alike inside the map; most pairs are slower than its first speed, where its edge is held."""
+    found, points = to_dict(result)["map"], result.points
+    assert found["source"] == "map.csv"
+    assert found["outside"] > 0.5
+    assert found["rms_map"] > 3.0 * found["rms_model"]
+    assert found["system"].keys() == set(Y_NAMES)
+    inside = points.where((points.omega > parse("500 rev/min", "rotation")) & (points.dp_down > 5e6))
+    assert len(inside) > 50
+    of_map, of_model = (motor_loss_at(inside, loss) for loss in (result.mapped.loss, result.loss))
+    assert of_map == pytest.approx(of_model, rel=0.2)
+
+
+def test_a_report_has_the_thesiss_figures_the_map_and_the_correlations(result):
+    made = figures(result)
+    assert list(made) == [
+        "friction-pressure",
+        "friction-torque",
+        "system-friction",
+        "model-against-measured",
+        "error",
+        "second-loop-motor",
+        "second-loop-system",
+        "model-and-map",
+    ]
+    assert made.keys() == CAPTIONS.keys()
+    count = sum(len(line.get_xdata()) for line in made["model-against-measured"].axes[0].get_lines()[:-1])
+    assert count == len(result.points)
+    page = html(report(result, {}))
+    assert "Correlation of the fitted parameters" in page
+    assert "The supplier's map instead of the fitted model" in unescape(page)
+
+
 def test_a_full_campaign_is_usable_and_says_where_it_holds(result):
     assert result.usable
     assert result.campaign.synthetic
@@ -146,7 +186,7 @@ def test_the_report_is_one_page_with_its_pictures_inside(written):
     page = (written[0] / "report.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>")
     assert "SYNTHETIC: these logs were simulated, not measured." in page
-    assert page.count("data:image/png;base64,") >= 3 + 12
+    assert page.count("data:image/png;base64,") >= 5 + 12
     assert 'src="http' not in page
     assert "<script" not in page
 
@@ -314,7 +354,9 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
     ("fit", "options", "line"),
     [
         ('keep_Y_2 = "perhaps"', [], 'fit.keep_Y_2 = "perhaps"'),
+        ('variant = "simplex"', [], 'fit.variant = "simplex"'),
         ('like = "crane-9"', [], "crane-9"),
+        ('map = "none.csv"', [], "none.csv"),
         ("loops = 11", [], "fit.loops = 11"),
         ("", ["--out", "campaign-file-below/x"], "campaign-file-below"),
         ("", ["--loops", "1"], "--loops: moved. Write fit.loops in the campaign file."),

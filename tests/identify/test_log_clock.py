@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from tests.identify.refusals import refused
 
-from stillhook.errors import LogError
 from stillhook.logs.log import mapping_from, read_log
 
 REV = 2.0 * np.pi / 60.0
@@ -26,13 +26,6 @@ def by_two_clocks(staircase, offset, drift):
     stamps = staircase["time"] * (1.0 + drift)
     late = {name: np.interp(staircase["time"] + offset, staircase["time"], staircase[name]) for name in ("p_a", "p_b")}
     return staircase.with_columns(**late, T2=stamps)
-
-
-def said(path, rows):
-    with pytest.raises(LogError) as caught:
-        read_log(path, rows)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 @pytest.mark.thorough
@@ -62,7 +55,7 @@ def test_offset_and_drift_are_found_and_repaired(tmp_path, make_staircase, offse
 def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase):
     rng = np.random.default_rng(2)
     noise = staircase.with_columns(p_a=150 + rng.standard_normal(len(staircase)), T2=staircase["time"])
-    text = said(noise.write(tmp_path / "noise.csv"), mapping())
+    text = refused(read_log, noise.write(tmp_path / "noise.csv"), mapping())
     assert text.startswith('noise.csv: clock "T2" of p_a, p_b: its offset cannot be found: a correlation of 0.')
     assert text.endswith(
         "connects its signals with those of the main clock. Log a signal with both clocks, or remove `clock`."
@@ -72,7 +65,9 @@ def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase
 @pytest.mark.slow
 def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircase):
     """Half a period apart both directions fit equally well, and neither offset is near the start of the file."""
-    text = said(by_two_clocks(make_staircase(400.0, regular=True), 12.0, 0.0).write(tmp_path / "even.csv"), mapping())
+    text = refused(
+        read_log, by_two_clocks(make_staircase(400.0, regular=True), 12.0, 0.0).write(tmp_path / "even.csv"), mapping()
+    )
     assert "its offset cannot be found: the motion repeats, so that" in text
     assert text.endswith("fit equally well. Give a log with moves that differ.")
 
@@ -90,14 +85,14 @@ def test_of_offsets_that_fit_alike_the_one_at_the_start_is_taken_and_told(tmp_pa
 def test_a_clock_that_is_set_during_the_log_is_refused(tmp_path, make_staircase):
     staircase = make_staircase(400.0)
     stamps = staircase["time"] + np.where(staircase["time"] > 200.0, 2.0, 0.0)
-    text = said(staircase.with_columns(T2=stamps).write(tmp_path / "set.csv"), mapping())
+    text = refused(read_log, staircase.with_columns(T2=stamps).write(tmp_path / "set.csv"), mapping())
     assert "its drift is not steady" in text or "cannot be found" in text
 
 
 @pytest.mark.slow
 def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, staircase):
     rows = {name: row for name, row in mapping().items() if name in ("time", "p_a", "p_b")}
-    text = said(staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)
+    text = refused(read_log, staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)
     assert text == "x.csv: every signal has its own clock. Leave out `clock` where a signal is stamped by time."
 
 

@@ -176,6 +176,18 @@ def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(re
         assert "SYNTHETIC" in figure.get_suptitle()
     points = [line for ax in made["model-and-map"].axes for line in ax.get_lines() if line.get_marker() == "."]
     assert {float(y) for line in points for y in line.get_ydata()} <= {float(t) for t in result.map.T_f}
+    bars = made["ranking"].axes[1].patches
+    assert sorted(b.get_height() for b in bars) == sorted(r.fit.normalised for r in result.ranking.ranked)
+
+
+def test_term_shares_are_of_the_whole(result):
+    """Paper A figure 6: turbulent and constant losses are the largest of MJ4."""
+    ax = figures(result)["terms"].axes[0]
+    shares = np.array([p.get_height() for p in ax.patches]).reshape(3, -1)
+    assert shares.sum(axis=1) == pytest.approx([100.0] * 3)
+    names = [t.get_text() for t in ax.get_xticklabels()]
+    largest = {names[i] for i in np.argsort(shares[0])[-2:]}
+    assert largest == {"turbulent", "constant"}
 
 
 @pytest.mark.thorough
@@ -188,7 +200,7 @@ def test_figures_and_report_come_out_of_odd_maps_too(small, part):
     }[part]
     found = identify_motor(m)
     page = html(report(found, {stem: png(f) for stem, f in figures(found).items()}))
-    assert page.count("<img") == 4
+    assert page.count("<img") == 6
     if part == "one pressure":
         assert not found.usable
         assert "cannot be distinguished" in page
@@ -256,12 +268,3 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert told[-1].startswith("error: ")
     assert part in told[-1]
     assert "Traceback" not in "".join(told)
-
-
-def test_a_synthetic_map_is_that_of_its_seed(tmp_path):
-    texts = [
-        write_map(synthetic_map("A6VM170", seed=seed), tmp_path / f"{i}.csv").read_text(encoding="utf-8")
-        for i, seed in enumerate((2, 2, 3))
-    ]
-    assert texts[0] == texts[1] != texts[2]
-    assert "SYNTHETIC" in texts[0].splitlines()[0]

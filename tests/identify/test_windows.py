@@ -220,12 +220,6 @@ def test_the_step_of_a_converter_is_found_and_set_speeds_are_not_taken_for_one(n
     assert converter_step(np.repeat(np.random.default_rng(1).uniform(0.0, 1000.0, 60), 50)) == 0.0
 
 
-def test_a_named_resolution_counts() -> None:
-    log = staircase(effort_noise=0.0)
-    found = find(log, settings=WindowSettings(resolution={"dp_m": 1.0 * BAR}))
-    assert all(w.u_effort >= BAR / math.sqrt(12.0) for w in found.windows)
-
-
 # ---- uncertainty of a mean
 
 
@@ -373,14 +367,10 @@ def test_doubtful_pressures_are_left_out_and_named(kind: str) -> None:
     assert len(found.windows) == 3
 
 
-def test_a_lost_speed_is_told() -> None:
+def test_a_lost_speed_is_told_and_single_missing_samples_do_no_harm() -> None:
     log = staircase((800.0,), **NOISE)
     lost = with_signals(log, omega_m=np.where(log.t < 17.0, np.nan, log.signals["omega_m"]))
     assert "no speed to trust for 17 s" in one(find(lost), "missing")
-
-
-def test_single_missing_samples_do_no_harm() -> None:
-    log = staircase((800.0,), **NOISE)
     e = log.signals["dp_m"].copy()
     e[::37] = np.nan
     assert len(find(with_signals(log, dp_m=e)).windows) == 2
@@ -411,32 +401,25 @@ def test_steps_without_a_stop_between_them_are_told_apart_by_speed_and_by_comman
 # ---- words and limits
 
 
-@pytest.mark.parametrize("more", [{"command": "u_q"}, {"held": ("u_q",)}])
-def test_a_signal_that_the_log_does_not_have_is_named(more: dict) -> None:
-    line = refused(find, staircase((800.0,)), error=IdentifyError, **more)
-    assert line == 'stairs.csv: no signal "u_q". It has dp_m, omega_m. Name it in the mapping.'
-
-
 @pytest.mark.parametrize(
-    ("settings", "words"),
+    ("call", "more", "words"),
     [
-        ({"least_length": "-1 s"}, "least_length"),
-        ({"least_length": 2.0}, "a bare number"),
-        ({"speed_drift": 0.0}, "speed_drift"),
-        ({"wrong": 1}, "wrong"),
+        (find, {"command": "u_q"}, 'no signal "u_q". It has dp_m, omega_m. Name it in the mapping.'),
+        (find, {"held": ("u_q",)}, 'no signal "u_q". It has dp_m, omega_m. Name it in the mapping.'),
+        (lambda log: steady_windows(log, "omega_m", np.zeros(3)), {}, "Give one for each bin"),
+        (lambda _, **settings: WindowSettings(**settings), {"least_length": "-1 s"}, "least_length"),
+        (lambda _, **settings: WindowSettings(**settings), {"least_length": 2.0}, "a bare number"),
+        (lambda _, **settings: WindowSettings(**settings), {"speed_drift": 0.0}, "speed_drift"),
+        (lambda _, **settings: WindowSettings(**settings), {"wrong": 1}, "wrong"),
+        (lambda _: WindowSettings(least_speed="20 bar").slowest(), {}, "write a speed such as"),
     ],
 )
-def test_settings_are_refused_with_a_reason(settings: dict, words: str) -> None:
-    assert words in refused(WindowSettings, error=IdentifyError, **settings)
+def test_signals_and_settings_are_refused_with_a_reason(call: Callable[..., Any], more: dict, words: str) -> None:
+    assert words in refused(call, staircase((800.0,)), error=IdentifyError, **more)
 
 
 def test_a_least_speed_is_a_rotation_or_a_travel() -> None:
     assert WindowSettings(least_speed="2 m/min").slowest() == pytest.approx(2.0 / 60.0)
-    assert "write a speed such as" in refused(WindowSettings(least_speed="20 bar").slowest)
-
-
-def test_an_effort_array_of_another_length_is_refused() -> None:
-    assert "Give one for each bin" in refused(steady_windows, staircase((800.0,)), "omega_m", np.zeros(3))
 
 
 def test_pauses_and_ramps_are_not_reported_as_rejected_stretches():

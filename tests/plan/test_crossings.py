@@ -56,14 +56,15 @@ def plan_of(kind, scale, seed, runs=10):
     )
     predicted = offset + rng.normal(0.0, 0.3) + rng.normal(0.0, 0.1, c)
     about, column, ln_F, beyond = predicted, [], [], []
-    for _ in range(runs // 2):
+    for k in range(runs // 2):
         f = rng.normal(0.0, SPREAD, (c, 2))
         ln_H = about[:, None] - f + 0.1 * rng.standard_normal((c, 2))
         crossed = offset[:, None] - f + scale * residual(kind, rng, (c, 2))
         column += np.repeat(np.arange(c), 2).tolist()
         ln_F += (ln_H + f).ravel().tolist()
         beyond += (ln_H > crossed).ravel().tolist()
-        fit = fit_crossings(Crossings(np.array(column), np.array(ln_F), np.array(beyond)), PERIOD, ANGLE, predicted)
+        made, last = Crossings(np.array(column), np.array(ln_F), np.array(beyond)), k == runs // 2 - 1
+        fit = fit_crossings(made, PERIOD, ANGLE, predicted, coarse=not last)  # enough to place runs
         about = fit.offsets
     found = fit.limits(rng.normal(0.0, SPREAD, (c, 1000)), np.full(c, ALLOWED))
     return found.value - truth, (found.low <= truth) & (truth <= found.high), 0.5 * (found.high - found.low)

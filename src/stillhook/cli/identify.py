@@ -4,6 +4,7 @@ tests, friction over speed of any machine that was run to and fro in steps."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from stillhook.identify.system_friction.measure import Measured
     from stillhook.logs.log import Log
 
-STEMS = ("terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
+STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
 MOTOR_FILES = ("motor.toml", "report.html", "models.json", *(f"{stem}.png" for stem in STEMS))
 MAP_HELP = (
     "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
@@ -116,7 +117,7 @@ def friction(
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
     The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
-    second loop, keep_Y_2 and seed.
+    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
 
     Exit code 1 if the data cannot determine what a winch model needs.
 
@@ -210,7 +211,7 @@ def curve(
         read, speed=speed, effort=effort, position=position, command=command, settings=settings.steady
     )
     picture, table, numbers = CURVE_FILES
-    answer = {**result.to_dict(), "findings": [f.to_dict() for f in read.findings]}
+    answer = {**result.to_dict(), "findings": [asdict(f) for f in read.findings]}
     files = {table: _csv(result), numbers: result.to_dict()}
     pictures = lambda: {picture: curve_figure(result, read, effort)}
     present(answer, lambda: _print_curve(result, describe(read)), out, files, json=json, pictures=pictures)

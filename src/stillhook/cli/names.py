@@ -101,6 +101,8 @@ MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
         like="fit.like",
         keep_Y_2="fit.keep_Y_2",
         loops="fit.loops",
+        map="fit.map",
+        variant="fit.variant",
         seed="fit.seed",
     ),
     ("identify", "curve"): _in(

@@ -2,6 +2,7 @@ from stillhook.identify.curve import friction_curve as friction_curve
 from stillhook.identify.motor.identify import MotorLoss as MotorLoss
 from stillhook.identify.motor.identify import identify_motor as identify_motor
 from stillhook.identify.motor.map import LossMap as LossMap
+from stillhook.identify.motor.map import mapped_loss as mapped_loss
 from stillhook.identify.motor.map import read_map as read_map
 from stillhook.identify.system_friction.campaign import Campaign as Campaign
 from stillhook.identify.system_friction.campaign import FitSettings as FitSettings

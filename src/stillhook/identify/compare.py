@@ -17,6 +17,7 @@ from stillhook.errors import IdentifyError
 from stillhook.library.parameter_sets import Evidence, FrictionSet
 from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
+from stillhook.report.kit import axis, display, legend, panels
 from stillhook.report.plots.colours import COLOURS
 from stillhook.spec.crane import Crane, SystemFriction
 from stillhook.statistics.estimate import t_factor
@@ -153,37 +154,34 @@ def figure(splits: Sequence[Split], T_d: float, description: str = "") -> Figure
 
     Source of the arrangement: Moslatt 2020 paper D figure 8. description: in words, what gives the drum torque.
     """
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     caption = "\n".join(
         line
         for s in splits
         for line in textwrap.wrap(f"{s.item.name}: {'; '.join(provenance(s.item))}", 130, subsequent_indent="    ")
     )
-    picture = Figure(figsize=(10.0, 8.2 + 0.17 * caption.count("\n")), layout="constrained")
-    axes = picture.subplots(2, 2, sharex=True, sharey=True).ravel()
-    for name, ax in zip(PARTS, axes, strict=True):
+    torque = f"drum torque {in_display(T_d, 'drum_torque'):.4g} kN m"
+    title = f"System friction at {torque}{f' ({description})' if description else ''}"
+    size = (10.0, 8.2 + 0.17 * caption.count("\n"))
+    picture, axes = panels(2, 2, size, title, sharex=True, sharey=True)
+    for name, ax in zip(PARTS, axes.flat, strict=True):
         for colour, s in zip(COLOURS * (1 + len(splits) // len(COLOURS)), splits, strict=False):
-            n = s.omega * 30.0 / np.pi
+            n = display(s.omega, "rotation")
             ax.plot(n, np.where(s.inside, s.part(name), np.nan), color=colour, lw=1.6, label=s.item.name)
             ax.plot(n, np.where(s.inside, np.nan, s.part(name)), color=colour, lw=1.2, ls=":")
             if name == "total" and s.half is not None:
                 ax.fill_between(
                     n, s.total - s.half, s.total + s.half, color=colour, alpha=0.2, lw=0.0, label=f"{s.item.name}, 95 %"
                 )
-        ax.set_title(name, fontsize="medium")
-        ax.grid(alpha=0.3)
-    axes[0].set_ylim(bottom=0.0)
-    axes[0].set_xlim(0.0, FASTEST)
-    for ax in axes[2:]:
-        ax.set_xlabel("motor speed [rev/min]")
-    for ax in axes[::2]:
-        ax.set_ylabel("friction torque per motor shaft [N m]")
+        axis(ax, title=name)
+    axes[0, 0].set_ylim(bottom=0.0)
+    axes[0, 0].set_xlim(0.0, FASTEST)
+    for ax in axes[1]:
+        axis(ax, "motor speed [rev/min]")
+    for ax in axes[:, 0]:
+        axis(ax, y="friction torque per motor shaft [N m]")
     if not all(s.inside.all() for s in splits):
-        axes[0].plot([], [], color="#777777", lw=1.2, ls=":", label="beyond the data of its set")
-    axes[0].legend(fontsize="small", frameon=False)
-    torque = f"drum torque {in_display(T_d, 'drum_torque'):.4g} kN m"
-    picture.suptitle(f"System friction at {torque}{f' ({description})' if description else ''}", fontsize="medium")
+        axes[0, 0].plot([], [], color="#777777", lw=1.2, ls=":", label="beyond the data of its set")
+    legend(axes[0, 0])
     picture.supxlabel(caption, fontsize="x-small", x=0.02, ha="left")
     return picture
 

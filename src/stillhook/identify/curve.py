@@ -23,6 +23,7 @@ from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.log import Log
+from stillhook.report.kit import axis, canvas, legend, panels
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
 from stillhook.statistics.estimate import NORMAL_95, Estimate
@@ -55,9 +56,9 @@ class CurvePoint:
     """Friction at one speed, from one stretch of each direction; SI of the signals.
 
     ``speed`` mean magnitude of both; ``friction`` half the difference, ``load`` half the sum of effort; ``u_friction``,
-    ``u_load`` standard uncertainties; ``u_visit`` the part of u_friction by which visits differ (place, time,
-    temperature), which no single visit shows; ``way`` ends of the positions that both passed, ``load_way`` load at
-    these ends (none without position).
+    ``u_load`` standard uncertainties, that of friction with what visits differ by (place, time, temperature), which no
+    single visit shows; ``way`` ends of the positions that both passed, ``load_way`` load at these ends (none without
+    position).
     """
 
     speed: float
@@ -69,7 +70,6 @@ class CurvePoint:
     down: Window
     way: tuple[float, float] | None = None
     load_way: tuple[float, float] | None = None
-    u_visit: float = 0.0
 
     @property
     def estimate(self) -> Estimate:
@@ -126,7 +126,6 @@ class CurveSettings(NamedTuple):
 
 
 def curve_settings(mapping: Path) -> CurveSettings:
-    """The settings of a mapping file. Errors: IdentifyError, SpecError of one line."""
     return read_toml(mapping, FileKind.MAPPING, IdentifyError, _settings)
 
 
@@ -249,7 +248,7 @@ def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
     beyond = off**2 - u[1:-1] ** 2 - ((1.0 - part) * u[:-2]) ** 2 - (part * u[2:]) ** 2
     variance = max(float(np.sum(beyond) / np.sum(shares)), 0.0)
     u_visit = float(np.sqrt(variance)) * students_factor(float(len(off)))
-    return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit)), u_visit=u_visit) for p in by_speed)
+    return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit))) for p in by_speed)
 
 
 def _place_by_place(
@@ -314,7 +313,6 @@ def _on_common_way(
 
 
 def _no_point(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
-    """Why there is nothing to compare, and what to do."""
     every = (*unpaired, *steady.rejected)
     longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
     shorter = (
@@ -342,11 +340,8 @@ def window_figure(
     log: Log, speed: str, effort: str, steady: Steady, unpaired: Sequence[Rejected], title: str
 ) -> Figure:
     """Speed and effort over time with the stretches, see `draw_windows`."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(12.0, 6.5), layout="constrained")
-    draw_windows(figure.subplots(2, 1, sharex=True), log, speed, effort, steady, unpaired=unpaired)
-    figure.suptitle(title, fontsize="medium")
+    figure, axes = panels(2, 1, (12.0, 6.5), title, sharex=True)
+    draw_windows(axes[:, 0].tolist(), log, speed, effort, steady, unpaired=unpaired)
     return figure
 
 
@@ -382,9 +377,7 @@ def draw_windows(
 
 def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray) -> Figure:
     """Speed and effort over time with the stretches that were used, and friction over speed with 95 % intervals."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12.0, 10.5), layout="constrained")
+    figure = canvas(12.0, 10.5, curve.source)
     grid = figure.add_gridspec(3, 1, height_ratios=(1.0, 1.0, 1.4))
     above = figure.add_subplot(grid[0])
     below = figure.add_subplot(grid[1], sharex=above)
@@ -396,13 +389,10 @@ def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray) -> Fi
     label = "half the difference of both directions, 95 %"
     ax = figure.add_subplot(grid[2])
     ax.errorbar(v, F, yerr=half, fmt="o-", color=COLOURS[0], lw=1.0, ms=4.0, capsize=3.0, label=label)
-    ax.set_xlim(left=0.0)
+    axis(ax, labelled("speed", kind_v), labelled("friction", kind_e), zero="x")
     ax.set_ylim(bottom=min(0.0, float(np.min(F - half))))
-    ax.set_xlabel(labelled("speed", kind_v))
-    ax.set_ylabel(labelled("friction", kind_e))
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small")
-    figure.suptitle(curve.source, fontsize="medium")
+    legend(ax)
     return figure
 
 

@@ -26,27 +26,13 @@ class LoggedTest(Spec):
     name: Text | None = Field(default=None, description="its name; default its number")
     log: Text = Field(description="path of its log, seen from this file")
     s_w: u.Length | None = Field(default=None, ge=0, description="wire out at the start")
-    depth: u.Length | None = Field(default=None, description="of the hook below the water line at the start")
-    h_tip: u.Length | None = Field(default=None, description="height of the crane tip above the water line")
+    depth: u.Length | None = Field(
+        default=None, ge=0, description="of the hook below the water line at the start; of a hook in air give h_tip"
+    )
+    h_tip: u.Length | None = Field(default=None, ge=0, description="height of the crane tip above the water line")
     signals: Mapping[str, Any] | None = Field(default=None, description="columns of its log")
     start: u.Time = Field(default=-math.inf, description="begin of the part of the log that counts")
     end: u.Time = Field(default=math.inf, description="end of the part of the log that counts")
-
-    @field_validator("depth")
-    @classmethod
-    def _under_water(cls, depth: float | None) -> float | None:
-        if depth is not None and depth < 0.0:
-            raise ValueError(
-                "give how far the hook is below the water line, 0 m or more; for a hook in air give h_tip instead."
-            )
-        return depth
-
-    @field_validator("h_tip")
-    @classmethod
-    def _in_air(cls, h_tip: float | None) -> float | None:
-        if h_tip is not None and h_tip < 0.0:
-            raise ValueError("give how high the crane tip is above the water line, 0 m or more.")
-        return h_tip
 
     @field_validator("end")
     @classmethod

@@ -67,7 +67,6 @@ class Fit:
     """Another offset that fits as well [s]; this one was taken because both clocks began with the file."""
 
     def to_main(self, t: FloatArray) -> FloatArray:
-        """Times of the other clock in the main one [s]."""
         return self.offset + (1.0 + self.drift) * t
 
 
@@ -294,7 +293,6 @@ class Merged:
     clocks: list[OtherClock] = field(default_factory=list)
 
     def put(self, column: Column, values: FloatArray, doubtful: BoolArray, runs: tuple[Run, ...]) -> None:
-        """A signal on the bins."""
         self.watched[column.signal.name] = Watched(column.signal, values, column.watch, runs)
         self.doubtful[column.signal.name] = doubtful
 

@@ -134,7 +134,6 @@ def checked(track: Track) -> Checked:
 
 
 def counted(number: int, noun: str) -> str:
-    """A number of things: "1 sample", "2 samples"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -189,7 +188,6 @@ def _impossible(out: Checked, column: Column) -> None:
 
 
 def _check_unit(column: Column) -> str:
-    """What to do about values that a signal cannot have."""
     unit, heading = quote(column.unit), quote(column.signal.column)
     return f"Check the unit {unit} of column {heading} in the mapping, or its scale."
 

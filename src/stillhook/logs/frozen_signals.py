@@ -148,7 +148,6 @@ def _while_moving(
 
 
 def _shows_motion(t: FloatArray, other: Watched, part: slice) -> bool:
-    """Whether a signal says that the winch turns."""
     values = other.values[part]
     good = np.isfinite(values)
     if good.sum() < 2:
@@ -163,7 +162,6 @@ def _shows_motion(t: FloatArray, other: Watched, part: slice) -> bool:
 
 
 def _noise(values: FloatArray) -> float:
-    """Median step from bin to bin."""
     steps = np.abs(np.diff(values))
     return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
 

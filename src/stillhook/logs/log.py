@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -71,7 +71,6 @@ class Clock:
 
     @property
     def dated(self) -> bool:
-        """Whether its stamps state the date."""
         return self.want.stamps is not None and (self.want.stamps == STAMPS or "%d" in self.want.stamps)
 
     def seconds(self, chunk: Chunk) -> FloatArray:
@@ -288,7 +287,6 @@ def _spacing(source: Source, clock: Clock) -> float:
 
 
 def stream(source: Source, tracks: Tracks, size: int, progress: Callable[[float], None]) -> None:
-    """All samples of a log through its tracks, in pieces of about `size` bytes."""
     bases = list(dict.fromkeys(clock.base for clock in tracks.tracks))
     for done, base in enumerate(bases):
         on_base = [(clock, track) for clock, track in tracks.tracks.items() if clock.base == base]
@@ -439,7 +437,7 @@ def to_dict(log: Log) -> dict[str, Any]:
         "bins": len(log.t),
         "signals": list(log.signals),
         "gaps": [list(gap) for gap in log.gaps],
-        "findings": [finding.to_dict() for finding in log.findings],
+        "findings": [asdict(finding) for finding in log.findings],
     }
 
 

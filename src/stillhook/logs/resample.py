@@ -53,8 +53,6 @@ def on_stretches(values: FloatArray, starts: NDArray[np.intp]) -> FloatArray:
 
 @dataclass
 class Column:
-    """A signal and how its raw numbers become SI."""
-
     signal: Signal
     want: Want
     factor: float
@@ -216,7 +214,7 @@ class Track:
         wide = stretches(index, self.every)
         starts = np.flatnonzero(np.diff(wide, prepend=wide[0] - 1)) if len(wide) else np.empty(0, np.intp)
         at, number = _joined(self._at, np.float64), _joined(self._number, np.int64)
-        return Binned(index, index.astype(np.float64) * self.every, means, missing, at, number, wide, starts)
+        return Binned(index.astype(np.float64) * self.every, means, missing, at, number, wide, starts)
 
 
 def _joined(parts: list[Any], dtype: type) -> Any:
@@ -228,10 +226,9 @@ def _joined(parts: list[Any], dtype: type) -> Any:
 
 @dataclass(frozen=True)
 class Binned:
-    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in
+    """The bins of a track: centre [s], means and missing samples by column; mean stamp of the samples in
     each bin [s] and their number; the stretch that each bin belongs to, and the bin that each stretch starts with."""
 
-    index: NDArray[np.int64]
     t: FloatArray
     means: list[FloatArray]
     missing: list[NDArray[np.int32]]

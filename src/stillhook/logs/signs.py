@@ -124,7 +124,6 @@ def _fewest(relations: Sequence[Relation]) -> list[tuple[str, ...]]:
 
 
 def _reason(names: Sequence[str], broken: Sequence[Relation]) -> str:
-    """Why these signals are to be turned: which others they contradict."""
     pairs = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
     against = list(dict.fromkeys(other if one in names else one for one, other in pairs))
     if PRESSURE in names or against == [PRESSURE]:

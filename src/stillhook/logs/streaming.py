@@ -52,8 +52,6 @@ class Rail:
 
 @dataclass
 class Watch:
-    """One signal, its samples in SI."""
-
     signal: Signal
     limit: float
     """Magnitude that no sample can have [SI]."""
@@ -194,7 +192,6 @@ class Watch:
             self.runs.append(Run(start, end, samples, value))
 
     def finish(self) -> None:
-        """Ends the last run."""
         self._note(self._start, self._end, self._samples, self._value)
 
 

@@ -7,8 +7,8 @@ repaired or noted.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,10 +65,6 @@ class Finding:
     action: Action
     text: str
     """One clear line."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """The finding as plain data for JSON."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

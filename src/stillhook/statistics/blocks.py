@@ -159,7 +159,6 @@ class Fit:
 
     @property
     def blocks(self) -> int:
-        """Number of blocks."""
         return len(self.leave_out)
 
     @property

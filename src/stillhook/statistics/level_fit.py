@@ -401,7 +401,6 @@ def _kurtosis(z: FloatArray, w: FloatArray) -> float:
 
 
 def _mean(x: FloatArray, w: FloatArray) -> float:
-    """Mean of numbers with weights."""
     return float(x @ w) / float(w.sum())
 
 

@@ -78,7 +78,6 @@ class LossCard:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters in the order of the record."""
         return self.record._fields  # type: ignore[no-any-return]
 
     @property
@@ -150,8 +149,6 @@ class LossFit:
     at_bound: tuple[str, ...]
     confounded: tuple[tuple[str, ...], ...]
     """Groups of parameters that the map cannot distinguish; the later ones of a group are held at 0."""
-    residuals: FloatArray
-    """Map less model [N m]."""
     rms: float
     """Root mean square of the residuals [N m]."""
     rms_share: float
@@ -324,7 +321,6 @@ def _result(
         covariance / np.outer(scale, scale),
         at_bound,
         groups,
-        residuals,
         rms,
         rms / float(m.T_N.mean()),
         SSR / float(m.T_f @ m.T_f),

@@ -20,9 +20,11 @@ from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap
 from stillhook.identify.motor.rank import (
     THRESHOLD,
     Borrowed,
+    Compared,
     Ranking,
     Statement,
     borrowed,
+    compare_mapped,
     levels_of,
     not_to_be_used,
     rank_losses,
@@ -63,6 +65,8 @@ class MotorLoss:
     by_levels: bool
     notes: tuple[str, ...]
     others: tuple[Borrowed, ...]
+    mapped: Compared | None
+    """The interpolated map against `model`; None where no level can be left out."""
     like: str | None
     """Motor that lends what a map does not contain."""
 
@@ -140,6 +144,7 @@ def identify_motor(
         spread is not None,
         (*_doubts(others), *_notes(m, fit, mj4)),
         others,
+        compare_mapped(m, chosen),
         lender,
     )
 
@@ -170,7 +175,6 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
 
 
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
-    """What the map cannot determine, about the model and about MJ4."""
     both = (fit,) if fit.model is mj4.model else (fit, mj4)
     lines = [f"{f.card.title}: {line}" for f in both for line in indeterminate(f)]
     ends = ", ".join(" to ".join(show(x, kind, 4) for x in m.range()[name]) for name, kind in AXES.items())
@@ -261,6 +265,7 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "notes": list(result.notes),
         "mj4_covariance": result.covariance.tolist(),
         "mj4_covariance_by_levels": result.by_levels,
+        "interpolated_map": None if result.mapped is None else asdict(result.mapped),
         "other_motors": [asdict(o) for o in result.others],
         "models": [
             {
@@ -317,10 +322,14 @@ SYNTHETIC = (
     " one."
 )
 CAPTIONS = {
+    "ranking": (
+        "Error of each model, number of parameters in brackets. Below right: error on levels that the fit has not seen."
+    ),
+    "terms": "What the loss is made of, summed over the speeds.",
     "terms-over-speed": "What the loss is made of, over the speed.",
     "residuals-over-speed": "Map less model. Grey: the threshold. Above: half displacement and more; below: less.",
     "residuals-over-map": "Largest error in each box; the other setting takes all its values.",
-    "model-and-map": "Dashed: the model beyond the map.",
+    "model-and-map": "Dashed: the model beyond the map. Dotted: the interpolated map, which holds its edge there.",
 }
 
 
@@ -360,7 +369,6 @@ def _parameters(result: MotorLoss, fit: LossFit) -> list[list[str]]:
 
 
 def _verdict(result: MotorLoss) -> Verdict:
-    """Whether a model of this motor comes from the map."""
     share = usable_share(result.map, result.fit, result.threshold)
     within, cells = percent_fixed(result.threshold, 1), percent_fixed(share, 1)
     text = f"{result.fit.card.title} is within {within} of nominal torque on {cells} of the map's cells."
@@ -383,6 +391,19 @@ def _twin(result: MotorLoss) -> str:
     )
 
 
+def _mapped(result: MotorLoss) -> str:
+    """How the interpolated map compares with the model on levels that were left out."""
+    c = result.mapped
+    if c is None:
+        return "Interpolated map: too few levels to compare it with the model."
+    between = f"{percent_fixed(c.mapped_between)} against {percent_fixed(c.fitted_between)}"
+    beyond = f"{percent_fixed(c.mapped_beyond)} against {percent_fixed(c.fitted_beyond)}"
+    return (
+        f"Interpolated map against {result.fit.card.title}, on levels left out, in % of the mean nominal torque:"
+        f" between the other levels {between}; beyond them, where the map holds its edge, {beyond}."
+    )
+
+
 def _map(m: LossMap) -> list[str]:
     count = levels_of(m)
     ends = [
@@ -393,7 +414,7 @@ def _map(m: LossMap) -> list[str]:
 
 
 def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
-    """The report; pictures (PNG) by the stems of `motor_figures.figures`."""
+    """The report; pictures (PNG) by the stems of `stillhook.identify.motor.figures.figures`."""
     r, card = result.ranking, result.fit.card
     best = next(i for i, x in enumerate(r.ranked) if x.model is result.model)
     borders = [avoid(s, result.threshold) for s in result.statements]
@@ -413,6 +434,7 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
         ),
         *_mj4(result),
         Section("Where it must not be used", [Bullets([*(borders or [nowhere]), *result.notes])]),
+        Section("The map itself as a model", [Text(_mapped(result))]),
         Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, others)]),
         *([Section("Figures", [Figure(png, CAPTIONS[stem]) for stem, png in pictures.items()])] if pictures else []),
     ]

@@ -1,10 +1,11 @@
-"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop, read from a table. A map that
-is not measured is marked synthetic in the file and in every report."""
+"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop; read from a table, and
+interpolated. A map that is not measured is marked synthetic in the file and in every report."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -190,18 +191,14 @@ def read_map(
             f" {show(full, 'displacement')}. Check the unit in the heading and the motor."
         )
     synthetic = SYNTHETIC in " ".join((table.source, *table.table.comments)).lower()
-    return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, synthetic, tuple(notes)))
-
-
-def _with_thin_axes(m: LossMap) -> LossMap:
-    """The map with a finding for every axis that it has one level of."""
-    more = tuple(
+    m = LossMap(D, n, dp, T_f, full, table.source, synthetic)
+    notes += [
         f"one {AXIS_NAMES[name]} only ({show(float(m.axis(name)[0]), kind)}): how the loss depends on it cannot be"
         " determined from this map"
         for name, kind in AXES.items()
         if levels(m.axis(name)).max() == 0
-    )
-    return replace(m, findings=m.findings + more)
+    ]
+    return replace(m, findings=tuple(notes))
 
 
 def _in_range(table: Columns) -> None:
@@ -236,8 +233,12 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
     laws = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = laws[first](table.values[first])
     heading = quote(table.headings[first])
-    if first == "eta_hm":
-        _refuse_parts_of_1(table, heading)
+    best = float(np.nanmax(table.values[first])) if np.isfinite(table.values[first]).any() else math.inf
+    if first == "eta_hm" and best <= SPREADSHEET:  # parts of 1 under a heading in per cent, as spreadsheets write them
+        raise LogError(
+            f"{table.source}: column {heading} reads at most {100.0 * best:.2g} %, and no motor is that bad. Where the"
+            ' cells hold parts of 1, write the heading as "eta_hm [1]".'
+        )
     meaning = {
         "T_f": "torque loss",
         "T_shaft": "shaft torque of the driving motor",
@@ -249,16 +250,6 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
         notes.append(f"column {quote(table.headings[other])} not used; losses from it differ by up to {most}")
     return loss
-
-
-def _refuse_parts_of_1(table: Columns, heading: str) -> None:
-    """Refuse efficiencies that are written as parts of 1 under a heading in per cent, as spreadsheets do."""
-    eta = table.values["eta_hm"]
-    if np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
-        raise LogError(
-            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is"
-            ' that bad. Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
-        )
 
 
 def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
@@ -308,3 +299,77 @@ def _single(
         f" {apart:.3g} N m"
     )
     return settings[:, 0], settings[:, 1], settings[:, 2], mean
+
+
+SAME_POINT = 1.0e-9
+"""Relative: a setting that went through its unit and back is still on the edge of the map."""
+MappedLoss = Callable[[Any, Any, Any], tuple[FloatArray, BoolArray]]
+"""Torque loss [N m] and whether the point is inside the map, from omega_m, D_m and dp_m: floats or arrays, SI, even in
+omega_m and dp_m."""
+
+
+def mapped_loss(m: LossMap) -> MappedLoss:
+    """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
+
+    Parameters
+    ----------
+    m : LossMap
+        Cells of the map [SI].
+
+    Returns
+    -------
+    MappedLoss
+        Called with omega_m [rad/s], D_m [m^3/rad] and dp_m [Pa]: loss [N m], and where it is inside the map.
+
+    Raises
+    ------
+    LogError
+        For a map of one cell.
+
+    Notes
+    -----
+    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
+    With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
+    (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
+    those the nearest cell counts.
+    Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
+    """
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
+    from scipy.spatial import QhullError
+
+    cells = np.column_stack([m.axis(name) for name in AXES])
+    lo, hi = cells.min(axis=0), cells.max(axis=0)
+    used = np.flatnonzero(hi > lo)
+    if not len(used):
+        raise LogError(f"{m.source}: one cell cannot be interpolated. Give more of the map.")
+
+    def scaled(points: FloatArray) -> FloatArray:
+        return np.asarray((points[:, used] - lo[used]) / (hi[used] - lo[used]))
+
+    x = scaled(cells)
+    axes = [np.unique(column) for column in x.T]
+    if np.prod([len(a) for a in axes]) == len(x):
+        interpolated: Any = RegularGridInterpolator(axes, m.T_f[np.lexsort(x.T[::-1])].reshape([len(a) for a in axes]))
+    elif len(used) == 1:
+        order = np.argsort(x[:, 0])
+        interpolated = lambda q: np.interp(q[:, 0], x[order, 0], m.T_f[order])
+    else:
+        try:
+            interpolated = LinearNDInterpolator(x, m.T_f)
+        except QhullError:  # the settings move together: nothing is between the cells
+            interpolated = lambda q: np.full(len(q), np.nan)
+    nearest: Any = NearestNDInterpolator(x, m.T_f) if len(used) > 1 else None  # all of one axis is between its cells
+    slack = SAME_POINT * np.maximum(np.abs(lo), np.abs(hi))
+
+    def loss(omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
+        D, n, dp = np.broadcast_arrays(D_m, np.abs(omega_m), np.abs(dp_m))
+        points = np.column_stack([a.ravel() for a in (D, n, dp)])
+        inside = ((points >= lo - slack) & (points <= hi + slack)).all(axis=1)
+        limited = scaled(np.clip(points, lo, hi))
+        T_f = np.array(interpolated(limited), dtype=np.float64)
+        between_no_cells = np.isnan(T_f)
+        if between_no_cells.any():
+            T_f[between_no_cells] = nearest(limited[between_no_cells])
+        return T_f.reshape(D.shape), (inside & ~between_no_cells).reshape(D.shape)
+
+    return loss

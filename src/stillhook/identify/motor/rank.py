@@ -1,4 +1,7 @@
-"""Which loss model for this motor: accuracy, parsimony, and where in the map the answer must not be used."""
+"""Which loss model for this motor: accuracy, parsimony, and where in the map the answer must not be used.
+
+The interpolated map as a rival of a fitted model: which is better between measured levels, and which beyond them.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
-from stillhook.identify.motor.map import AXES, LossMap, blocks, levels
+from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
@@ -46,8 +49,6 @@ RULE = (
 
 @dataclass(frozen=True)
 class Ranked:
-    """One model on one map."""
-
     model: LossModel
     fit: LossFit
     fixed: LossFit | None
@@ -295,5 +296,40 @@ def usable_share(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> floa
 
 
 def levels_of(m: LossMap) -> dict[str, int]:
-    """Number of levels on each axis."""
     return {name: int(levels(m.axis(name)).max()) + 1 for name in AXES}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Errors on levels that were left out, over the mean nominal torque [-]: between the remaining levels, and beyond
+    them."""
+
+    mapped_between: float
+    mapped_beyond: float
+    fitted_between: float
+    fitted_beyond: float
+
+
+def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
+    """The interpolated map against a fitted model on blocks of levels left out in turn; None where nothing can be left
+    out.
+
+    Source of the question: Moslatt 2020 paper D section 2.1, which expects a map to be better inside the supplier's
+    range and a model to be better outside.
+    """
+    between, beyond = [], []
+    complete = fit_loss(m, model)
+    for _, excluded in folds(m):
+        seen, unseen = m.at(~excluded), m.at(excluded)
+        if len(seen) <= len(complete.names):
+            return None
+        mapped, inside = mapped_loss(seen)(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        fitted = fit_loss(seen, model, near=complete).torque(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        off = np.column_stack((mapped - unseen.T_f, fitted - unseen.T_f))
+        between.append(off[inside])
+        beyond.append(off[~inside])
+    sets = [np.concatenate(x) if x else np.zeros((0, 2)) for x in (between, beyond)]
+    if not all(len(x) for x in sets):
+        return None
+    share = [math.sqrt(float(np.mean(x[:, i] ** 2))) / float(m.T_N.mean()) for i in (0, 1) for x in sets]
+    return Compared(*share)

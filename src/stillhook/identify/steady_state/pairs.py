@@ -23,8 +23,6 @@ time)."""
 
 @dataclass(frozen=True)
 class Pair:
-    """A hoisting and a lowering stretch of about the same speed."""
-
     up: Window
     down: Window
 
@@ -84,7 +82,6 @@ def pair_windows(windows: Sequence[Window], *, text: Callable[[float], str] = la
 
 
 def _alone(w: Window, others: FloatArray, text: Callable[[float], str]) -> Rejected:
-    """Why a stretch has no partner."""
     direction = "lowering" if w.direction > 0 else "hoisting"
     v = abs(w.speed)
     if len(others) == 0:

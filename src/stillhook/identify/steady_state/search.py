@@ -74,28 +74,25 @@ class Search:
         self.command = None if command is None else signal_of(log, command)[self.at]
         self.all = np.stack([np.asarray(x, dtype=float) for x in log.signals.values()])
         self.holes = np.diff(self.t, prepend=self.t[0]) > max(settings.largest_hole + self.dt, 1.5 * self.dt)
-        self._scales(speed, effort_name)
+        self._scales(effort_name)
 
     def _doubt(self, names: Sequence[str]) -> BoolArray:
         doubtful = [self.log.doubtful[name] for name in names if name in self.log.doubtful]
         return np.asarray(np.any([np.zeros(len(self.log.t), dtype=bool), *doubtful], axis=0))
 
-    def _scales(self, speed: str, effort: str) -> None:
+    def _scales(self, effort: str) -> None:
         """Full speed, high effort, steps of the converters, least uncertainties."""
         good_e = self.e[np.isfinite(self.e)]
         self.full_speed = float(np.max(np.abs(self.v)))
         moving = np.abs(self.v) > REST_SHARE * self.full_speed  # high effort is one of a moving winch, however brief
         use = self.e[moving & np.isfinite(self.e)]
         self.high_effort = float(np.percentile(np.abs(use if len(use) else good_e), HIGH)) if len(good_e) else 0.0
-        named = self.settings.resolution
         self.per_bin = max(1.0, self.log.rate * self.dt)
-        step_v = named[speed] if speed in named else converter_step(self.v, self.per_bin)
         parts = [p for p in self.effort_sources if p in self.log.signals]
         if len(parts) > 2:  # a difference next to the two that it is made of
             parts.remove(effort)
-        steps = [named[p] if p in named else converter_step(self.log.signals[p], self.per_bin) for p in parts]
-        step_e = named[effort] if effort in named else float(np.sqrt(np.sum(np.square(steps))))
-        self.quanta = (step_v, step_e)
+        steps = [converter_step(self.log.signals[p], self.per_bin) for p in parts]
+        self.quanta = (converter_step(self.v, self.per_bin), float(np.sqrt(np.sum(np.square(steps)))))
         self.floors = (SHARE_OF_RANGE * self.full_speed, SHARE_OF_RANGE * self.high_effort)
         self.slowest = self.settings.slowest()
         self.at_rest = max(4.0 * noise_of(self.v), REST_SHARE * self.full_speed, self.slowest)

@@ -82,9 +82,6 @@ class WindowSettings(BaseModel):
     least_speed: str | None = Field(
         default=None, description="slowest speed that is used, such as 20 rev/min; none: what noise allows"
     )
-    resolution: Mapping[str, float] = Field(
-        default_factory=dict, description="step of a signal's converter [SI], where it is known"
-    )
 
     def __init__(self, /, **data: Any) -> None:
         try:
@@ -179,11 +176,13 @@ SAME_LEVEL = 0.03
 
 @dataclass(frozen=True)
 class Step:
-    """Bins [begin, end) of one step; direction +1 or -1."""
+    """Bins [begin, end) of one step or of a part of it; direction +1 or -1; at_layer: a change of layer, not a ramp,
+    bounds it on one side or both."""
 
     begin: int
     end: int
     direction: int
+    at_layer: bool = False
 
 
 def noise_along(x: FloatArray) -> FloatArray:

@@ -7,7 +7,6 @@ Source of the test: Moslatt 2020 section 2.2 and figure 2.5: hoisting and loweri
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -76,8 +75,8 @@ def steady_windows(
     search = Search(log, speed, effort, command, tuple(held), dict(kinds or {}), s)
     parts: list[Window | Rejected] = list(search.bad_speed())
     for step in find_steps(search.t, search.v, search.command, search.holes, search.quanta[0], s):
-        for cut in _cut_at_layers(search, step, layer_limits):
-            parts += _from_step(search, cut, step.direction)
+        for part in _cut_at_layers(search, step, layer_limits):
+            parts += _from_step(search, part)
     parts = [p for p in parts if isinstance(p, Window) or not search.pause_or_ramp(p)]
     parts += search.never_steady([p for p in parts if isinstance(p, Window) or p.code != "start"])
     parts.sort(key=lambda p: p.start)
@@ -87,34 +86,27 @@ def steady_windows(
     return Steady(windows, rejected, trimmed)
 
 
-@dataclass(frozen=True)
-class Cut:
-    """Bins [begin, end) of a step; at_layer: a change of layer, and not a ramp, bounds it on one side or both."""
-
-    begin: int
-    end: int
-    at_layer: bool = False
-
-
-def _cut_at_layers(search: Search, step: Step, limits: Sequence[float]) -> list[Cut]:
+def _cut_at_layers(search: Search, step: Step, limits: Sequence[float]) -> list[Step]:
     """The step in parts, none of which holds a change of layer that the caller has named."""
     if not limits:
-        return [Cut(step.begin, step.end)]
+        return [step]
     wire = signal_of(search.log, "s_w")[search.at][step.begin : step.end]
     layer = np.searchsorted(np.sort(np.asarray(limits, dtype=float)), wire)
     rising = layer[-1] >= layer[0]  # noise crosses no layer twice
     layer = np.maximum.accumulate(layer) if rising else np.minimum.accumulate(layer)
     edges = [0, *(np.nonzero(np.diff(layer))[0] + 1).tolist(), len(layer)]
-    return [Cut(step.begin + a, step.begin + b, at_layer=len(edges) > 2) for a, b in pairwise(edges)]
+    pairs = pairwise(edges)
+    return [Step(step.begin + a, step.begin + b, step.direction, at_layer=len(edges) > 2) for a, b in pairs]
 
 
-def _from_step(search: Search, cut: Cut, direction: int) -> Iterator[Window | Rejected]:
+def _from_step(search: Search, step: Step) -> Iterator[Window | Rejected]:
     """What becomes of one step: windows, parts that were left out, or a reason."""
-    length = float(search.t[cut.end - 1] - search.t[cut.begin]) + search.dt
+    length = float(search.t[step.end - 1] - search.t[step.begin]) + search.dt
     least = WORTH_REPORTING * search.settings.least_length
-    if (length < least or cut.end - cut.begin < 2) and not cut.at_layer:
+    if (length < least or step.end - step.begin < 2) and not step.at_layer:
         return
-    for part in _parts_of(search, cut, direction):
+    direction = step.direction
+    for part in _parts_of(search, step):
         if isinstance(part, Rejected):
             yield part
             continue
@@ -129,12 +121,12 @@ def _from_step(search: Search, cut: Cut, direction: int) -> Iterator[Window | Re
             yield search.rejected(int(part[0]), int(use[0]), direction, "start", reason)
 
 
-def _parts_of(search: Search, cut: Cut, direction: int) -> Iterator[IntArray | Rejected]:
+def _parts_of(search: Search, step: Step) -> Iterator[IntArray | Rejected]:
     """A step in parts without holes and jumps, each the good bins of a stretch at least as long as a window; what is
     too short with its reason."""
     s = search.settings
-    last = int(np.searchsorted(search.t, search.t[cut.end - 1] + 0.5 * search.dt - s.guard, "right"))
-    inside = np.arange(cut.begin, max(min(last, cut.end), cut.begin + 1))
+    last = int(np.searchsorted(search.t, search.t[step.end - 1] + 0.5 * search.dt - s.guard, "right"))
+    inside = np.arange(step.begin, max(min(last, step.end), step.begin + 1))
     good = inside[~search.bad[inside]]
     for run in np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1):
         parts = _at_jumps(search, run)
@@ -143,8 +135,7 @@ def _parts_of(search: Search, cut: Cut, direction: int) -> Iterator[IntArray | R
             if _long_enough(search, part):
                 yield part
             else:
-                jumped = len(parts) > 1
-                yield _too_short(search, cut, part, inside, direction, jumped=jumped, after_hole=after_hole)
+                yield _too_short(search, step, part, inside, jumped=len(parts) > 1, after_hole=after_hole)
 
 
 def _long_enough(search: Search, part: IntArray) -> bool:
@@ -157,9 +148,8 @@ def _long_enough(search: Search, part: IntArray) -> bool:
 
 
 def _too_short(
-    search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after_hole: bool
+    search: Search, step: Step, part: IntArray, inside: IntArray, *, jumped: bool, after_hole: bool
 ) -> Rejected:
-    """Why a part of a step gives no window."""
     begin, end = (int(part[0]), int(part[-1]) + 1) if len(part) else (int(inside[0]), int(inside[-1]) + 1)
     span = float(search.t[end - 1] - search.t[begin]) + search.dt
     lost = search.bad[inside]
@@ -167,26 +157,25 @@ def _too_short(
         names = (*search.effort_sources, *search.held)
         code = search.bad_code(names, search.t[inside[0]], search.t[inside[-1]])
         text = f"{code}: {np.sum(lost) * search.dt:.3g} s of {len(inside) * search.dt:.3g} s cannot be trusted"
-    elif jumped or cut.at_layer:
+    elif jumped or step.at_layer:
         code, text = "layer change", f"{span:.3g} s next to a change of layer"
-    elif _at_hole(search, cut):
+    elif _at_hole(search, step):
         code, text = "gap", f"{span:.3g} s next to a gap in the log"
     else:
         code, text = "short", f"{span:.3g} s at steady speed"
     needed = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
-    return search.rejected(begin, end, direction, code, f"{text}; {needed}")
+    return search.rejected(begin, end, step.direction, code, f"{text}; {needed}")
 
 
-def _at_hole(search: Search, cut: Cut) -> bool:
+def _at_hole(search: Search, step: Step) -> bool:
     """Whether samples are missing at an end of the step."""
     t = search.t
     wide = search.settings.largest_hole + search.dt
-    before = cut.begin > 0 and t[cut.begin] - t[cut.begin - 1] > wide
-    return before or (cut.end < len(t) and t[cut.end] - t[cut.end - 1] > wide)
+    before = step.begin > 0 and t[step.begin] - t[step.begin - 1] > wide
+    return before or (step.end < len(t) and t[step.end] - t[step.end - 1] > wide)
 
 
 def _at_jumps(search: Search, run: IntArray) -> list[IntArray]:
-    """A run split where effort jumps at steady speed."""
     t = search.t[run]
     jumps = find_jumps(t, search.e[run], search.settings.effort_jump * search.high_effort)
     parts, begin = [], 0

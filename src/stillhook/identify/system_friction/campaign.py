@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.thesis import Variant
 from stillhook.library import load_crane
 from stillhook.library.parameter_sets import LossSet, load_losses
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -45,6 +46,8 @@ class FitSettings(Spec):
     like: Text | None = Field(default=None, description="set of a similar winch, for what these tests cannot determine")
     keep_Y_2: Flag | None = Field(default=None, description="keep the constant term (default: where the data ask)")
     loops: Annotated[int, Field(strict=True, ge=0, le=10)] = Field(default=0, description="rounds of the second loop")
+    map: Text | None = Field(default=None, description="supplier's map of the motor, to compare with its fitted model")
+    variant: Variant = Field(default=Variant.KRUS, description="complex method that checks the fit")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of everything random")
 
 
@@ -197,7 +200,9 @@ def _campaign(table: TomlTable) -> Campaign:
     check_names(tests, IdentifyError)
     title = file.title or table.path.stem
     synthetic = file.synthetic or MARK in title
-    fit = file.fit.model_copy(update={"like": None if file.fit.like is None else table.relative_toml(file.fit.like)})
+    like = None if file.fit.like is None else table.relative_toml(file.fit.like)
+    supplier = None if file.fit.map is None else str(table.relative_file(file.fit.map, "fit", "map"))
+    fit = file.fit.model_copy(update={"like": like, "map": supplier})
     return Campaign(title, table.path.name, crane, count, losses, file.accuracy, tests, synthetic, fit)
 
 
@@ -216,7 +221,6 @@ def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
 
 
 def _losses(file: CampaignFile, table: TomlTable, crane: Crane) -> LossSet:
-    """The motor named in the file, or the crane's own."""
     own, name = crane.active.motor, file.motor
     if name is None:
         place = "active.motor."

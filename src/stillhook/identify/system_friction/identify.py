@@ -11,6 +11,7 @@ import numpy as np
 
 from stillhook.base.progress import Progress
 from stillhook.errors import IdentifyError
+from stillhook.identify.motor.map import mapped_loss, read_map
 from stillhook.identify.system_friction.campaign import Campaign, FitSettings, load_campaign
 from stillhook.identify.system_friction.diagnosis import (
     Design,
@@ -48,11 +49,26 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class Mapped:
+    """The supplier's map itself as motor loss next to the fitted MJ4 (paper D figure 13): its interpolation, the system
+    friction fitted with it, root mean square residuals of both per motor shaft [N m], and the share of points that are
+    outside the map.
+    """
+
+    source: str
+    loss: Loss
+    fit: FrictionFit
+    rms_model: float
+    rms_map: float
+    outside: float
+
+
+@dataclass(frozen=True)
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
     ``fit`` the system friction; ``intervals`` 95 %, by profile likelihood; ``check`` the thesis's way next to ours;
-    ``held_out``; ``second`` loop where requested; ``proposals`` what to test next; ``statements`` what the data cannot
-    determine.
+    ``held_out``; ``second`` loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the
+    data cannot determine.
     """
 
     campaign: Campaign
@@ -66,6 +82,7 @@ class Friction:
     check: Check
     held_out: tuple[HeldOut, ...]
     second: SecondLoop | None
+    mapped: Mapped | None
     proposals: tuple[Proposal, ...]
     statements: tuple[Statement, ...]
 
@@ -141,12 +158,26 @@ def friction(
         design=plan,
         fit=optimum,
         intervals=intervals,
-        check=thesis_check(grid, points, loss, optimum, settings.seed),
+        check=thesis_check(grid, points, loss, optimum, settings.variant, settings.seed),
         held_out=held_out,
         second=second_loop(points, campaign.motor.loss, optimum, rounds=settings.loops) if settings.loops else None,
+        mapped=None if settings.map is None else with_map(points, settings.map, campaign.motor.D_max, optimum),
         proposals=propose(campaign, points, loss, optimum, n=proposals) if proposals else (),
         statements=statements,
     )
+
+
+def with_map(points: Points, path: str, D_max: float, fit: FrictionFit) -> Mapped:
+    """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that
+    cannot be read."""
+    supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
+    table = mapped_loss(supplier)
+    loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
+    refit = fit_system(points, loss, used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed)
+    inside = table(points.omega_up, points.D_m, points.dp_up)[1]
+    inside &= table(points.omega_down, points.D_m, points.dp_down)[1]
+    rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, refit))
+    return Mapped(supplier.source, loss, refit, rms_model, rms_map, float(np.mean(~inside)))
 
 
 def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:

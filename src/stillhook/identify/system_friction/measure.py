@@ -163,7 +163,6 @@ def _wire(campaign: Campaign, test: CraneTest, log: Log, pairs: Pairs, notes: li
 
 
 def _no_pair(log: Log, steady: Steady) -> str:
-    """Why there is nothing to compare."""
     directions = {w.direction for w in steady.windows} | {r.direction for r in steady.rejected if r.direction}
     if steady.windows and len(directions) == 1:
         direction = "negative" if steady.windows[0].direction > 0 else "positive"
@@ -201,7 +200,6 @@ def layer_limits(campaign: Campaign) -> tuple[float, ...]:
 
 
 def pressure_drop(log: Log) -> FloatArray:
-    """p_a - p_b, or the logged dp_m [Pa]. Errors: LogError where there is neither."""
     s = log.signals
     if "dp_m" in s:
         return s["dp_m"]

@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
-from stillhook.identify.system_friction.fitting.model import Y_NAMES, Points, Y, mj4, motor_loss_at, system_friction
+from stillhook.identify.system_friction.fitting.model import (
+    Y_NAMES,
+    Loss,
+    Points,
+    Y,
+    mj4,
+    motor_loss_at,
+    system_friction,
+)
+from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
+from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
 from stillhook.identify.system_friction.result import test_rows
 from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import EMPTY, fmt
+from stillhook.report.kit import axis, band, display, legend_below, panel, panels, threshold
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.estimate import NORMAL_95, t_factor
-from stillhook.units import in_display, number, parse, show
+from stillhook.units import number, parse, show
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,16 +43,22 @@ MEANING = {
     "Y_6": "friction part of the drum torque",
 }
 CAPTIONS = {
+    "friction-pressure": (
+        "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25"
+        " rev/min."
+    ),
     "friction-torque": (
-        "What one motor shaft loses: half the difference of the hoisting and lowering pressure drops, times D_m. Bars:"
-        " 95 %. Hollow points and dashed lines: held-out tests, which no fit has seen."
+        "What one motor shaft loses: friction as pressure, times D_m. Bars: 95 %. Hollow points and dashed lines:"
+        " held-out tests, which no fit has seen."
     ),
     "system-friction": "What is left for gears, drum, sheaves and wire after the motor loss.",
+    "model-against-measured": "All motors together. Points on the line are predicted exactly.",
     "error": (
-        "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little"
+        "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dashed) on. Low loads have little"
         " nominal torque."
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
+    "model-and-map": "The map is exact in its own cells, with nothing outside; the model smooths and extrapolates.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve at every displacement.",
 }
 MAX_SIMILAR = 2
@@ -89,6 +105,7 @@ def report(result: Friction, pictures: Mapping[str, bytes], windows: Mapping[str
             if loop is None
             else [Section(f"Second loop (paper D section 3): {loop.verdict}", [Bullets(loop.statements)])]
         ),
+        *_mapped(result),
         _proposals(result),
         *([Section("Figures", shown)] if shown else []),
         Section("Method", [Text(METHOD)]),
@@ -124,8 +141,17 @@ def _parameters(result: Friction) -> Section:
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
         f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} (MJ4)."
     )
-    table = Table(("", "value", "from", "to", "meaning"), rows)
-    return Section("System friction per motor shaft (eq. 2.7)", [Text(equation), table])
+    matrix, names = correlation(result.fit), result.fit.names
+    correlations = [
+        [name, *(f"{matrix[i, j]:.2f}" if j <= i else "" for j in range(len(names)))] for i, name in enumerate(names)
+    ]
+    parts: list[Part] = [
+        Text(equation),
+        Table(("", "value", "from", "to", "meaning"), rows),
+        Text("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
+        Table(("", *names), correlations),
+    ]
+    return Section("System friction per motor shaft (eq. 2.7)", parts)
 
 
 def _weaknesses(result: Friction) -> list[Part]:
@@ -203,11 +229,23 @@ def _methods(result: Friction) -> Section:
         f"Least squares and the complex method ({c.optimum.evaluations} evaluations) reach the same cost."
         if c.agree
         else f"The complex method stopped at {number(c.optimum.cost, 5)} after {c.optimum.evaluations} evaluations,"
-        f" least squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed helps."
+        f" least squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
     )
     parts: list[Part] = [Table(("", *Y_NAMES, "cost E\n[N²m²]"), rows), Text(agreement)]
     parts += [Text(BENT)] if c.on_grid and c.cost_ours > GRID_BIAS * c.cost_grid else []
     return Section("Our fit next to the thesis's", parts)
+
+
+def _mapped(result: Friction) -> list[Section]:
+    """What the map does better or worse than the model."""
+    m = result.mapped
+    if m is None:
+        return []
+    text = (
+        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
+        f" with the map {m.source} itself; {m.outside:.0%} of the points are outside the map, where its edge is held."
+    )
+    return [Section("The supplier's map instead of the fitted model (paper D figure 13)", [Text(text)])]
 
 
 def _proposals(result: Friction) -> Section:
@@ -228,128 +266,130 @@ SPEED = "motor speed [rev/min]"
 def figures(result: Friction) -> Mapping[str, Picture]:
     """All figures of a result by file stem, in the order in which a report shows them."""
     out = {
+        "friction-pressure": friction_pressure(result),
         "friction-torque": friction_torque(result),
         "system-friction": system_friction_figure(result),
+        "model-against-measured": model_against_measured(result),
         "error": error_figure(result),
     }
     if result.second is not None:
-        out["second-loop-motor"] = motor_old_and_new(result)
-        out["second-loop-system"] = derived_system_friction(result)
+        out["second-loop-motor"] = motor_old_and_new(result, result.second)
+        losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
+        title = "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)"
+        out["second-loop-system"] = derived_system_friction(result, losses, title)
+    if result.mapped is not None:
+        losses = {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss}
+        title = "System friction derived with the fitted motor model and with the supplier's map (as paper D figure 13)"
+        out["model-and-map"] = derived_system_friction(result, losses, title)
     if result.campaign.synthetic:
         for figure in out.values():
             figure.text(0.995, 0.005, MARK, ha="right", va="bottom", fontsize="x-small", color="#a00000")
     return out
 
 
+def friction_pressure(result: Friction) -> Picture:
+    """dp_F over motor speed, by test (thesis figure 2.6): pairs with 95 % bars, the 25 rev/min grid as lines."""
+    figure, ax = panel(SIZE, "Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)")
+    for style, points in _by_test(result):
+        speed, dp_F = display(points.omega, "rotation"), display(points.dp_F, "pressure")
+        bars = display(NORMAL_95 * np.hypot(points.u_dp, result.fit.tau), "pressure")
+        ax.errorbar(speed, dp_F, yerr=bars, ls="none", capsize=2, **style)
+        grid = result.grid.where(result.grid.test == points.test[0])
+        ax.plot(display(grid.omega, "rotation"), display(grid.dp_F, "pressure"), lw=0.8, color=style["color"])
+    return _finished(figure, ax, "dp_F [bar]")
+
+
 def friction_torque(result: Friction) -> Picture:
     """Friction torque per motor shaft over speed, by test, with 95 % bars and the model (figures 2.6, 2.7, 2.12; paper
     D figure 7)."""
-    figure, ax = _axes(
-        "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
-    )
+    title = "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)"
+    figure, ax = panel(SIZE, title)
     for style, points in _by_test(result):
-        speed, modelled = _rpm(points.omega), predicted(points, result.loss, result.fit.y)
+        speed, modelled = display(points.omega, "rotation"), predicted(points, result.loss, result.fit.y)
         bars = NORMAL_95 * points.D_m * np.hypot(points.u_dp, result.fit.tau)
         ax.errorbar(speed, points.T_f, yerr=bars, ls="none", capsize=2, **style)
         ax.plot(speed, modelled, lw=1.0, color=style["color"], ls=_line(points))
-    return _finished(figure, ax)
+    return _finished(figure, ax, "T_f [N m]")
 
 
 def system_friction_figure(result: Friction) -> Picture:
     """System friction per motor shaft: measured less motor loss, and the fitted curve with its 95 % band (figure
     2.13)."""
-    figure, ax = _axes(
-        "System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)", "T_fs [N m]"
-    )
+    title = "System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)"
+    figure, ax = panel(SIZE, title)
     omega = np.linspace(0.0, float(result.points.omega.max()), 200)
     loads: set[float] = set()
     for style, points in _by_test(result):
-        T_d = float(points.T_d.mean())
-        ax.plot(_rpm(points.omega), points.T_f - motor_loss_at(points, result.loss), ls="none", **style)
-        if round(T_d, -3) not in loads:
-            loads.add(round(T_d, -3))
-            _band(ax, omega, T_d, result, style["color"])
+        measured = points.T_f - motor_loss_at(points, result.loss)
+        ax.plot(display(points.omega, "rotation"), measured, ls="none", **style)
+        load = round(float(points.T_d.mean()), -3)
+        if load not in loads:
+            loads.add(load)
+            at = Points.planned(omega, float(points.T_d.mean()), 1.0)
+            T, half = system_friction(omega, at.T_d, result.fit.y), predicted_sd(at, result.fit)
+            low, high = (T + sign * t_factor(result.fit.dof) * half for sign in (-1.0, 1.0))
+            band(ax, display(omega, "rotation"), T, np.maximum(low, 0.0), high, color=style["color"], lw=1.2)
     ax.set_xlim(left=0.0)
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
-    return _finished(figure, ax)
+    return _finished(figure, ax, "T_fs [N m]")
 
 
-def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str) -> None:
-    at = Points.planned(omega, T_d, 1.0)
-    T = system_friction(omega, at.T_d, result.fit.y)
-    half = t_factor(result.fit.dof) * predicted_sd(at, result.fit)
-    ax.plot(_rpm(omega), T, color=colour, lw=1.2)
-    ax.fill_between(_rpm(omega), np.maximum(T - half, 0.0), T + half, color=colour, alpha=0.15, lw=0)
+def model_against_measured(result: Friction) -> Picture:
+    """Total winch friction at the motor shaft, all motors together: modelled over measured (paper D figure 16)."""
+    figure, ax = panel(SIZE, "Friction of the complete winch: modelled against measured (as paper D figure 16)")
+    for style, points in _by_test(result):
+        modelled = points.count * predicted(points, result.loss, result.fit.y)
+        ax.plot(points.count * points.T_f, modelled, ls="none", **style)
+    top = max(*ax.get_xlim(), *ax.get_ylim())
+    ax.plot([0.0, top], [0.0, top], color=GREY, lw=0.8)
+    ax.set_xlim(0.0, top)
+    ax.set_ylim(0.0, top)
+    return _finished(figure, ax, "modelled [N m]", "measured [N m]")
 
 
 def error_figure(result: Friction) -> Picture:
-    """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
-    figure, ax = _axes(
-        "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
-    )
+    figure, ax = panel(SIZE, "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)")
     for style, points in _by_test(result):
         error = nominal_share(points, result.loss, result.fit.y)
-        ax.plot(_rpm(points.omega), error, lw=0.8, ls=_line(points), **style)
+        ax.plot(display(points.omega, "rotation"), error, lw=0.8, ls=_line(points), **style)
     ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
-    ax.axvline(in_display(JUDGED_FROM, "rotation"), color=GREY, lw=0.8, ls=":")
-    return _finished(figure, ax)
+    threshold(ax, float(display(JUDGED_FROM, "rotation")), along="y")
+    return _finished(figure, ax, "error [% of nominal torque]")
 
 
-def motor_old_and_new(result: Friction) -> Picture:
+def motor_old_and_new(result: Friction, second: SecondLoop) -> Picture:
     """Motor loss before and after the second loop, over speed at three displacements and 200 bar (paper D figure
     10)."""
-    assert result.second is not None
-    figure, ax = _axes(
-        "Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)", "T_fm [N m]"
-    )
+    title = "Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)"
+    figure, ax = panel(SIZE, title)
     omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
     for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
         D = np.full_like(omega, share * result.campaign.motor.D_max)
-        for loss, ls in ((result.campaign.motor.loss, "-"), (result.second.loss, "--")):
-            label = show(float(D[0]), "displacement", 3) if ls == "-" else None
-            ax.plot(_rpm(omega), mj4(loss)(omega, D, np.full_like(omega, 2e7)), color=colour, ls=ls, label=label)
+        old, new = (mj4(loss)(omega, D, np.full_like(omega, 2e7)) for loss in (result.campaign.motor.loss, second.loss))
+        speed = display(omega, "rotation")
+        ax.plot(speed, old, color=colour, label=show(float(D[0]), "displacement", 3))
+        ax.plot(speed, new, color=colour, ls="--")
     ax.set_ylim(bottom=0.0)
-    return _finished(figure, ax)
+    return _finished(figure, ax, "T_fm [N m]")
 
 
-def derived_system_friction(result: Friction) -> Picture:
-    """Measured friction less the motor loss of each loop, one colour a displacement: with a right motor model the
-    points of one load fall on one curve, whatever the displacement (paper D figures 11, 12, 14)."""
-    from matplotlib.figure import Figure as Canvas
-
-    assert result.second is not None
-    figure = Canvas(figsize=(10.0, 5.0), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
-    for ax, (label, loss) in zip(axes, losses.items(), strict=True):
+def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title: str) -> Picture:
+    """Measured friction less the motor loss of each of two models, one colour a displacement: with a right motor model
+    the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
+    figure, axes = panels(1, 2, (10.0, 5.0), title, sharey=True)
+    for ax, (label, loss) in zip(axes[0], losses.items(), strict=True):
         for style, points in _by_test(result):
             derived = points.count * (points.T_f - motor_loss_at(points, loss))
-            ax.plot(_rpm(points.omega), derived, lw=0.8, **style)
-        ax.set_title(label, fontsize="medium")
-        ax.set_xlabel(SPEED)
-        ax.grid(alpha=0.3)
-    axes[0].set_ylabel("system friction of the complete winch [N m]")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="x-small", frameon=False)
-    figure.suptitle("System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)")
+            ax.plot(display(points.omega, "rotation"), derived, lw=0.8, **style)
+        axis(ax, SPEED, title=label)
+    axis(axes[0, 0], y="system friction of the complete winch [N m]")
+    legend_below(figure, axes[0], 3)
     return figure
 
 
-def _axes(title: str, y: str, x: str = SPEED) -> tuple[Picture, Axes]:
-    from matplotlib.figure import Figure as Canvas
-
-    figure = Canvas(figsize=SIZE, layout="constrained")
-    ax = figure.subplots()
-    figure.suptitle(title, fontsize="medium")
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
-    ax.grid(alpha=0.3)
-    return figure, ax
-
-
-def _finished(figure: Picture, ax: Axes) -> Picture:
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", fontsize="x-small", frameon=False)
+def _finished(figure: Picture, ax: Axes, y: str, x: str = SPEED) -> Picture:
+    axis(ax, x, y)
+    legend_below(figure, [ax], 1, place="right center")
     return figure
 
 
@@ -373,7 +413,3 @@ def _by_test(result: Friction) -> Iterator[tuple[dict[str, Any], Points]]:
 def _line(points: Points) -> str:
     """Style of a test's line: dashed where no fit has seen it."""
     return "--" if points.hold_out.any() else "-"
-
-
-def _rpm(omega: FloatArray) -> FloatArray:
-    return omega * 60.0 / math.tau

@@ -17,7 +17,7 @@ from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicte
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
-from stillhook.identify.system_friction.identify import Friction, nominal_share
+from stillhook.identify.system_friction.identify import Friction, Mapped, nominal_share
 from stillhook.identify.system_friction.measure import LOAD_CODE, carried
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind
@@ -146,6 +146,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
             {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count} for h in result.held_out
         ],
         "second_loop": None if result.second is None else _second(result.second),
+        "map": None if result.mapped is None else _mapped(result.mapped),
         "proposals": [asdict(p) for p in result.proposals],
         "statements": [asdict(s) for s in result.statements],
     }
@@ -199,6 +200,16 @@ def _second(s: SecondLoop) -> dict[str, Any]:
         "E_held_out": [s.first.held_out, s.second.held_out],
         "verdict": s.verdict,
         "statements": list(s.statements),
+    }
+
+
+def _mapped(m: Mapped) -> dict[str, Any]:
+    return {
+        "source": m.source,
+        "rms_model": m.rms_model,
+        "rms_map": m.rms_map,
+        "outside": m.outside,
+        "system": m.fit.y._asdict(),
     }
 
 

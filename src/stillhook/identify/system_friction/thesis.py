@@ -1,15 +1,17 @@
 """The thesis's own way, next to ours: friction on a grid of speeds, its cost E (eq. 2.8), and the complex method.
 
-Box's complex method mirrors the worst of a population of designs through the centre of the others. Taken is the variant
-of Krus, Jansson and Palmberg (1991), where a point that stays the worst is drawn towards the best one, with some chance
-in it. It makes no use of the model's shape, so that it and the least-squares fit, which is sure and faster, check each
-other.
+Box's complex method mirrors the worst of a population of designs through the centre of the others. Three variants of
+one loop: Box (1965); Krus, Jansson and Palmberg (1991), where a point that stays the worst is drawn towards the best
+one, with some chance in it; and complex-RF, which adds a little randomness to every new point and lets old values fade,
+so that a population does not settle too early. It makes no use of the model's shape, so that it and the least-squares
+fit, which is sure and faster, check each other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -42,6 +44,8 @@ POPULATION, REFLECTION = 36, 1.3
 """Of the thesis's complex method (section 2.3.3, paper D section 2.4)."""
 N_R = 4
 """Krus: how soon a point that stays the worst is drawn to the best one instead of the centre."""
+R_FAC, GAMMA = 0.1, 0.3
+"""Complex-RF: size of the random step over the spread of the population, and forgetting, after Krus."""
 MOST_RETRACTIONS = 30  # halvings of one step: the point is then at the centre to the ninth digit
 MOST_EVALUATIONS = 60_000
 TOLERANCE = 1e-7
@@ -179,6 +183,14 @@ def grid_points(grid: Grid, points: Points, u_p: float) -> Points:
     )
 
 
+class Variant(StrEnum):
+    """Box (1965); Krus et al. (1991); complex-RF (Krus)."""
+
+    BOX = "box"
+    KRUS = "krus"
+    COMPLEX_RF = "complex-rf"
+
+
 @dataclass(frozen=True)
 class Optimum:
     """Best design, its cost, number of evaluations of the cost, and whether the population converged (else the
@@ -196,6 +208,7 @@ def complex_method(
     upper: FloatArray,
     *,
     population: int = POPULATION,
+    variant: Variant = Variant.KRUS,
     seed: int = 0,
     most: int = MOST_EVALUATIONS,
 ) -> Optimum:
@@ -205,6 +218,7 @@ def complex_method(
     x = lower + rng.random((population, len(lower))) * (upper - lower)
     f = np.array([cost(design) for design in x])
     evaluations = population
+    fading = GAMMA / 2.0 / population if variant is Variant.COMPLEX_RF else 0.0
 
     def spread() -> float:
         return float(np.max(np.ptp(x, axis=0) / (upper - lower)))
@@ -213,6 +227,8 @@ def complex_method(
         worst, best = int(np.argmax(f)), x[int(np.argmin(f))]
         centre = np.delete(x, worst, axis=0).mean(axis=0)
         point = centre + REFLECTION * (centre - x[worst])
+        if variant is Variant.COMPLEX_RF:
+            point = point + R_FAC * np.ptp(x, axis=0) * (rng.random(len(point)) - 0.5)
         second = float(np.max(np.delete(f, worst)))
         for repeated in range(1, MOST_RETRACTIONS + 1):
             point = np.minimum(np.maximum(point, lower), upper)  # Box: a point beyond a bound is set on it
@@ -220,10 +236,15 @@ def complex_method(
             evaluations += 1
             if value < second or evaluations >= most:
                 break
+            if variant is Variant.BOX:
+                point = 0.5 * (point + centre)
+                continue
             # Krus: half way to a place between centre and best that nears the best with every try
             share = (N_R / (N_R + repeated - 1)) ** ((N_R + repeated - 1) / N_R)
             goal = share * centre + (1.0 - share) * best
             point = 0.5 * (point + goal) + (centre - best) * (1.0 - share) * (2.0 * rng.random() - 1.0)
+        if fading:
+            f = f + fading * (np.max(f) - np.min(f))
         x[worst], f[worst] = point, value
     least = x[int(np.argmin(f))]
     return Optimum(least.copy(), float(cost(least)), evaluations, spread() <= TOLERANCE)
@@ -243,11 +264,12 @@ class Check:
 
     @property
     def agree(self) -> bool:
-        """Both methods reached the same cost."""
         return self.optimum.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
 
 
-def thesis_check(grid: Points, points: Points, loss: Loss, fit: FrictionFit, seed: int = 0) -> Check:
+def thesis_check(
+    grid: Points, points: Points, loss: Loss, fit: FrictionFit, variant: Variant = Variant.KRUS, seed: int = 0
+) -> Check:
     """The parameters that are free in ``fit`` by the thesis's cost on its speed grid, in both ways."""
     enough = len(grid.fitted()) > len(fit.names) + 1
     fitted = grid.fitted() if enough else points.fitted()
@@ -263,5 +285,6 @@ def thesis_check(grid: Points, points: Points, loss: Loss, fit: FrictionFit, see
         return float(np.sum((target - system_friction_at(fitted, y_of(x))) ** 2))
 
     lower = np.array([Y_4_LEAST if n == "Y_4" else 0.0 for n in names])
-    optimum = complex_method(E, lower, np.array([getattr(UPPER, n) for n in names]), seed=seed)
+    upper = np.array([getattr(UPPER, n) for n in names])
+    optimum = complex_method(E, lower, upper, variant=variant, seed=seed)
     return Check(cost(fitted, loss, fit.y), y_grid, cost_grid, y_of(optimum.x), optimum, enough)

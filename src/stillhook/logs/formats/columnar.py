@@ -37,7 +37,6 @@ NUMBER = 8  # bytes
 
 
 def rows_of(size: int, columns: int) -> int:
-    """Rows in a piece of `size` bytes."""
     return max(FEWEST_ROWS, size // (NUMBER * max(1, columns)))
 
 
@@ -79,17 +78,14 @@ class ArraysLog:
         self.headings, self.units = tuple(c.heading for c in self.columns), tuple(c.unit for c in self.columns)
 
     def base(self, place: int) -> int:
-        """The time base of a column."""
         return master(place) if place < 0 else self.columns[place].base
 
     def sample(self, place: int) -> str:
-        """The first cell of a column."""
         column = self.columns[place]
         first = np.ma.asarray(column.read(0, min(FEWEST_ROWS, column.length)))
         return next((text for text in _texts(first) if text), "")
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The requested columns of one time base in slices."""
         base = self.base(wants[0].places[0])
         length, rows = self.lengths[base], rows_of(size, len(wants))
         for begin in range(0, length, rows):

@@ -73,11 +73,9 @@ class CsvLog:
         self.name, self.headings, self.units = self.path.name, self.dialect.headings, self.dialect.units
 
     def base(self, place: int) -> int:
-        """A table has one time base."""
         return 0
 
     def sample(self, place: int) -> str:
-        """The first cell of a column."""
         return self.dialect.first_row[place] if place < len(self.dialect.first_row) else ""
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
@@ -143,7 +141,6 @@ class CsvLog:
         return columns
 
     def _words(self, block: _Block, places: Sequence[int]) -> dict[int, list[str]]:
-        """Columns as texts without blanks and quotes around them."""
         if not places:
             return {}
         table = self._read(block, places, dtype=str, na_filter=False)

@@ -56,15 +56,12 @@ class BinaryLog:
             ) from None
 
     def base(self, place: int) -> int:
-        """The time base of a column."""
         return master(place) if place < 0 else self._bases[place]
 
     def sample(self, place: int) -> str:
-        """The first cell of a column."""
         return self._call(reader_process.sample, place)
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The requested columns in pieces."""
         number = next(self._numbers)
         self._call(reader_process.begin, number, tuple(wants), size)
         while (chunk := self._call(reader_process.piece, number)) is not None:

@@ -72,15 +72,9 @@ class Source(Protocol):
     time_base: bool
     """Whether the format carries the time itself, so that a mapping needs no row `time`."""
 
-    @property
-    def headings(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        ...
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Units that the file gives next to its headings, "" where none."""
-        ...
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    """Units that the file gives next to its headings, "" where none."""
 
     def base(self, place: int) -> int:
         """The time base that a column belongs to, or that `master` represents."""

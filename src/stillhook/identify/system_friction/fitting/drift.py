@@ -194,7 +194,6 @@ def _integrated(s: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _legendre(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The first three Legendre polynomials without the constant."""
     return x, 1.5 * x**2 - 0.5, 2.5 * x**3 - 1.5 * x
 
 

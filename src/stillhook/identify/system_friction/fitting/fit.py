@@ -150,7 +150,6 @@ class Problem:
         return out
 
     def _least(self, Y_4: float, free: list[int], fixed: Mapping[str, float]) -> tuple[FloatArray, float]:
-        """Best values of the free columns at this Y_4, and chi^2."""
         from scipy.optimize import nnls
 
         R, size, q, unexplained = self._at(Y_4)

@@ -230,7 +230,6 @@ def _diameter(campaign: Campaign, points: Points) -> float:
 def _staircase(
     campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_m: float, d: float, sigma: float
 ) -> Points:
-    """The points that a staircase would give."""
     omega, T_d = np.array(STAIRCASE), (load + campaign.crane.hook_mass) * G * 0.5 * d
     dp_L = T_d / campaign.crane.i_hD / (campaign.count * D_m)
     D, torque, at = (np.full(len(omega), x) for x in (D_m, T_d, dp_L))
