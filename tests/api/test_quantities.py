@@ -69,6 +69,7 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any]]] = [
     (lambda **k: analysis.full_stability(CRANE, **k), POINT),
     (lambda **k: analysis.sweep(CRANE, "delay", **k), {"values": ["0 ms", "50 ms"]}),
     (lambda **k: analysis.sweep(CRANE, "damping", **k), {"values": ["2 N m s/rad"], "delay": "10 ms"}),
+    (lambda **k: analysis.strongest_gain(CRANE, **k), {"delay": "50 ms", "phase_margin": "60 deg"}),
     (lambda **k: analysis.strong_ssc(CRANE, **k), {"delay": "100 ms"}),
     (
         lambda **k: analysis.operating_point(CRANE, alpha_m=0.8, **k),

@@ -15,6 +15,7 @@ from stillhook.analysis.surface import full_stability as full_stability
 from stillhook.analysis.surface import operating_point as operating_point
 from stillhook.analysis.surface import stability as stability
 from stillhook.analysis.surface import strong_ssc as strong_ssc
+from stillhook.analysis.surface import strongest_gain as strongest_gain
 from stillhook.analysis.surface import sweep as sweep
 from stillhook.analysis.tuning.tune import Tuned as Tuned
 from stillhook.analysis.tuning.tune import tune as tune

@@ -3,6 +3,7 @@ in SI."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,10 +11,14 @@ from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability import stability as loop_stability
 from stillhook.analysis.loop_stability import sweeps
+from stillhook.analysis.loop_stability.loops import sampled
+from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.loop_stability.stability import Stability
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.control.registry import DEFAULT_MODE
+from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
 from stillhook.units import parse
@@ -152,6 +157,59 @@ def sweep(
     kind = sweeps.AXES[over].kind if over in sweeps.AXES else ""
     at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
     return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
+
+
+def strongest_gain(
+    crane: Crane,
+    *,
+    alpha_m: float | None = None,
+    delay: str = "0 s",
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: str = "45 deg",
+    sensitivity: float = SENSITIVITY_PEAK,
+) -> float:
+    """Largest position gain of the published loop on the outermost layer that keeps all three margins, with the crane's
+    PLC and any delay of the complete path around the loop up to the given one.
+
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    alpha_m : float, optional
+        Displacement of the motors over its maximum [-]; default the least that any mode may use.
+    delay : str, default "0 s"
+        Delay of the position feedback, such as "50 ms".
+    gain_margin : float, default 2.0
+        Gain margin to keep, above 1 [-].
+    phase_margin : str, default "45 deg"
+        Phase margin to keep, such as "60 deg".
+    sensitivity : float, default 2.0
+        Sensitivity peak to keep, above 1 [-].
+
+    Returns
+    -------
+    float
+        K_p [1/m].
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        For a margin or a delay outside its range.
+    """
+    late, phase = parse(delay, "time", "delay"), parse(phase_margin, "angle", "phase_margin")
+    if not 0.0 <= late < 10.0:
+        raise StillhookError(f"delay = {late:g} s: allowed is 0 up to 10 s.")
+    if not (gain_margin > 1.0 and sensitivity > 1.0 and 0.0 < phase < math.pi / 2.0):
+        raise StillhookError(
+            f"gain_margin = {gain_margin:g}, phase_margin = {math.degrees(phase):.4g} deg, sensitivity ="
+            f" {sensitivity:g}:"
+            " gain margin and sensitivity peak must be above 1, the phase margin above 0 and below 90 deg."
+        )
+    alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
+    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, late + crane.control.computing)
+    return strongest_up_to(loop, (gain_margin, phase, sensitivity))
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
