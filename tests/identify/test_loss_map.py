@@ -137,7 +137,7 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text(CELLS[:5]), ["5 cells", "at least 10"]),
         (text()[:-1].replace("\n200,", "\n200;"), ["3 fields where the header has 4"]),
         (text().replace(".", ","), ["5 fields where the header has 4", "decimal comma"]),
-        (text([(f'"{D}"', '"1,500"', p, T) for D, n, p, T in CELLS]), ["1,500", "a comma"]),
+        (text([(f'"{D}"', '"1,500"', p, T) for D, n, p, T in CELLS]), ["1,500", "a decimal comma and a point"]),
         (
             text([(D, f"{n / 1000:.3f}", p, T) for D, n, p, T in CELLS], separator=";", comma=True),
             ["ends at 1.5 rev/min", "thousands"],

@@ -157,7 +157,7 @@ def plan(
         columns = where_it_governs(lift_plan, of.governs[CREDITS[0]], (at.Tp, at.beta))
         sweep = partial(landing_sweep, lift_plan, columns, execution, demands, parts("sweep"))
         swept = failures.attempt("landing tolerance, payload and depth", sweep, None)
-        blocks |= {} if swept is None else {"sweep": swept}
+        blocks |= {**twin.blocks, **({} if swept is None else {"sweep": swept})}
     facts = facts_of(lift_plan, [t.value for t in list(Tier)[: list(Tier).index(last) + 1]], table, records)
     facts |= result_facts(lift_plan, of, forecast, value, twin, last)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)

@@ -85,7 +85,7 @@ def read_re1(path: Path, text: str) -> Rao:
         problem = f"holds no zero speed, only up to {speed:g} m/s"
         raise wrong(path.name, problem, "Run ShipX at zero speed: vessels at work are stationary.")
     if r.goes_on() and speeds == 1:
-        raise r.wrong(f"goes on where its {headings} headings end", "Check the counts in its line 10.")
+        raise r.wrong(f"continues after its {headings} headings", "Check the counts in its line 10.")
     above = z_keel - T
     waterline = "in" if abs(above) < 0.005 else f"{abs(above):.4g} m {'above' if above > 0.0 else 'below'}"
     origin = (
