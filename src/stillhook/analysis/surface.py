@@ -168,8 +168,9 @@ def strongest_gain(
     phase_margin: str = "45 deg",
     sensitivity: float = SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain of the published loop on the outermost layer that keeps all three margins, with the crane's
-    PLC and any delay of the complete path around the loop up to the given one.
+    """Largest position gain that keeps all three margins, with the PLC and any delay up to the given one.
+
+    Of the published loop on the outermost layer; the delay is that of the complete path around the loop.
 
     Parameters
     ----------
