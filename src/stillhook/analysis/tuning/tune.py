@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controller as controller_of
@@ -42,10 +42,6 @@ from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-
-if TYPE_CHECKING:
-    pass
-
 
 BUDGET = 400
 """Evaluations of a tuning by default. For NS and SSC of the library's 250 t crane they come within 1 % of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from stillhook.weather.alpha import AlphaTable, alphas, reference_period
 from stillhook.weather.limit_text import free_headings
 from stillhook.weather.persistence import persistence, stamp
 from stillhook.weather.series import usual_step
-
-if TYPE_CHECKING:
-    pass
 
 
 def utilisations(
