@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import load_crane
-from stillhook.engine.simulate import run_cases, simulate, whole
+from stillhook.engine.simulate import run_cases, simulate, unchanged
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.vessel.realisation import WaveField
@@ -93,7 +93,7 @@ def main() -> None:
         ("splash zone in waves, 10 min", through_the_splash_zone, 600.0, ("1,000", "")),
     ):
         one, many = make(0), [make(i) for i in range(VL)]
-        alone = rate(lambda: run_cases(crane, [one], step=2, lanes=1, keep=whole), duration)  # noqa: B023
+        alone = rate(lambda: run_cases(crane, [one], step=2, lanes=1, keep=unchanged), duration)  # noqa: B023
         batch = rate(lambda: simulate(crane, many, threads=1, on_failure="mark"), VL * duration)  # noqa: B023
         table.add_row(f"{name}, alone", f"{alone:,.0f}", goals[0])
         table.add_row(f"{name}, {VL} side by side", f"{batch:,.0f}", goals[1])

@@ -27,7 +27,7 @@ from benchmarks.c_reference import COMMON, WIDTHS, CKernel, compile_c, compiler,
 from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.kernels.lanes import VL, flatten
 
 ROUNDS = 7
@@ -71,11 +71,11 @@ def product_jobs() -> dict[str, Job]:
     c, one, block, many = crane(), lifts(1, 600.0)[0], lifts(VL, 600.0), lifts(2 * VL, 1200.0)
 
     def single(n_sub: int) -> Job:
-        return complete_run(lambda: run_cases(c, [one], step=n_sub, lanes=1, every=10, keep=whole)[0], one.duration)
+        return complete_run(lambda: run_cases(c, [one], step=n_sub, lanes=1, every=10, keep=unchanged)[0], one.duration)
 
     def batch(cases: list[Scenario], n_sub: int, threads: int) -> Job:
         return complete_run(
-            lambda: run_cases(c, cases, step=n_sub, lanes=VL, threads=threads, keep=whole),
+            lambda: run_cases(c, cases, step=n_sub, lanes=VL, threads=threads, keep=unchanged),
             sum(s.duration for s in cases),
         )
 

@@ -16,7 +16,7 @@ from stillhook.engine.arguments import RK4_LIMIT, fastest_rates
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
@@ -108,7 +108,7 @@ def scenario(load: str, s_w: str, tip: str, mode: str, **more: str) -> Scenario:
 
 
 def run_one(case: Case, n_sub: int) -> ScenarioRun:
-    return run_cases(case.crane, [case.scenario], step=n_sub, lanes=1, every=1, keep=whole)[0]
+    return run_cases(case.crane, [case.scenario], step=n_sub, lanes=1, every=1, keep=unchanged)[0]
 
 
 def deviation(run: ScenarioRun, reference: ScenarioRun) -> Deviation:

@@ -17,7 +17,7 @@ from rich.table import Table
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.arguments import STATISTICS_STEP, steps_per_cycle
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, size
 from stillhook.library import cranes
@@ -66,7 +66,7 @@ def measured() -> list[Row]:
         for plant, crane in by_plant.items():
             n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
             start = process_time()
-            run_cases(crane, cases[plant], step=n_sub, lanes=VL, threads=1, keep=whole)
+            run_cases(crane, cases[plant], step=n_sub, lanes=VL, threads=1, keep=unchanged)
             if turn:
                 times[plant].append(process_time() - start)
     states = {plant: size(driver(plant, VL).State) for plant in by_plant}

@@ -10,7 +10,7 @@ from blocks import Blocks, Table
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.library.crane_file import changed
 from stillhook.spec.scenario import Operator
 from stillhook.units import show
@@ -153,7 +153,7 @@ def compared(tip: str) -> Compared:
 def audited() -> list[tuple[str, float, Any]]:
     """Case, part of the energy that is not accounted for, powers summed up [J]."""
     cases = [Scenario(**(CASE | case)) for case in ENERGY.values()]
-    results = run_cases(CRANE, cases, step=5, lanes=1, keep=whole)
+    results = run_cases(CRANE, cases, step=5, lanes=1, keep=unchanged)
     out = []
     for name, result in zip(ENERGY, results, strict=True):
         joules = {k: v * result.t_cycle for k, v in result.stats.power._asdict().items()}

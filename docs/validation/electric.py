@@ -14,7 +14,7 @@ from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.library import changed
 from stillhook.physics.electric import machine
 from stillhook.physics.electric.machine import Body, time_to_limit
@@ -44,7 +44,9 @@ CASES = {
 
 
 def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> ScenarioRun:
-    return run_cases(crane, [Scenario(**({"mode": "position"} | case))], step=n_sub, lanes=1, every=1, keep=whole)[0]
+    return run_cases(crane, [Scenario(**({"mode": "position"} | case))], step=n_sub, lanes=1, every=1, keep=unchanged)[
+        0
+    ]
 
 
 def steady(speed: float, duration: float) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from blocks import Blocks
 
 from stillhook import load_crane, read_compensator, read_payload
 from stillhook.engine.lowering.summary import LoweringRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file
 from stillhook.physics.scalar import G
@@ -67,7 +67,7 @@ def lift(tip: Motion, link: Compensator | None, **changes: object) -> Lowering:
 
 
 def run(case: Lowering, *, n_sub: int = 2, every: int = 1) -> LoweringRun:
-    return run_cases(CRANE, [case], step=n_sub, lanes=1, every=every, keep=whole)[0]
+    return run_cases(CRANE, [case], step=n_sub, lanes=1, every=every, keep=unchanged)[0]
 
 
 def column(r: LoweringRun, name: str, last: float = math.inf) -> np.ndarray:
@@ -253,7 +253,7 @@ def surface() -> dict[tuple[float, str], Surface]:
                 InSea(calm, sea, seed, rao, -15.0, -24.0, water=True, amplitudes=Amplitudes.RAYLEIGH).lowering()
                 for seed in range(1, SEEDS + 1)
             ]
-            runs = [r.total for r in run_cases(CRANE, cases, step=2, lanes=16, keep=whole)]
+            runs = [r.total for r in run_cases(CRANE, cases, step=2, lanes=16, keep=unchanged)]
             out[Tp, name] = Surface(
                 float(np.mean([r.lift.F_s_max for r in runs])),
                 float(np.mean([r.lift.F_s_min for r in runs])),

@@ -15,7 +15,7 @@ from scipy.signal import lsim
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.library import changed
 from stillhook.library.write import Item, items
 from stillhook.physics.hydraulics.secondary import largest_speed_gain
@@ -86,7 +86,7 @@ def case(**changes: Any) -> Scenario:
 
 
 def run_one(of: Crane, scenario: Scenario, n_sub: int) -> ScenarioRun:
-    return run_cases(of, [scenario], step=n_sub, lanes=1, keep=whole)[0]
+    return run_cases(of, [scenario], step=n_sub, lanes=1, keep=unchanged)[0]
 
 
 def weight() -> float:

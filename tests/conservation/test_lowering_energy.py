@@ -6,7 +6,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.engine.lowering.summary import LoweringRun
-from stillhook.engine.simulate import run_cases, simulate, whole
+from stillhook.engine.simulate import run_cases, simulate, unchanged
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.spec.lift.lowering import Lowering, Rigging
@@ -79,7 +79,7 @@ def through_the_wire(r: LoweringRun) -> tuple[float, float]:
 )
 def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> None:
     crane = load_crane(name)
-    r = run_cases(crane, [case], step=2, lanes=1, keep=whole)[0]
+    r = run_cases(crane, [case], step=2, lanes=1, keep=unchanged)[0]
     missing, through = through_the_wire(r)
     assert abs(missing) < ROUNDING * through
     assert abs(r.energy_unaccounted) < AUDIT
@@ -94,7 +94,7 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
         step=2,
         lanes=1,
         every=0,
-        keep=whole,
+        keep=unchanged,
     )[0]
     tension = (100e3 - 1025.0 * 10.0 + 3e3 + 0.5 * 32.0 * 1000.0) * G
     strain = 0.5 * tension**2 / 836e6 * 900.0

@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.engine.lowering.run import Ready
-from stillhook.engine.simulate import run_cases, simulate, whole
+from stillhook.engine.simulate import run_cases, simulate, unchanged
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
@@ -420,7 +420,7 @@ def test_wire_damps_alike_wherever_the_run_began() -> None:
     """Material damping is a ratio of the swing on the wire that is out, not of that on the wire of the start."""
     down = (Phase(mode="ahc", speed="60 m/min", wire="500 m"),)
     begun_above = still_winch("10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
-    r = run_cases(deep(0.02), [begun_above.model_copy(update={"programme": down})], step=2, lanes=1, keep=whole)[0]
+    r = run_cases(deep(0.02), [begun_above.model_copy(update={"programme": down})], step=2, lanes=1, keep=unchanged)[0]
     begun_there = Ready.of(deep(0.02), still_winch(f"{r.state.path.s_w - 5.0} m", begun_above.tip, load=box(A33=50.0)))
     here, there = r.hang.wire.element, begun_there.packed.hang.wire.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)

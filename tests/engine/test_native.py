@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99 import library as native
@@ -50,7 +50,7 @@ def test_zig_and_numba_agree_to_the_bit(plant, lanes, monkeypatch):
     ]
 
     def results():
-        return run_cases([crane] * lanes, cases, step=2, lanes=lanes, every=1, threads=1, keep=whole)
+        return run_cases([crane] * lanes, cases, step=2, lanes=lanes, every=1, threads=1, keep=unchanged)
 
     by_zig = results()
     d = driver(plant, lanes)

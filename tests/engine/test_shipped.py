@@ -15,7 +15,7 @@ import pytest
 from tests.scripts import script
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SimulationError
 from stillhook.kernels import build
 from stillhook.kernels.c99 import library as native
@@ -140,7 +140,7 @@ def test_levels_of_a_processor_agree(crane, tmp_path, monkeypatch):
         with monkeypatch.context() as here:
             for name in ("run", "at_rest"):
                 here.setattr(d, name, Entry(library, getattr(d, name).name, dict))
-            runs = run_cases([winch] * VL, cases, step=2, lanes=VL, every=10, threads=1, keep=whole)
+            runs = run_cases([winch] * VL, cases, step=2, lanes=VL, every=10, threads=1, keep=unchanged)
         series.append(np.array([run.series for run in runs]))
     largest = np.maximum(np.abs(series[0]).max(axis=(0, 1)), 1e-9)
     assert np.max(np.abs(series[1] - series[0]) / largest) < LEVELS_AGREE

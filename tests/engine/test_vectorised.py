@@ -141,11 +141,11 @@ def test_the_engine_holds_no_kernels():
 TWO_SECONDS = """
 import json, sys
 from stillhook import Scenario, load_crane
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.kernels.lanes import flatten
 for name in ("nov-250t", "nov-100t-pure-active"):
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="2 s", ramp="0.5 s", warm_up="0 s")
-    r = run_cases(load_crane(name), [case], step=2, lanes=1, every=10, keep=whole)[0]
+    r = run_cases(load_crane(name), [case], step=2, lanes=1, every=10, keep=unchanged)[0]
     print(json.dumps([*flatten(r.state), *flatten(r.stats), *r.series.ravel().tolist()]))
 """
 

@@ -12,7 +12,7 @@ import pytest
 from stillhook import cranes, load_crane, read_compensator
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.summary import LoweringRun, status
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.c99.library import Entry
@@ -81,7 +81,7 @@ def lift(tip: Motion, link: Compensator | None, **changes: object) -> Lowering:
 
 
 def run(case: Lowering, *, lanes: int = 1, every: int = 1, n_sub: int = 2) -> LoweringRun:
-    return run_cases(load_crane("nov-250t"), [case], step=n_sub, lanes=lanes, every=every, keep=whole)[0]
+    return run_cases(load_crane("nov-250t"), [case], step=n_sub, lanes=lanes, every=every, keep=unchanged)[0]
 
 
 def column(r: LoweringRun, name: str, last: float = math.inf) -> FloatArray:
@@ -271,7 +271,7 @@ def test_lifts_with_and_without_run_in_one_batch() -> None:
     """Each in its own kernel, the answers in the order of the cases."""
     tip = Sine(amplitude="0.5 m", period="7 s")
     cases = [lift(tip, None, duration="5 s"), lift(tip, unit(), duration="5 s"), lift(tip, None, duration="5 s")]
-    results = run_cases(load_crane("nov-250t"), cases, step=2, lanes=1, keep=whole)
+    results = run_cases(load_crane("nov-250t"), cases, step=2, lanes=1, keep=unchanged)
     assert [r.packed.link is None for r in results] == [True, False, True]
     assert results[0].total == results[2].total
 
@@ -336,7 +336,7 @@ def test_it_works_below_every_winch_of_the_library(name: str) -> None:
     omega_n, omega = natural(link, mass * G, mass), 2.0 * math.pi / 4.0
     tip = Sine(amplitude="5 mm", period="4 s")
     case = lift(tip, link, duration="120 s", ramp="30 s", payload=box("10 t", 1.0), controller=takes)
-    r = run_cases(crane, [case], step=4, lanes=1, every=1, keep=whole)[0]
+    r = run_cases(crane, [case], step=4, lanes=1, every=1, keep=unchanged)[0]
     hook, load = (amplitudes(column(r, each, 80.0), r.dt, [omega, omega_n])[0] for each in ("s_hook", "s_load"))
     assert load / hook == pytest.approx(1.0 / abs((omega / omega_n) ** 2 - 1.0), rel=10.0 * TRANSFER)
 

@@ -14,7 +14,7 @@ from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
 from stillhook.physics.electric.machine import Body, time_to_limit
@@ -329,7 +329,7 @@ def test_a_lowering_into_the_water_loses_no_energy_unseen():
         ),
         duration="200 s",
     )
-    result = run_cases(CRANE, [case], step=2, lanes=1, keep=whole)[0]
+    result = run_cases(CRANE, [case], step=2, lanes=1, keep=unchanged)[0]
     assert abs(result.energy_unaccounted) < LOWERING
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtr, ndtri
 
-from stillhook.plan.answer.spread import drawn_limits, ends_of
+from stillhook.plan.answer.spread import ends_of, limit_draws
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
@@ -224,7 +224,7 @@ def test_a_draw_that_finds_no_limit_is_carried_as_none():
         {"load-motion": Hs},
         draws={"load-motion": draws},
     )
-    drawn = drawn_limits(axes, [each], (1, 1, 1, 1, 2))
+    drawn = limit_draws(axes, [each], (1, 1, 1, 1, 2))
     np.testing.assert_array_equal(drawn[:2, 0, 0, 0, 0], draws[:2])
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.engine.lowering.summary import LoweringRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.physics.scalar import G
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import compensated_sigmas, sigmas
@@ -53,7 +53,7 @@ def lift(tip: Motion, link: Compensator | None, duration: str = "300 s") -> Lowe
 
 
 def run(case: Lowering) -> LoweringRun:
-    return run_cases(load_crane("nov-250t"), [case], step=2, lanes=1, every=2, keep=whole)[0]
+    return run_cases(load_crane("nov-250t"), [case], step=2, lanes=1, every=2, keep=unchanged)[0]
 
 
 @pytest.mark.slow

@@ -123,8 +123,8 @@ def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelo
 def test_a_certificate_with_lines_not_judged_says_what_it_covers():
     assert level_of(True, False).level == 2
     assert WORDS["levels"]["partly"] not in level_of(True, False).statement
-    assert level_of(True, False, judged_whole=False).statement.endswith(WORDS["levels"]["partly"])
-    assert level_of(False, False, judged_whole=False).level == 1
+    assert level_of(True, False, complete=False).statement.endswith(WORDS["levels"]["partly"])
+    assert level_of(False, False, complete=False).level == 1
 
 
 @pytest.mark.parametrize("name", cranes())

@@ -19,7 +19,7 @@ from stillhook.control.interface import SPEED
 from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.engine.runner import Ending
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import ValidateError
 from stillhook.library import load_crane
 from stillhook.library.examples import MARK
@@ -197,7 +197,7 @@ class OfTwin:
 
     def run(self, case: Scenario) -> Run:
         n_sub = steps_per_cycle(self.crane, None, SERIES_STEP)
-        [result] = run_cases([self.crane], [case], step=n_sub, lanes=1, every=1, keep=whole)
+        [result] = run_cases([self.crane], [case], step=n_sub, lanes=1, every=1, keep=unchanged)
         if result.ending is not Ending.DONE or result.series is None:
             raise ValidateError(
                 f'test "{case.name}": the simulation of the crane diverges at {result.t_end:.4g} s. Check the crane'

@@ -25,7 +25,7 @@ from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
 from stillhook.engine.arguments import checked_cases, cycles
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.engine.simulate import dataset_of, run_cases, whole
+from stillhook.engine.simulate import dataset_of, run_cases, unchanged
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -391,7 +391,7 @@ def compare(
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
     check(crane, case.with_mode(chosen[0]))
     cases = [case.with_mode(m) for m in chosen]
-    runs = run_cases(crane, cases, step=step, every=cycles(crane, None), keep=whole, progress=progress)
+    runs = run_cases(crane, cases, step=step, every=cycles(crane, None), keep=unchanged, progress=progress)
     return Comparison(crane, tuple(runs))
 
 

@@ -88,10 +88,10 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     from stillhook.identify.motor.identify import loss_set, report, to_dict
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.kit import drawn, pngs
+    from stillhook.report.kit import draw_if_possible, pngs
 
     chosen, page, numbers = MOTOR_FILES[:3]
-    pictures = drawn(lambda: pngs(figures(result)))
+    pictures = draw_if_possible(lambda: pngs(figures(result)))
     files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
     files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
     if not result.drops_in:
@@ -150,11 +150,11 @@ def _friction_files(result: Friction) -> dict[str, Any]:
     )
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.kit import drawn, pngs
+    from stillhook.report.kit import draw_if_possible, pngs
 
     chosen, page, numbers, points, stretches = FRICTION_FILES
-    pictures = drawn(lambda: pngs(figures(result)))
-    logs = drawn(lambda: pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI))
+    pictures = draw_if_possible(lambda: pngs(figures(result)))
+    logs = draw_if_possible(lambda: pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI))
     files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
     files |= {page: html(report(result, pictures, logs)), numbers: to_dict(result)}
     files |= {points: points_table(result).to_csv(index=False), stretches: stretches_table(result).to_csv(index=False)}

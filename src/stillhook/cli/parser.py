@@ -202,9 +202,9 @@ def write_out(
     from stillhook.formats.results import save_files
 
     if pictures is not None:
-        from stillhook.report.kit import drawn
+        from stillhook.report.kit import draw_if_possible
 
-        files = {**drawn(pictures), **files}
+        files = {**draw_if_possible(pictures), **files}
     save_files(out, files)
     announce(out, files, quiet=quiet)
     if pictures is not None and hint:

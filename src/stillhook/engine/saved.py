@@ -213,21 +213,21 @@ def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mappin
     return Ranges(tuple(names), kinds, ends[:, 0], ends[:, 1])
 
 
-def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: int, codes: Sequence[float]) -> str:
+def wrong(values: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: int, codes: Sequence[float]) -> str:
     """What is wrong with numbers from outside, in a few words about the first; "" where nothing is.
 
     Parameters: own: those of what they are restored into; blank: those of a run that begins, which are always allowed
     (extremes of nothing yet are no numbers of a winch); k: PLC cycles since the start; codes of the modes.
     """
     kinds = r.kinds
-    ranged: BoolArray = (found >= r.least) & (found <= r.most)
-    counted: BoolArray = (found >= 0.0) & (found <= k) & (found == np.floor(found))
+    ranged: BoolArray = (values >= r.least) & (values <= r.most)
+    counted: BoolArray = (values >= 0.0) & (values <= k) & (values == np.floor(values))
     good = np.select(
         [kinds == Kind.SAME, kinds == Kind.COUNT, kinds == Kind.CODE],
-        [_bits(found) == _bits(own), counted, np.isin(found, codes)],
+        [_bits(values) == _bits(own), counted, np.isin(values, codes)],
         ranged,
     )
-    good |= (kinds != Kind.SAME) & (_bits(found) == _bits(blank))
+    good |= (kinds != Kind.SAME) & (_bits(values) == _bits(blank))
     if good.all():
         return ""
     i = int(np.argmax(~good))
@@ -236,7 +236,7 @@ def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: i
         Kind.COUNT: f"a whole number from 0 to {k}",
         Kind.CODE: f"the code of a mode, {', '.join(f'{code:g}' for code in sorted(codes))}",
     }.get(Kind(int(r.kinds[i])), f"{r.least[i]:.9g} to {r.most[i]:.9g}")
-    return f"{r.names[i].removeprefix('.')} = {found[i]:.9g}, allowed is {allowed}"
+    return f"{r.names[i].removeprefix('.')} = {values[i]:.9g}, allowed is {allowed}"
 
 
 def _bits(values: FloatArray) -> FloatArray:

@@ -172,7 +172,7 @@ class Session:
         if type(cycles) is not int or cycles < 1 or (inputs and cycles > 1):
             raise SimulationError(f"Session.step: cycles = {cycles!r}: give a whole number from 1, and 1 with inputs.")
         given = {name: self._value(name, value) for name, value in (inputs or {}).items()}
-        _whole_motion(given)
+        _check_motion(given)
         for _ in range(cycles):
             ahead = self._row_at(self._k + 1, given)
             D = aligned(np.stack([self._row, ahead])[:, :, None])
@@ -273,17 +273,17 @@ class Session:
         if problem:
             raise SimulationError(f"{label}: no state of this winch: {problem}. Save it again.")
 
-    def _held_in(self, given: Any, label: str) -> dict[str, float]:
+    def _held_in(self, saved: Any, label: str) -> dict[str, float]:
         """Inputs that are held, as a saved state has them. Errors: SimulationError."""
         try:
-            held = {name: float.fromhex(x) for name, x in given.items()}
+            held = {name: float.fromhex(x) for name, x in saved.items()}
             good = all(map(math.isfinite, held.values()))
         except (AttributeError, ValueError, TypeError, OverflowError):
             good = False
         if not good or not set(held) <= set(self._columns):
             allowed = ", ".join(self._columns)
             raise SimulationError(
-                f"{label}: held = {printable(given)}: finite numbers for names of {allowed} are held. Save it again."
+                f"{label}: held = {printable(saved)}: finite numbers for names of {allowed} are held. Save it again."
             )
         for name, value in held.items():
             at, own = self._place(name), np.array([value])
@@ -295,9 +295,9 @@ class Session:
         """Place of an input among the numbers of a state."""
         return self._ranges.names.index(f".tick.{Tick._fields[self._columns[name][0]]}")
 
-    def _row_at(self, k: int, given: Mapping[str, float] | None = None) -> FloatArray:
+    def _row_at(self, k: int, inputs: Mapping[str, float] | None = None) -> FloatArray:
         """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
-        overlay, r = {**self._held, **(given or {})}, self._block.ready[0]
+        overlay, r = {**self._held, **(inputs or {})}, self._block.ready[0]
         row = self._of_scenario(r.drive, k, overlay)
         if self._wire:
             row[:3] = r.winch.params.hoist.load.W, 0.0, 0.0
@@ -364,10 +364,10 @@ class Session:
         return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
 
 
-def _whole_motion(given: Mapping[str, Any]) -> None:
+def _check_motion(inputs: Mapping[str, Any]) -> None:
     """The tip's motion is given whole or not at all: a position without its speed would make the winch lag. Errors:
     SimulationError."""
-    some = [name for name in MOTION if name in given]
+    some = [name for name in MOTION if name in inputs]
     if some and len(some) < len(MOTION):
-        missing = ", ".join(name for name in MOTION if name not in given)
+        missing = ", ".join(name for name in MOTION if name not in inputs)
         raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")

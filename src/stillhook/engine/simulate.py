@@ -52,7 +52,7 @@ def row_of(run: Run) -> Summary:
     return run.row
 
 
-def whole(run: Run) -> Run:
+def unchanged(run: Run) -> Run:
     """The run as it is."""
     return run
 
@@ -78,8 +78,8 @@ def run_cases(
     crane, case: one or several of either, in pairs, as in `simulate`. step: integration step, or steps per PLC cycle;
     default as in `simulate`. every: PLC cycles between two rows of the series; 0 for none. lanes: cases side by side, 1
     or 16, which changes no number; default 16 where summaries are kept or there are many cases. keep: what is kept of
-    a run, made where it was run: its `Summary`, `whole`, or what a function of a module makes of it (a cluster sends
-    no more than that).
+    a run, made where it was run: its `Summary`, `unchanged`, or what a function of a module makes of it (a cluster
+    sends no more than that).
     threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
     with the same numbers to the last bit, and threads is not used.
     store: folder in which summaries are kept as they finish, under what they follow from: crane, case, step and code.
@@ -124,7 +124,7 @@ def _run(
     """`run_cases` of pairs that were checked."""
     if lanes is None:
         lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
-    ready = of.ready(cranes, cases, n_sub) if keep is whole else None  # they are all in memory anyway
+    ready = of.ready(cranes, cases, n_sub) if keep is unchanged else None  # they are all in memory anyway
     results: dict[int, Any] = {}
     keys: list[bytes] = []
     if store is not None:
@@ -294,7 +294,7 @@ def simulate(
         n_sub,
         every=rows if stored else 0,
         lanes=None,
-        keep=whole if stored else row_of,
+        keep=unchanged if stored else row_of,
         threads=threads,
         store=store,
         client=client,

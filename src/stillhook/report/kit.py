@@ -198,7 +198,7 @@ def can_set() -> bool:
     return installed("typst")
 
 
-def drawn(draw: Callable[[], Mapping[str, T]]) -> dict[str, T]:
+def draw_if_possible(draw: Callable[[], Mapping[str, T]]) -> dict[str, T]:
     """Pictures or figures by name, as `draw` gives them; none where they cannot be drawn."""
     return dict(draw()) if can_draw() else {}
 

@@ -18,7 +18,7 @@ from stillhook.formats.lift_file import LiftFile, describe_phase
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
 from stillhook.report import kit
-from stillhook.report.kit import drawn
+from stillhook.report.kit import draw_if_possible
 from stillhook.report.plots.moments import save_animation, strip
 from stillhook.report.plots.run import Limits, lowering_panels
 from stillhook.report.plots.sea import tip_figure
@@ -86,7 +86,7 @@ def write_lowering(
         }
 
     with atomic_folder(out) as part:
-        figures = drawn(pictures)
+        figures = draw_if_possible(pictures)
         for name, figure in figures.items():
             kit.save(figure, part / name)
         save_run(run, part / series)
@@ -105,7 +105,7 @@ def write_response(
     """Write the files of a response, all of them or none. Gives their names."""
     picture, numbers, summary = RESPONSE_FILES
     with atomic_folder(out) as part:
-        figures = drawn(lambda: {picture: draw()})
+        figures = draw_if_possible(lambda: {picture: draw()})
         for name, figure in figures.items():
             kit.save(figure, part / name)
         save_run(data, part / numbers)
@@ -145,7 +145,7 @@ def write_tip(
     }
     picture, harmonics, table, numbers = names
     with atomic_folder(out) as part:
-        for name, figure in drawn(lambda: {picture: tip_figure(rao, sea, at, summary, motion)}).items():
+        for name, figure in draw_if_possible(lambda: {picture: tip_figure(rao, sea, at, summary, motion)}).items():
             kit.save(figure, part / name)
         (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
         rows = "".join(f"{x:.1f},{y:.6f}\n" for x, y in zip(t, s, strict=True))

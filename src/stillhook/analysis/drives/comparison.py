@@ -26,7 +26,7 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import power_most, wire_speed_max
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.library.write import items
@@ -310,7 +310,7 @@ class DriveComparison:
             columns[name] = (("drive", "power"), np.array(rows), attributes(name))
         if self.n:
             for name in BANDED:
-                columns[f"{name}_drawn"] = (
+                columns[f"{name}_with_draws"] = (
                     ("drive", "draw"),
                     np.array([run.drawn[name] for run in runs]),
                     attributes(name),
@@ -346,19 +346,19 @@ def compare_drives(
     check_comparison(reference, case, names, n)
     meter = Meter(sum(WEIGHTS) * len(names), progress)
     meter.tell()
-    drives = [_told(meter, 0, lambda name=name: sized(name, reference, v_top)) for name in names]
+    drives = [_counted(meter, 0, lambda name=name: sized(name, reference, v_top)) for name in names]
     cases = [case.model_copy(update={"mode": drive.mode, "name": drive.name}) for drive in drives]
     for drive, each in zip(drives, cases, strict=True):
         check(drive.crane, each)
     runs = [
-        _told(meter, 1, lambda d=drive, c=each: _run(d, c, step)) for drive, each in zip(drives, cases, strict=True)
+        _counted(meter, 1, lambda d=drive, c=each: _run(d, c, step)) for drive, each in zip(drives, cases, strict=True)
     ]
     factors: tuple[str, ...] = ()
     if n:
         pairs = [(drive.crane, each) for drive, each in zip(drives, cases, strict=True)]
         uncertain = Uncertainty.default().on(*pairs)
         table, factors = draws(uncertain, n, seed), tuple(uncertain.factors)
-        runs = [_told(meter, 2, lambda r=run: _drawn(r, table.columns, table.values)) for run in runs]
+        runs = [_counted(meter, 2, lambda r=run: _with_draws(r, table.columns, table.values)) for run in runs]
     meter.done = meter.total
     meter.tell()
     v = wire_speed_max(reference) if v_top is None else v_top
@@ -377,7 +377,7 @@ def check_comparison(reference: Crane, case: Scenario, names: Sequence[str], n: 
         library_crane(name, reference)
 
 
-def _told(meter: Meter, part: int, work: Any) -> Any:
+def _counted(meter: Meter, part: int, work: Any) -> Any:
     done = work()
     meter.done += WEIGHTS[part]
     meter.tell()
@@ -413,7 +413,7 @@ def _best_lead(drive: Sized, case: Scenario, step: str | None) -> tuple[Sized, S
     longest = steps_of_cases(drive.crane, [case], SERIES_STEP)
     n_sub = longest if step is None else steps_per_cycle(drive.crane, step)
     cranes = [with_lead(drive.crane, lead) for lead in (drive.t_lead, 0.0)]
-    results = run_cases(cranes, [case, case], step=n_sub, lanes=1, every=1, keep=whole)
+    results = run_cases(cranes, [case, case], step=n_sub, lanes=1, every=1, keep=unchanged)
     errors = [math.inf if r.diverged else r.span[0] for r in results]
     best = 1 if errors[1] < errors[0] else 0
     return replace(drive, crane=cranes[best]), results[best]
@@ -450,12 +450,12 @@ def assumed_share(crane: Crane) -> float:
     return sum(kind is SourceKind.ASSUMED for kind in kinds) / max(len(kinds), 1)
 
 
-def _drawn(run: DriveRun, columns: Sequence[str], values: FloatArray) -> DriveRun:
+def _with_draws(run: DriveRun, columns: Sequence[str], values: FloatArray) -> DriveRun:
     crane, winch = run.drive.crane, run.drive.crane.plant.type
     pairs = list(Drawing(crane, run.case, columns).pairs(values))
     cranes, cases = [c for c, _ in pairs], [s for _, s in pairs]
     n_sub = max(steps_of_cases(c, [s], STATISTICS_STEP) for c, s in pairs)
-    runs = run_cases(cranes, cases, step=n_sub, lanes=VL, keep=whole)
+    runs = run_cases(cranes, cases, step=n_sub, lanes=VL, keep=unchanged)
     e_c_pp = np.array([math.nan if r.diverged else r.span[0] for r in runs])
     net = np.array([math.nan if r.diverged else net_energy(winch, r) for r in runs])
     return replace(run, drawn={"e_c_pp": e_c_pp, "energy_net": net}, failed=sum(r.diverged for r in runs))

@@ -30,7 +30,7 @@ from stillhook.base.identity import Keyed
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import drum_record, gains, pack
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.kernels.build import driver
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import VL, flatten, paths
@@ -116,7 +116,7 @@ def _settled(
     crane = settling.machine
     cases = [_case(crane, mode, *place) for place in places]
     n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
-    results = run_cases(crane, cases, step=n_sub, lanes=VL if len(cases) > 1 else 1, keep=whole)
+    results = run_cases(crane, cases, step=n_sub, lanes=VL if len(cases) > 1 else 1, keep=unchanged)
     return tuple(zip(cases, results, strict=True))
 
 

@@ -166,16 +166,16 @@ def stribeck_speed(crane: Crane) -> float:
     return float(crane.friction.system.Y_4 * 0.5 * crane.drum.d_max / crane.i_hD)
 
 
-def deciding(found: Sequence[PlaceLimit], clear: float) -> tuple[PlaceLimit, ...]:
+def deciding(limits: Sequence[PlaceLimit], clear: float) -> tuple[PlaceLimit, ...]:
     """Places that say how large the gain may be: stable without feedback, and clear [m/s] of the speeds at which the
     same payload is not, on any wire."""
     swinging: dict[float, float] = {}
-    for p in found:
+    for p in limits:
         if p.gains.alone:
             swinging[p.place.load] = max(swinging.get(p.place.load, 0.0), abs(p.place.v_tip) + clear)
     return tuple(
         p
-        for p in found
+        for p in limits
         if p.loop is not None and not p.gains.alone and abs(p.place.v_tip) >= swinging.get(p.place.load, 0.0)
     )
 

@@ -71,7 +71,7 @@ def run(
     Example: stillhook run case.toml --out results
     """
     from stillhook.engine.arguments import cycles
-    from stillhook.engine.simulate import dataset_of, run_cases, whole
+    from stillhook.engine.simulate import dataset_of, run_cases, unchanged
     from stillhook.formats.case_file import load_case, stored_cases
 
     check_out(out, OUT_FILES)
@@ -82,7 +82,7 @@ def run(
         with progress_bar(case_file.stem) as bar:
             cases, every = [f.case for f in files], cycles(crane, files[0].every)
             progress = started(crane, bar, series=True)
-            runs = run_cases(cranes, cases, step=files[0].step, every=every, keep=whole, progress=progress)
+            runs = run_cases(cranes, cases, step=files[0].step, every=every, keep=unchanged, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}

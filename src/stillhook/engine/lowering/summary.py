@@ -387,7 +387,7 @@ def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]
 
 
 def _loss_notes(run: LoweringRun) -> list[str]:
-    """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
+    """Motors that work outside the fit of their loss, with the weight that hangs from the winch at the start."""
     crane, r = run.crane, run.total
     if run.diverged or not hasattr(r.stats.extremes, "alpha_m_min"):
         return []

@@ -25,7 +25,7 @@ OVERSPEED = 2.0
 """Fastest motion of a wire over that of a full command [-]: beyond it the encoder is at fault, or the brake has to
 close at once. Assumed."""
 OVERLOAD = 3.0
-"""Largest tension over that of the safe working load [-]; the whole wire may hang on it in addition. Assumed."""
+"""Largest tension over that of the safe working load [-]; the whole wire may hang from it in addition. Assumed."""
 P_MOST = 1.0e8
 """Largest pressure [Pa]: twice what a hydraulic winch is built for. Assumed."""
 RELEASED = 0.02

@@ -191,23 +191,23 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
     }
 
 
-def oscillation_numbers(found: Largest) -> dict[str, float]:
+def oscillation_numbers(largest_of: Largest) -> dict[str, float]:
     """Its time [s], and period [s], wire speed [m/s] and tension [N] peak to peak where it is largest; NaN where there
     is none."""
-    largest = (found.period, found.v_w, found.F_w) if found.time > 0.0 else (math.nan,) * 3
-    return dict(zip(OF_OSCILLATION, (found.time, *largest), strict=True))
+    largest = (largest_of.period, largest_of.v_w, largest_of.F_w) if largest_of.time > 0.0 else (math.nan,) * 3
+    return dict(zip(OF_OSCILLATION, (largest_of.time, *largest), strict=True))
 
 
-def oscillation_notes(crane: Crane, found: Largest) -> list[str]:
+def oscillation_notes(crane: Crane, largest: Largest) -> list[str]:
     """The same in a sentence with what to do; none where there is none."""
-    if found.time <= 0.0:
+    if largest.time <= 0.0:
         return []
     return [
-        f"wire speed oscillates for {show(found.time, 'time', 3)} with period {show(found.period, 'time', 3)},"
-        f" {show(found.v_w, 'speed', 3)} and {show(found.F_w, 'force', 3)} peak to peak where it is largest, which the"
-        " motion of the tip does not explain: the control loop is unstable or close to it, or friction sticks. Lower"
-        f" K_p ({show(crane.control.K_p, 'gain_per_length')}; stillhook stability has its limit), or keep the wire from"
-        " going this slowly"
+        f"wire speed oscillates for {show(largest.time, 'time', 3)} with period {show(largest.period, 'time', 3)},"
+        f" {show(largest.v_w, 'speed', 3)} and {show(largest.F_w, 'force', 3)} peak to peak where it is largest, which"
+        " the motion of the tip does not explain: the control loop is unstable or close to it, or friction sticks."
+        f" Lower K_p ({show(crane.control.K_p, 'gain_per_length')}; stillhook stability has its limit), or keep the"
+        " wire from going this slowly"
     ]
 
 

@@ -259,9 +259,9 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     )
 
 
-def _settings(found: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
+def _settings(ports: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
     """Places in a lane of what may change while it runs, with their ranges in a saved state."""
-    lane = (each for each in found if each.place[0] == "SH_OF_LANE")
+    lane = (each for each in ports if each.place[0] == "SH_OF_LANE")
     return {each.place[1]: (max(each.least, -SETTING[1]), min(each.most, SETTING[1])) for each in lane}
 
 
@@ -271,7 +271,7 @@ def _first(record: type, path: str) -> int:
 
 
 def _load_is_free(crane: Crane, case: Scenario) -> bool:
-    """Whether nothing but what hangs on the wire follows from the load: not so where an accumulator is charged for
+    """Whether nothing but what hangs from the wire follows from the load: not so where an accumulator is charged for
     it."""
 
     def rest(load: float) -> list[float]:

@@ -1,7 +1,7 @@
 """Tables in text, read at once: rows of cells with their line numbers, and columns of numbers out of them.
 
 `headed_table`: the first line that is no comment holds the headings, and every row has a cell for each of them.
-`table_found`: the table is looked for, below other lines, in any dialect (`stillhook.formats.table.dialect`).
+`find_table`: the table is looked for, below other lines, in any dialect (`stillhook.formats.table.dialect`).
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ def heading_names(text: str) -> list[str]:
     return split_row(line, _separator(line))
 
 
-def table_found(
+def find_table(
     name: str, data: bytes, error: type[StillhookError], noun: str, start: str, head: bytes | None = None
 ) -> TextTable:
     """The table in a file, in any dialect, with the lines of remarks above it as comments.

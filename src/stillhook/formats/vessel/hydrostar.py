@@ -65,7 +65,7 @@ def read_hydrostar(path: Path, text: str) -> Rao:
     """The vessel in six `.rao` files of a folder, given one of them. Errors: SeaError of one line for a file that is no
     motion, motions that are missing or there twice, at speed, or not of the same headings and frequencies."""
     _motion(path.name, text)  # first what is wrong with the file that was given
-    motions = [_motion(name, content) for name, content in _beside(path, text)]
+    motions = [_motion(name, content) for name, content in _motion_files(path, text)]
     by_dof = {d: [m for m in motions if m.dof == d] for d in range(len(DOFS))}
     for d, result in by_dof.items():
         if len(result) > 1:
@@ -104,7 +104,7 @@ def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
     )
 
 
-def _beside(path: Path, text: str) -> list[tuple[str, str]]:
+def _motion_files(path: Path, text: str) -> list[tuple[str, str]]:
     """Names and texts of the motions in the folder of a file, itself first."""
     result = [(path.name, text)]
     for other in sorted(path.parent.glob("*")):

@@ -26,7 +26,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, WeatherError
 from stillhook.formats.table.dialect import COMMENTS
 from stillhook.formats.table.file import refuse_foreign, unpacked
-from stillhook.formats.table.text import HEAD, TextTable, table_found
+from stillhook.formats.table.text import HEAD, TextTable, find_table
 from stillhook.formats.waves.ndbc import SHORT_FILL, is_ndbc, read_records
 from stillhook.formats.waves.ndbc import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
@@ -94,7 +94,7 @@ def read_weather(
     if date_order is not None and date_order not in ORDERS:
         raise WeatherError(f"date_order = {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
     head = data[:HEAD] if in_blanks else _BLANK_IN_TIME.sub(rb"\1T\2", data[:HEAD])  # a blank in a time is none
-    table = table_found(path.name, data, WeatherError, "table", START, head)
+    table = find_table(path.name, data, WeatherError, "table", START, head)
     time, used, notes = _times(table, time_column, date_order, time_zone)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.headings)]

@@ -34,7 +34,7 @@ class WaterAt:
 
 def water_at_payload(d: Driver, joint: Any) -> WaterAt:
     """See `WaterAt`; also at the body that a joint may have. As plain Python."""
-    LANES = ONE_BY_ONE = d.lanes  # the compiler is told that a loop over LANES runs side by side; not over the other
+    LANES = ONE_BY_ONE = d.lanes  # for the compiler: a loop over LANES runs side by side; not over the other
     Q, ROW = 0, 5 * LANES
     load, get_lift = access(d.Lane, LANES).load, access(Lift, LANES).load
     put_water, put_levels = access(Water, LANES).store, access(Heights, LANES).store

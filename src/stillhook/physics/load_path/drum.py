@@ -157,7 +157,7 @@ class Load(NamedTuple):
 
 @scalar
 def suspended_load(payload, hook, displaced, added, drag):
-    """What hangs on the wire: payload and hook [kg]; displaced mass of water and added mass of the payload [kg]; drag
+    """What hangs from the wire: payload and hook [kg]; displaced mass of water and added mass of the payload [kg]; drag
     [N s^2/m^2]. The hook's own buoyancy is left out (a few per cent of 3 t)."""
     m = payload + hook + added
     return Load(W=(payload - displaced) * G + hook * G, m=m, i_m=1.0 / m, b=drag)

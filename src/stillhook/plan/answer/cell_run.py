@@ -196,20 +196,22 @@ class Lowered(NamedTuple):
     line: str
 
 
-def lowered(found: GoverningRun, folder: Path) -> Lowered:
+def lowered(governing: GoverningRun, folder: Path) -> Lowered:
     """Write the run as a lift file, lower that, and write pictures, series, summary and, where pictures can be drawn,
     its animation beside it."""
     check_folder(folder, (*FILES, *LOWERING_FILES, ANIMATION))
     with atomic_folder(folder) as part:
-        names = write_lift(found.run, part, remarks=[found.line, f"Repeat it: stillhook lower {LIFT} --out again"])
+        names = write_lift(
+            governing.run, part, remarks=[governing.line, f"Repeat it: stillhook lower {LIFT} --out again"]
+        )
     file = load_lift(folder / LIFT)
     data = simulate(file.crane, file.lift, step=file.step, every=file.every, sampling=file.sampling, end=file.end)
     animation = can_draw()
     pictures = write_lowering(folder, data, file, lowering_answer(data, file), animation=animation)
-    numbers = run_numbers(data.expand_dims("case"), [found.counts])
-    value = float(found.measure.of_x(found.measure.values(numbers))[0])
-    name = found.rule.rule.quantity
-    same = value == found.value
+    numbers = run_numbers(data.expand_dims("case"), [governing.counts])
+    value = float(governing.measure.of_x(governing.measure.values(numbers))[0])
+    name = governing.rule.rule.quantity
+    same = value == governing.value
     again = "to the bit" if same else f"with {name} {shown(name, value)}: the store is of another version or machine"
     line = f"stillhook lower {folder / LIFT} repeats it {again}."
     return Lowered((*names, *pictures), same, line)

@@ -32,7 +32,7 @@ def with_intervals(
     block: xarray.Dataset,
     plan: LiftPlan,
     of: Answered,
-    found: Sequence[Limits],
+    tier_limits: Sequence[Limits],
     forecast: Forecast,
     value: WeatherValue,
     *,
@@ -48,7 +48,7 @@ def with_intervals(
     the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
     """
     axes = of.axes
-    drawn = drawn_limits(axes, found, of.limits.Hs.shape[1:])
+    drawn = limit_draws(axes, tier_limits, of.limits.Hs.shape[1:])
     if drawn is None:
         return block
 
@@ -82,10 +82,10 @@ def ends_of(value: FloatArray, draws: FloatArray) -> tuple[FloatArray, FloatArra
     return value - bias - half * below, value + bias + half * above
 
 
-def drawn_limits(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
+def limit_draws(axes: Axes, tier_limits: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
     """Draws of the twin's limits (m, alternative, phase, rule, heading, period) [m], inf where a draw stays inside up
     to the highest sea, NaN where there are none; None where no limit has any."""
-    of_twin = [each for each in found if each.tier is Tier.TIME and each.draws]
+    of_twin = [each for each in tier_limits if each.tier is Tier.TIME and each.draws]
     if not of_twin:
         return None
     drawn = np.full((DRAWS, *shape), np.nan)
@@ -99,10 +99,10 @@ def drawn_limits(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) ->
     return drawn
 
 
-def governs_of_draws(plan: LiftPlan, of: Answered, drawn: FloatArray) -> Iterator[Mapping[Credit, Governed]]:
+def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterator[Mapping[Credit, Governed]]:
     """The limits that govern, as modelled and as credited, of every draw (m, ...) of the twin's limits."""
     heights = np.unique(plan.environment.table().Hs)
-    for draw in drawn:
+    for draw in draws:
         Hs = of.limits.Hs.copy()
         Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
         modelled = chosen(replace(of.limits, Hs=Hs))

@@ -176,13 +176,13 @@ def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
         Text(TEXTS["persistence"]),
         facts(_series(result)),
-        whole_year(result),
+        year_table(result),
         *picture(figures, "waiting-by-month"),
         _by_month(result),
     ]
 
 
-def whole_year(result: PlanResult) -> Table:
+def year_table(result: PlanResult) -> Table:
     """How often each alternative can work, how long it waits, and what it gains over the others."""
     block = result["weather"]
     year, over = block.sel(month=0), references(block, result.facts["tiers"])

@@ -26,7 +26,7 @@ from stillhook.plan.result import (
 from stillhook.report.document import Bullets, Document, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
-from stillhook.report.kit import can_set, drawn
+from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.validity import SHORT
 from stillhook.units import quote
@@ -102,7 +102,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     """
     result = for_print(result)
     try:
-        images = drawn(lambda: pictures(result))
+        images = draw_if_possible(lambda: pictures(result))
         report = document(result, images)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         if UNSEALED not in result.facts:
@@ -162,7 +162,7 @@ def brief(result: PlanResult) -> Document:
     result = for_print(result)
     facts = result.facts
     parts: list[Part] = [verdict(result), *tables(result)]
-    parts += [detail.whole_year(result)] if "weather" in result else []
+    parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
     lines += [TEXTS["rules"].format(**facts["rules"])]

@@ -16,7 +16,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import LiftError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.scalar import G
@@ -99,7 +99,7 @@ def run_twin(
     """Runs with a series, sixteen side by side; spacing of the rows at most [s], in full PLC cycles."""
     rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
     n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
-    return run_cases(crane, cases, step=n_sub, lanes=VL, every=rows, keep=whole, threads=threads, progress=progress)
+    return run_cases(crane, cases, step=n_sub, lanes=VL, every=rows, keep=unchanged, threads=threads, progress=progress)
 
 
 def fitted(result: ScenarioRun, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:

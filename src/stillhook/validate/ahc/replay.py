@@ -17,7 +17,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.pack.winch import gains
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SimulationError, ValidateError
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.recorded import Recorded
@@ -169,7 +169,7 @@ def run_twin(
     n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
     every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
     lanes = VL if quick and len(cranes) > 1 else 1
-    results = run_cases(cranes, [r.case for r in replays], step=n_sub, lanes=lanes, every=every, keep=whole)
+    results = run_cases(cranes, [r.case for r in replays], step=n_sub, lanes=lanes, every=every, keep=unchanged)
     out = []
     for r, result in zip(replays, results, strict=True):
         if result.diverged:

@@ -31,7 +31,7 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.document import Document
 from stillhook.report.html import html
-from stillhook.report.kit import can_set, drawn
+from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
@@ -59,12 +59,12 @@ class Level(NamedTuple):
     statement: str
 
 
-def level_of(passed: bool, synthetic: bool, *, judged_whole: bool = True) -> Level:
+def level_of(passed: bool, synthetic: bool, *, complete: bool = True) -> Level:
     """Level and variant of the twin; synthetic logs, and lines without a meaning for the winch type, are stated."""
     words = WORDS["levels"]
     if not passed:
         return Level(1, 1, words["not_verified"])
-    parts = (words["verified"], "" if judged_whole else words["partly"], words["synthetic"] if synthetic else "")
+    parts = (words["verified"], "" if complete else words["partly"], words["synthetic"] if synthetic else "")
     return Level(2, 3, " ".join(filter(None, parts)))
 
 
@@ -76,7 +76,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
     if not validation.complete:
         raise ValidateError("certificate: only some of the steps 0 to 6 were taken. A certificate needs all of them.")
     campaign, view = validation.campaign, view_of(validation)
-    level = level_of(view["passed"], campaign.synthetic, judged_whole=not without_meaning(validation))
+    level = level_of(view["passed"], campaign.synthetic, complete=not without_meaning(validation))
     logs = {t.name: seen_from(t.log, campaign.file.parent) for t in campaign.tests}
     return {
         **view,
@@ -304,7 +304,7 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     """
     from stillhook.validate.report.figures import pictures  # heavy
 
-    figures = drawn(lambda: pictures(validation)) if images is None else images
+    figures = draw_if_possible(lambda: pictures(validation)) if images is None else images
     made, annexed = with_its_annex(certificate_of(validation), figures)
     files = {made.name: made.text().encode()}
     if annexed is not None:
@@ -399,7 +399,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     out = Path(folder)
     check_out(validation.campaign, out)
     with atomic_folder(out) as part:
-        images = drawn(lambda: pictures(validation))
+        images = draw_if_possible(lambda: pictures(validation))
         content = {f"{stem}.png": data for stem, data in images.items()}
         content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:

@@ -309,14 +309,14 @@ def _clipped(runs: Sequence[Run]) -> Note | None:
     return None
 
 
-def statements(e: ControllerEstimates, found: Mapping[str, Note], records: Sequence[Record]) -> tuple[Note, ...]:
+def statements(e: ControllerEstimates, explanations: Mapping[str, Note], records: Sequence[Record]) -> tuple[Note, ...]:
     """Deviations, the order of the rows, substitutes for missing signals, and tests left out."""
     tests: dict[Note, dict[str, None]] = {}
     for run in e.runs:
         for note in run.segment.notes:
             tests.setdefault(note, {})[run.test] = None
     return (
-        *(Note("deviation", cause=note) for key, note in found.items() if key not in EXPLAINS),
+        *(Note("deviation", cause=note) for key, note in explanations.items() if key not in EXPLAINS),
         Note("rows", order=e.rows.description),
         *(Note("substitute", tests=list(of), note=note) for note, of in tests.items()),
         *(Note("no-controller", test=r.test.name, signals=lack) for r in records if (lack := lacking(r))),
@@ -380,24 +380,24 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     return Step(StepNumber.CONTROLLER, measures, statements(e, explanations, records), tables, data, e)
 
 
-def _measures(crane: Crane, e: ControllerEstimates, found: Mapping[str, Note]) -> tuple[Measure, ...]:
-    out = [m for d in e.deviations for m in _of_test(d, found.get(d.signal, ""))]
+def _measures(crane: Crane, e: ControllerEstimates, explanations: Mapping[str, Note]) -> tuple[Measure, ...]:
+    out = [m for d in e.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
     closed = "active" in crane.circuits
     if closed and not any(d.signal == "u_m" and d.ahc for d in e.deviations):
         out.append(Measure.of("u_m_deviation", None))
     seconds = f"{e.law.seconds:.0f} s of unsaturated compensation" if e.law else ""
-    out.append(_measure("command_lag", e.rows.waves, found.get("lag", e.rows.description), data=seconds))
+    out.append(_measure("command_lag", e.rows.waves, explanations.get("lag", e.rows.description), data=seconds))
     file_gains = e.runs[0].segment.plc.gains
     for name in LEAST_SHARE:
         x, file_value = getattr(e.law, name, None), getattr(file_gains, name)
-        notes = [found[k] for k in (name, "K_wire") if k in found]
+        notes = [explanations[k] for k in (name, "K_wire") if k in explanations]
         share = None
         if x is not None and file_value != 0.0:
             share = Estimate(x.value / file_value - 1.0, x.low / file_value - 1.0, x.high / file_value - 1.0, x.n)
         out.append(_measure(f"{name}_deviation", share, *notes, data=f"{seconds}, {x.n} blocks" if x else ""))
     x, u_thr = e.u_thr, crane.control.u_thr
     difference = Estimate(x.value - u_thr, x.low - u_thr, x.high - u_thr) if x else None
-    return (*out, _measure("u_thr_difference", difference, found.get("u_thr", ""))) if closed else tuple(out)
+    return (*out, _measure("u_thr_difference", difference, explanations.get("u_thr", ""))) if closed else tuple(out)
 
 
 def _measure(name: str, x: Estimate | None, *notes: str, data: str = "") -> Measure:

@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.arguments import SERIES_STEP, check_step, substeps
 from stillhook.engine.pack.winch import drum_record, pack
-from stillhook.engine.simulate import run_cases, whole
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
@@ -156,7 +156,7 @@ def repeated(
     a run loses its numbers. time_segments: for each the form that each crane runs; n_sub: steps per PLC cycle."""
     cases = [s.case for row in time_segments for s in row]
     machines = list(cranes) * len(time_segments)
-    results = run_cases(machines, cases, step=n_sub, lanes=VL, every=1, keep=whole, threads=THREADS)
+    results = run_cases(machines, cases, step=n_sub, lanes=VL, every=1, keep=unchanged, threads=THREADS)
     columns = [results[0].signals.index(name) for name in SIGNALS]
     out = []
     for i, row in enumerate(time_segments):

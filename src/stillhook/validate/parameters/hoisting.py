@@ -92,10 +92,10 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
     return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
 
 
-def _friction(found: TestFit) -> Friction:
-    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in found.parts])))
-    force, mean = float(found.fit.b[1]) / r_eff, float(np.nanmean(np.abs(found.columns[0])))
-    return Friction(found.test, found.fit.estimate(0, -1.0), force, mean)
+def _friction(estimates: TestFit) -> Friction:
+    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in estimates.parts])))
+    force, mean = float(estimates.fit.b[1]) / r_eff, float(np.nanmean(np.abs(estimates.columns[0])))
+    return Friction(estimates.test, estimates.fit.estimate(0, -1.0), force, mean)
 
 
 class States(NamedTuple):

@@ -42,7 +42,7 @@ class RailPumps(tables.Pumps):
 
 
 class SpeedDrive(Spec):
-    """Speed control of the secondary units, and what it is told ahead."""
+    """Speed control of the secondary units, and its feedforward."""
 
     n_full: u.Rotation = Field(gt=0, description="motor speed at full command")
     K: u.GainPerTime = Field(gt=0, description="speed gain: acceleration demanded per missing speed")

@@ -87,7 +87,7 @@ class TankLine(Spec):
 class ValveDrive(Spec):
     """How the PLC works the spool."""
 
-    deadband: Number = Field(ge=0, le=0.5, description="overlap that it reckons with, part of the stroke")
+    deadband: Number = Field(ge=0, le=0.5, description="overlap that it compensates, part of the stroke")
     jump: Number = Field(gt=0, le=0.2, description="opening over which it jumps the overlap")
     share: Number = Field(ge=0, le=1, description="share of the measured pressure drop in its flow law")
     dp_nominal: u.Pressure = Field(gt=0, description="pressure drop that the rest of its flow law takes")

@@ -98,8 +98,8 @@ class Compensator(JointUnit):
     p_0 and V_0 are those with the rod fully in. n is the gas's exponent: 1.0 where it moves so slowly that it stays as
     warm as the sea, 1.4 for nitrogen in waves, up to 1.67 where it is dense and cold. The orifice brakes by `orifice`
     times speed squared, seals by `friction`, whole from the speed v_friction on. The sea presses on `rod_area`, which
-    is 0 for a unit that is balanced against it. Masses are those of what hangs on the hook (cylinder) and of what moves
-    with the slings (rod). Errors: ScenarioError, one line.
+    is 0 for a unit that is balanced against it. Masses are those of what hangs from the hook (cylinder) and of what
+    moves with the slings (rod). Errors: ScenarioError, one line.
     """
 
     type: Literal["gas-spring"] = "gas-spring"
@@ -113,7 +113,7 @@ class Compensator(JointUnit):
     v_friction: u.Speed = Field(default=0.01, gt=0, description="speed from which on the seals rub with all of it")
     rod_area: u.Area = Field(default=0.0, ge=0, description="area of the rod that the sea presses in")
     length: u.Length = Field(ge=0, description="from the hook to the slings with the rod fully in")
-    mass_cylinder: u.Mass = Field(ge=0, description="what hangs on the hook")
+    mass_cylinder: u.Mass = Field(ge=0, description="what hangs from the hook")
     mass_rod: u.Mass = Field(default=0.0, ge=0, description="what moves with the slings")
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""What a host program hangs on a winch: a load path (`stillhook.winches.load_path.load`) whose tension is given.
+"""What a host program hangs from a winch: a load path (`stillhook.winches.load_path.load`) whose tension is given.
 
 The host has wire, load and water; it gives the tension at the crane tip, and takes wire out and its speed. Its `Tip`
 holds the tension in s [N] and its rate in v [N/s]; the motion of the crane tip is what the motion unit shows.

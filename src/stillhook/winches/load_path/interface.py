@@ -135,7 +135,7 @@ class JointUnit(Spec):
     @property
     @abstractmethod
     def masses(self) -> tuple[float, float]:
-        """Mass that hangs on the hook, and that which moves with the slings [kg]."""
+        """Mass that hangs from the hook, and that which moves with the slings [kg]."""
 
     @property
     def mass(self) -> float:

@@ -1,4 +1,4 @@
-"""What hangs on a winch: wire and load below the drum, a load path that meets the winch at one port.
+"""What hangs from a winch: wire and load below the drum, a load path that meets the winch at one port.
 
 The winch gives the speed of the wire, the load path the tension at the top. Another load path has the same names:
 `State`, `Point`, `Powers` and `SUPPLIED`, `motion`, `weight`, `start`, `at`, `rates`, `powers`, `energy`,

@@ -246,7 +246,7 @@ def sense(x, y, q, m, tick, geo, p):
 
 @scalar
 def torque_ahead(omega_ref, u_p, r, x, m, brake, tick, geo, p):
-    """Torque that the drive is told ahead [N m]: load, friction, and the shaft's acceleration while the tip is
+    """Torque that is fed forward to the drive [N m]: load, friction, and the shaft's acceleration while the tip is
     compensated and the speed is not at its limit; m memory after the cycle."""
     R, d = p.rail, p.drive
     F = load_ahead(m.F, r.F, d.most)
@@ -259,7 +259,7 @@ def torque_ahead(omega_ref, u_p, r, x, m, brake, tick, geo, p):
 
 @scalar
 def actuate(drive, r, x, m_0, m, tick, geo, p):
-    """Commands of the plant, the PLC's memory, signals of the drive: the speed's set-point and what is told ahead; the
+    """Commands of the plant, the PLC's memory, signals of the drive: the speed's set-point and its feedforward; the
     pumps replace what the mean pressure lacks, and the oil that the operator's own motion takes, within the power
     that the units give and take."""
     R, power, f = p.rail, p.plc.power, tick.f_known

@@ -438,20 +438,20 @@ def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
 
 
 def _smoothed(
-    curve: Curve, crossing: Around, direct: FloatArray, found: BoolArray, expected: FloatArray | None, n_draws: int
+    curve: Curve, crossing: Around, direct: FloatArray, usable: BoolArray, expected: FloatArray | None, n_draws: int
 ) -> Field:
     """ln of the heights as a field over periods and headings. It is levels that differ little between neighbours:
     limits of numbers that hardly grow may differ by more."""
-    places = [column for column, use in zip(curve.columns, found, strict=True) if use]
+    places = [column for column, use in zip(curve.columns, usable, strict=True) if use]
     ln_expected = None
-    if expected is not None and np.isfinite(expected[found]).all() and (expected[found] > 0.0).all():
-        ln_expected = np.log(expected[found])
-    slope = crossing.slope[found]
+    if expected is not None and np.isfinite(expected[usable]).all() and (expected[usable] > 0.0).all():
+        ln_expected = np.log(expected[usable])
+    slope = crossing.slope[usable]
     return smooth_field(
         np.array([column.period for column in places]),
         np.array([column.angle for column in places]),
-        np.log(np.maximum(direct[found], 1e-3)),
-        np.maximum(crossing.var[found] / slope**2, 1e-8),
+        np.log(np.maximum(direct[usable], 1e-3)),
+        np.maximum(crossing.var[usable] / slope**2, 1e-8),
         expected=ln_expected,
         scale=np.maximum(1.0 / slope, 1.0),
         seed=_stream(curve),
