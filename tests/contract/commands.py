@@ -244,6 +244,8 @@ def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
         "CAMPAIGN": str(folder / "out" / "campaign.toml"),
     }
     for word, text in FILES.items():
+        if word not in BOTH[command].split():
+            continue
         file = folder / f"{word.lower()}.toml"
         file.write_text(sized(text, crane).replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
         words[word] = str(file)
