@@ -4,7 +4,10 @@ cannot be one is refused in one line."""
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -18,8 +21,9 @@ from tests.contract.commands import (
     Answer,
     printed_files,
 )
-from tests.contract.processes import ROOT, python
+from tests.scripts import DOCS
 
+ROOT = DOCS.parent
 LIFTS = ROOT / "src" / "stillhook" / "library" / "data" / "lifts"
 MEANINGLESS = OF_CLOSED_CIRCUITS | {command: f"has no {number}" for command, number in OF_NUMBERS.items()}
 """Commands that have no meaning for the example's winch -> what their one line says."""
@@ -31,6 +35,14 @@ def example(tmp_path: Path) -> Path:
     for name, text in printed_files().items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
+
+
+def python(*arguments: str, extensions: list[Path], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A process that knows the user's modules."""
+    paths = os.pathsep.join([str(ROOT / "src"), str(ROOT)])
+    environment = os.environ | {"STILLHOOK_EXTENSIONS": os.pathsep.join(map(str, extensions)), "PYTHONPATH": paths}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
 
 
 def found(crane: str, *commands: str, folder: Path, mode: str = "ssc-pi") -> dict[str, Answer]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from tests.contract.commands import OF_CONTROLLER, Answer, printed_files
-from tests.contract.processes import ROOT, python
+from tests.contract.test_extensions import ROOT, python
 
 FACTOR = '''"""Every quantity that a sensor may read, times k."""
 from typing import Annotated, NamedTuple
