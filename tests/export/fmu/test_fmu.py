@@ -67,9 +67,10 @@ def run(nov: stillhook.Crane, case: stillhook.Scenario):
 
 
 @pytest.fixture(scope="module")
-def fmus(made: Export, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def fmus(made: Export, shipped_fmus, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
-    return {v: write_fmu(made, folder / f"nov{v}.fmu", fmi=v, platforms=[str(OWN)])[0] for v in ("2", "3")}
+    with shipped_fmus():
+        return {v: write_fmu(made, folder / f"nov{v}.fmu", fmi=v, platforms=[str(OWN)])[0] for v in ("2", "3")}
 
 
 class Slave:
