@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV   ?= .venv
 PYTEST_ARGS ?= -q -n auto --dist worksteal
+# Workers and the programs that tests start find the bytecode of modules, instead of each compiling all of them.
+TEST_ENV := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
@@ -27,14 +29,14 @@ demo: $(STAMP)
 	@$(BIN)/stillhook demo
 
 test: $(STAMP)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not thorough"
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not thorough"
 
 test-fast: $(STAMP)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not thorough"
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not thorough"
 
 # What `make test` leaves out.
 test-thorough: $(STAMP)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m thorough
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m thorough
 
 test-all: test test-thorough
 	@$(BIN)/python docs/validation/make.py --check

@@ -37,7 +37,7 @@ GOAL = 60.0
 def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
     """Every lift of the table."""
     programme = (Phase(mode="ahc", time=f"{HALF_AN_HOUR + 60.0!r} s"),)
-    hanging = plan.hanging(plan.phase(PHASE).start or 0.0)
+    hanging = plan.hanging(plan.phase(PHASE).z_start or 0.0)
     wire = DeepWire(nodes=nodes_of(plan, plan.phase(PHASE)))
     lift = hanging.model_copy(update={"programme": programme, "duration": HALF_AN_HOUR, "wire": wire})
     seas, e = plan.environment.table(), plan.environment

@@ -153,7 +153,7 @@ def difference(library: Any, lanes: int) -> float:
     state likewise."""
     cases = lifts(lanes, 60.0)
     ours, theirs = (kernel_run(cases, 2, every=1, kernel=k).block for k in (None, CKernel(library, lanes)))
-    a, b = ours.out.reshape(-1, ours.shape.columns, lanes), theirs.out.reshape(-1, ours.shape.columns, lanes)
+    a, b = ours.out.reshape(-1, len(ours.d.columns), lanes), theirs.out.reshape(-1, len(ours.d.columns), lanes)
     series = np.max(np.abs(a - b), axis=0) / np.maximum(np.max(np.abs(a), axis=0), 1e-9)
     worst = float(np.max(series))
     for x, y in zip(ours.results(), theirs.results(), strict=True):

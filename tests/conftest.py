@@ -16,7 +16,7 @@ settings.load_profile("stillhook")
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Before the workers of a whole run start, its kernels are compiled."""
+    """Before the workers of a whole run start, its kernels and modules are compiled."""
     config = session.config
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.collectonly
     if whole and getattr(config.option, "numprocesses", None):

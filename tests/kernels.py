@@ -1,5 +1,8 @@
-"""Compiles the kernels that many tests run, in two processes that take about as long: left to themselves the workers
-would each compile them all. A process compiles the equations that its kernels share once.
+"""Compiles the kernels that many tests run, and the test modules with pytest's assertions, in two processes that take
+about as long: left to themselves the workers would each compile them all. A process compiles the equations that its
+kernels share once.
+
+The second process begins with test modules: two that start with kernels in a new cache would both build Zig's runtime.
 
 python -m tests.kernels 0
 """
@@ -12,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
 from trials.reference_plant.pack import simulate_reference
 from trials.reference_plant.parameters import ReferenceCrane
 
@@ -19,7 +23,8 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.kernels.build import LOAD_ON_WIRE, Setup, is_compiled
 from stillhook.kernels.lanes import VL
 
-ROOT = Path(__file__).resolve().parents[1]
+TESTS = Path(__file__).resolve().parent
+ROOT = TESTS.parent
 CRANES = {
     "active-passive": "nov-250t",
     "cylinder": "nov-100t-cylinder",
@@ -67,8 +72,28 @@ def compile_all() -> None:
 
 
 def _in_a_process(number: int) -> None:
-    if not all(is_compiled(*kernel) for kernel in PROCESSES[number]):
+    if not (all(is_compiled(*kernel) for kernel in PROCESSES[number]) and has_bytecode(folders(number))):
         subprocess.run([sys.executable, "-m", "tests.kernels", str(number)], cwd=ROOT, capture_output=True, check=False)
+
+
+def folders(number: int) -> list[Path]:
+    """Those of the tests whose modules a process compiles."""
+    every = sorted(path for path in TESTS.iterdir() if path.is_dir() and path.name != "__pycache__")
+    return every[number :: len(PROCESSES)]
+
+
+def has_bytecode(of: list[Path]) -> bool:
+    """Whether every module of tests was compiled once, where Python keeps what it compiles, beside the module."""
+    if sys.dont_write_bytecode or sys.pycache_prefix:
+        return True
+    modules = (path for folder in of for path in folder.rglob("test_*.py"))
+    return all(any(path.parent.glob(f"__pycache__/{path.stem}.*-pytest-*.pyc")) for path in modules)
+
+
+def compile_tests(of: list[Path]) -> None:
+    """Pytest rewrites the assertions of what it collects, and keeps the bytecode."""
+    if not has_bytecode(of):
+        pytest.main(["--collect-only", "-qq", "-p", "no:cacheprovider", *map(str, of)])
 
 
 def compile_one(kernel: Kernel) -> None:
@@ -88,5 +113,9 @@ def compile_one(kernel: Kernel) -> None:
 
 if __name__ == "__main__":
     gc.set_threshold(100_000, 20, 50)  # a compiler makes millions of small objects
-    for each in PROCESSES[int(sys.argv[1])]:
+    mine = int(sys.argv[1])
+    if mine:
+        compile_tests(folders(mine))
+    for each in PROCESSES[mine]:
         compile_one(each)
+    compile_tests(folders(mine))

@@ -99,9 +99,7 @@ def logs(plan: str, noise: str, reference: Crane | None = None) -> Iterator[Path
     with TemporaryDirectory() as folder:
         sensors, tests = Instruments(noise=noise_of(noise), seed=1), campaign_plan(plan)
         out = Path(folder) / "tests"
-        yield write_campaign(
-            tests, out, instruments=sensors, duration=f"{MINUTES:g} min", reference=reference, parquet=True
-        ).campaign
+        yield write_campaign(tests, out, instruments=sensors, duration=f"{MINUTES:g} min", reference=reference).campaign
 
 
 def campaign(plan: str, noise: str, truth: Crane | None = None) -> Friction:

@@ -202,7 +202,7 @@ def medians(r: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     v = 60.0 * np.array([CELLS.axes.speeds[i % len(CELLS.axes.speeds)] for i in range(n)])
     found = [r[str(i)] for i in range(len(CELLS.cases))]
     applies = np.array(
-        [not cause_of(s, c.mode, c.load / CRANE.SWL) for s, c in zip(found, CELLS.cases, strict=True)]
+        [not cause_of(CRANE, s, c.mode, c.load) for s, c in zip(found, CELLS.cases, strict=True)]
     ).reshape(3, n)
     e, p = (np.array([float(s[name]) for s in found]).reshape(3, n) for name in ("e_c_pp", "p_max"))
     classic = np.where(applies[:2], e[:2], np.inf).argmin(axis=0)

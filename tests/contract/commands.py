@@ -4,6 +4,7 @@ over them for a process of its own: `python -m tests.contract.commands CRANE MOD
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import json
 import re
@@ -218,9 +219,14 @@ SMALLER = {"30 t": "10 t", "20 t": "6 t", "manifold-60t": "spool-20t", "48 bar":
 """Loads, payload and gas of the commands, for a small crane."""
 
 
+@functools.cache
+def is_small(crane: str) -> bool:
+    return load_crane(crane).SWL < SMALL_SWL
+
+
 def sized(text: str, crane: str) -> str:
     """A command line or file with loads that the crane carries."""
-    if load_crane(crane).SWL >= SMALL_SWL:
+    if not is_small(crane):
         return text
     for large, small in SMALLER.items():
         text = text.replace(large, small)
@@ -238,6 +244,8 @@ def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
         "CAMPAIGN": str(folder / "out" / "campaign.toml"),
     }
     for word, text in FILES.items():
+        if word not in BOTH[command].split():
+            continue
         file = folder / f"{word.lower()}.toml"
         file.write_text(sized(text, crane).replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
         words[word] = str(file)

@@ -23,7 +23,13 @@ def with_sensors(crane: str = "nov-100t-pure-active", **tables: object) -> still
 
 
 def wheel(**settings: object) -> stillhook.Crane:
-    return with_sensors(measuring_wheel=settings or {"slip": SLIP, "tau": "30 ms"})
+    """A wheel beside a cell that reads what is true: one machine code serves both."""
+    return with_sensors(measuring_wheel=settings or {"slip": SLIP, "tau": "30 ms"}, cell={"k": 1.0})
+
+
+def with_cell(k: float) -> stillhook.Crane:
+    """A cell beside a wheel that reads what is true, to a micrometre."""
+    return with_sensors(measuring_wheel={"tau": "0 s", "count": "0.001 mm"}, cell={"k": k})
 
 
 LOWERED = {"profile": [("2 s", "0 m/min"), ("3 s", "-20 m/min"), ("18 s", "-20 m/min"), ("19 s", "0 m/min")]}
@@ -50,9 +56,7 @@ def test_a_load_cell_that_reads_more_makes_the_motors_keep_more_displacement() -
     fast = stillhook.Scenario(
         load="80 t", s_w="100 m", tip="sine 3.5 m 10 s", mode="ssc", duration="60 s", warm_up="30 s"
     )
-    least = [
-        float(stillhook.simulate(crane, fast).alpha_m_min) for crane in (with_sensors(), with_sensors(cell={"k": 1.5}))
-    ]
+    least = [float(stillhook.simulate(crane, fast).alpha_m_min) for crane in (with_sensors(), with_cell(k=1.5))]
     assert least[1] > 1.2 * least[0]
 
 

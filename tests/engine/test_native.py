@@ -2,6 +2,8 @@
 
 import logging
 import subprocess
+import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from stillhook.errors import SimulationError
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.library import Entry, Library
+from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.kernels.lanes import VL, Array
 
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
@@ -28,8 +31,17 @@ def outside(A: Array, n: int, x: float):
     A[:n] *= x
 
 
+@pytest.fixture
+def store() -> Iterator[Path]:
+    """A new folder of libraries beside the usual one: the parts of Zig's own are compiled once for both."""
+    beside = kernel_folder("native").parent
+    make_private(beside)
+    with tempfile.TemporaryDirectory(dir=beside) as folder:
+        yield Path(folder)
+
+
 def library(folder: Path, function=twice) -> Library:
-    return Library({"twice": function}, folder / "state", folder / "native")
+    return Library({"twice": function}, folder / "state", folder)
 
 
 def doubled(entry) -> list[float]:
@@ -63,40 +75,40 @@ def test_zig_and_numba_agree_to_the_bit(plant, lanes, monkeypatch):
 
 @needs_zig
 @pytest.mark.slow
-def test_an_edit_elsewhere_does_not_compile_again(tmp_path, monkeypatch):
-    assert doubled(Entry(library(tmp_path), "twice", dict)) == [2.0, 4.0, 3.0]
+def test_an_edit_elsewhere_does_not_compile_again(store, monkeypatch):
+    assert doubled(Entry(library(store), "twice", dict)) == [2.0, 4.0, 3.0]
     monkeypatch.setattr(native, "compiler", lambda: ("no such compiler",))
-    other_state = Library({"twice": twice}, tmp_path / "other-state", tmp_path / "native")
+    other_state = Library({"twice": twice}, store / "other-state", store)
     assert doubled(Entry(other_state, "twice", dict)) == [2.0, 4.0, 3.0]
     assert other_state.is_compiled()
 
 
 @needs_zig
 @pytest.mark.slow
-def test_one_compilation_serves_all(tmp_path, monkeypatch):
+def test_one_compilation_serves_all(store, monkeypatch):
     calls = []
     run = subprocess.run
     monkeypatch.setattr(native.subprocess, "run", lambda *a, **k: (calls.append(a), run(*a, **k))[1])
     with ThreadPoolExecutor(4) as pool:
-        made = list(pool.map(lambda _: next(library(tmp_path).files()), range(4)))
+        made = list(pool.map(lambda _: next(library(store).files()), range(4)))
     assert len(set(made)) == len(calls) == 1
 
 
 @needs_zig
-def test_numba_compiles_what_is_outside_the_translated_subset(tmp_path, caplog):
-    assert doubled(Entry(library(tmp_path, outside), "twice", lambda: outside)) == [2.0, 4.0, 3.0]
+def test_numba_compiles_what_is_outside_the_translated_subset(store, caplog):
+    assert doubled(Entry(library(store, outside), "twice", lambda: outside)) == [2.0, 4.0, 3.0]
     assert caplog.records == []
 
 
 @needs_zig
-def test_numba_compiles_where_zig_fails(tmp_path, monkeypatch, caplog):
+def test_numba_compiles_where_zig_fails(store, monkeypatch, caplog):
     monkeypatch.setattr(native, "FLAGS", (*native.FLAGS, "--no-such-option"))
     with caplog.at_level(logging.WARNING):
-        assert doubled(Entry(library(tmp_path), "twice", lambda: twice)) == [2.0, 4.0, 3.0]
+        assert doubled(Entry(library(store), "twice", lambda: twice)) == [2.0, 4.0, 3.0]
     (record,) = caplog.records
     assert record.message.startswith("Zig did not compile a kernel, so Numba does: ")
     assert "\n" not in record.message
-    assert not list((tmp_path / "native").glob("*.so"))
+    assert not list(store.glob("*.so"))
 
 
 def test_an_unknown_way_to_compile_is_refused(monkeypatch):

@@ -34,10 +34,15 @@ from trials.campaigns.motor_map import synthetic_map, write_map
 
 import stillhook
 from stillhook.cli import run
+from stillhook.kernels.c99.library import SUFFIX
 
 Case = Callable[[], Any]
 CASES: dict[str, Case] = {}
 CACHE = "STILLHOOK_CACHE"
+NOT_KERNELS = ("capacities", "residuals", "zig")
+"""Folders of the cache with results, and with what Zig keeps for itself."""
+COMPILED = (SUFFIX, ".txt", ".nbi", ".nbc")
+"""Files of compiled kernels: libraries, what names them, and Numba's."""
 
 
 def case(function: Case) -> Case:
@@ -102,12 +107,14 @@ def fresh_cache() -> Iterator[None]:
     before = os.environ.get(CACHE)
     real = Path(before or platformdirs.user_cache_dir("stillhook", appauthor=False))
     with tempfile.TemporaryDirectory(prefix="frozen-cache-") as folder:
-        for path in sorted(real.rglob("*")):
-            target = Path(folder) / path.relative_to(real)
-            if path.is_dir():
-                target.mkdir(mode=0o700, parents=True, exist_ok=True)
-            elif path.suffix in (".nbi", ".nbc"):
-                shutil.copy2(path, target)
+        for path in sorted(real.iterdir()):
+            if not path.is_dir() or path.name in NOT_KERNELS:
+                continue
+            for file in (found for found in path.rglob("*") if found.suffix in COMPILED):
+                target = Path(folder) / file.relative_to(real)
+                target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+                with contextlib.suppress(FileNotFoundError):  # one that another process is writing
+                    shutil.copy2(file, target)
         os.environ[CACHE] = folder
         try:
             yield

@@ -447,7 +447,10 @@ def test_facts_that_were_changed_are_refused(saved, tmp_path, capsys, key, value
     assert "plan.json: not as it was written: damaged, or changed. Run the plan again." in refused(changed, capsys)
 
 
-def test_facts_without_a_hash_are_marked_and_their_missing_parts_are_refused(saved, tmp_path, capsys):
+def test_facts_without_a_hash_are_marked_and_their_missing_parts_are_refused(
+    saved, stems, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(writing, "pictures", lambda r: dots(stems))
     folder = damaged(saved, tmp_path / "old", known=False)
     assert command(["report", str(folder)]) == 0
     assert "NOT SEALED: plan.json has no hash of its facts" in (folder / "report.html").read_text()

@@ -53,10 +53,8 @@ def plan():
     return replace(load_plan("template-to-1500m"), alternatives=names)
 
 
-@pytest.fixture
-def runs(monkeypatch, plan):
-    """Runs are made up: motion grows with payload and depth in proportion."""
-    log = []
+def made_up_runs(plan, log):
+    """What stands for `simulate`: motion grows with payload and depth in proportion; every run is kept in the log."""
 
     def simulated(cranes, cases, **_):
         numbers = {name: np.zeros((len(cases), 6)) for name in phase_numbers_of(WINCH)}
@@ -77,13 +75,27 @@ def runs(monkeypatch, plan):
         columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
 
-    monkeypatch.setattr(twin_cells, "simulate", simulated)
-    return log
+    return simulated
 
 
 @pytest.fixture
-def block(plan, runs):
-    return landing_sweep(plan, COLUMNS, THREADS)
+def runs(monkeypatch, plan):
+    """Runs are made up."""
+    monkeypatch.setattr(twin_cells, "simulate", made_up_runs(plan, []))
+
+
+@pytest.fixture(scope="module")
+def swept(plan):
+    """The sweep of the plan by made-up runs, and these runs: (alternative, height, mass, depth)."""
+    log = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(twin_cells, "simulate", made_up_runs(plan, log))
+        return landing_sweep(plan, COLUMNS, THREADS), log
+
+
+@pytest.fixture
+def block(swept):
+    return swept[0].copy(deep=True)
 
 
 @pytest.mark.slow
@@ -140,7 +152,8 @@ def test_without_a_classic_controller_nothing_is_compared(plan, runs):
 
 
 @pytest.mark.slow
-def test_runs_stay_within_their_budget(plan, block, runs):
+def test_runs_stay_within_their_budget(swept):
+    block, runs = swept
     in_waves = [run for run in runs if run[1] > 0.0]
     assert block.attrs["n_runs"] == len(runs)
     assert len(in_waves) <= 1650  # four alternatives of six, and one period of three

@@ -8,6 +8,7 @@ Files that a command leaves in a folder: checked before anything runs, written a
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -139,7 +140,8 @@ def client_of(address: str | None) -> Iterator[Any]:
             " every worker."
         ) from None
     try:
-        get_address_host_port(address)  # a client with no address complains once more when it is collected
+        host, port = get_address_host_port(address)  # a client with no address complains once more when it is collected
+        socket.getaddrinfo(host, port)  # a client tries again for `PATIENCE` what no name server knows
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as e:
         reason = " ".join(str(e).split())[:120] or type(e).__name__

@@ -230,8 +230,8 @@ def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[st
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write a picture; the file appears only when it is complete."""
+    """Write a picture as PNG; the file appears only when it is complete."""
     target = Path(path)
     with atomic_file(target) as part:
-        figure.savefig(part, dpi=RESOLUTION)
+        part.write_bytes(png(figure))
     return target

@@ -22,6 +22,8 @@ blocks differ."""
 
 COPY_LENGTH = 20
 """Length of a block from which it is quicker to copy it than to count out its samples."""
+TOGETHER = 100_000
+"""Blocks that are drawn at once, which bounds memory; draws are the same whatever it is."""
 
 
 @dataclass(frozen=True)
@@ -88,14 +90,17 @@ def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> It
     count = max(1, round(float(np.sum(sizes / reach))))
     rings = [np.concatenate([r, r[:n]]) for r, n in zip(rows, reach, strict=True)]
     ring, begin = np.concatenate(rings), first + np.concatenate(([0], np.cumsum(reach)[:-1]))
-    for _ in range(draws):
-        part = np.minimum(np.searchsorted(chance, rng.random(count), side="right"), len(sizes) - 1)
-        starts = begin[part] + np.floor(rng.random(len(part)) * sizes[part]).astype(np.intp)
-        long = reach[part]
+    together = max(1, TOGETHER // count)
+    for done in range(0, draws, together):
+        u = rng.random((min(together, draws - done), 2, count))
+        part = np.minimum(np.searchsorted(chance, u[:, 0], side="right"), len(sizes) - 1)
+        starts, long = begin[part] + np.floor(u[:, 1] * sizes[part]).astype(np.intp), reach[part]
         if length >= COPY_LENGTH:
-            yield np.concatenate([ring[i : i + n] for i, n in zip(starts.tolist(), long.tolist(), strict=True)])
+            for of_draw in zip(starts.tolist(), (starts + long).tolist(), strict=True):
+                yield np.concatenate([ring[i:j] for i, j in zip(*of_draw, strict=True)])
         else:
-            yield ring[np.repeat(starts - np.cumsum(long) + long, long) + np.arange(int(long.sum()))]
+            for i, n in zip(starts, long, strict=True):
+                yield ring[np.repeat(i - np.cumsum(n) + n, n) + np.arange(int(n.sum()))]
 
 
 def _stretch(b: Blocks) -> float:

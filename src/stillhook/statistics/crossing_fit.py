@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -286,12 +287,28 @@ def share_crossing(H: FloatArray, n: IntArray, beyond: IntArray, p: float) -> Fl
     Location and scale count by their likelihood, evenly over a grid: the posterior is exact. Validity: the share beyond
     rises with the height. Where that of all heights is near p the interval is as wide as the grid.
     """
+    ladder = tuple(map(float, H))
+    _, ln_beyond, ln_inside = _share_table(ladder)
+    order, ln_H_p = _share_order(ladder, float(p))
+    ln_L = (beyond[:, None, None] * ln_beyond + (n - beyond)[:, None, None] * ln_inside).sum(axis=0)
+    weight = np.exp(ln_L - ln_L.max()).ravel()
+    share = np.cumsum(weight[order]) / weight.sum()
+    return np.asarray(np.exp(ln_H_p[np.searchsorted(share, SHARE_ENDS)]))
+
+
+@lru_cache(maxsize=8)
+def _share_table(H: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Locations mu (m,) of the grid over heights H (k,), ln of [unit of H]; ln of the chances that a run at each height
+    is beyond, and that it is not (k, m, scale). Calculated once for all limits on the same heights."""
     ln_H = np.log(H)
     mu = np.arange(ln_H.min() - SHARE_BESIDE, ln_H.max() + SHARE_BESIDE, SHARE_STEP)
-    z = np.clip((ln_H - mu[:, None, None]) / SHARE_SCALES[:, None], -FARTHEST, FARTHEST)
-    ln_L = (beyond * scipy.special.log_ndtr(z) + (n - beyond) * scipy.special.log_ndtr(-z)).sum(axis=2)
-    weight = np.exp(ln_L - ln_L.max()).ravel()
-    at = (mu[:, None] + SHARE_SCALES * scipy.special.ndtri(p)).ravel()
+    z = np.clip((ln_H[:, None, None] - mu[:, None]) / SHARE_SCALES, -FARTHEST, FARTHEST)
+    return mu, scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
+
+
+@lru_cache(maxsize=32)
+def _share_order(H: tuple[float, ...], p: float) -> tuple[IntArray, FloatArray]:
+    """Order of the grid over heights H (m * scale,) by ln of the height that a share p passes, and these, rising."""
+    at = (_share_table(H)[0][:, None] + SHARE_SCALES * scipy.special.ndtri(p)).ravel()
     order = np.argsort(at)
-    share = np.cumsum(weight[order]) / weight.sum()
-    return np.asarray(np.exp(at[order][np.searchsorted(share, SHARE_ENDS)]))
+    return order, at[order]

@@ -25,11 +25,11 @@ import stillhook
 from stillhook.cli import run as command
 from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs
-from stillhook.export.fmu import write_fmu, write_reference, write_ssp
+from stillhook.export.fmu import package, write_fmu, write_reference, write_ssp
 from stillhook.export.fmu.description import exponents
 from stillhook.export.fmu.package import source_of
-from stillhook.export.twin import CONTENTS, PLATFORMS, Export, ExportError, export, own_platform
-from stillhook.library import cranes
+from stillhook.export.twin import CONTENTS, PLATFORMS, Export, ExportError, compile_library, export, own_platform
+from stillhook.library import crane_from_toml, cranes
 
 CLOSE = 1e-12
 """Control error that compilers may differ by [m]: the issue's bound."""
@@ -67,9 +67,10 @@ def run(nov: stillhook.Crane, case: stillhook.Scenario):
 
 
 @pytest.fixture(scope="module")
-def fmus(made: Export, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def fmus(made: Export, shipped_fmus, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
-    return {v: write_fmu(made, folder / f"nov{v}.fmu", fmi=v, platforms=[str(OWN)])[0] for v in ("2", "3")}
+    with shipped_fmus():
+        return {v: write_fmu(made, folder / f"nov{v}.fmu", fmi=v, platforms=[str(OWN)])[0] for v in ("2", "3")}
 
 
 class Slave:
@@ -355,12 +356,11 @@ def test_an_fmu_says_what_it_was_made_of(fmi: str, fmus: dict[str, Path], nov: s
     assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in members.items()}
     assert "not validated" in json.loads(members["resources/envelope.json"])["twin"]
     assert json.loads(members["resources/case.json"])["load"] == 100e3
-    from stillhook.library import crane_from_toml
-
     assert crane_from_toml(members["resources/crane.toml"].decode(), "stored") == nov
 
 
-def test_the_same_export_is_the_same_file(made: Export, fmus: dict[str, Path], tmp_path: Path):
+def test_the_same_export_is_the_same_file(made: Export, fmus: dict[str, Path], tmp_path: Path, monkeypatch):
+    monkeypatch.setattr(package, "compile_library", compile_library)  # anew, whatever the worker shares
     again, _ = write_fmu(made, tmp_path / "a.fmu", platforms=[str(OWN)])
     assert again.read_bytes() == fmus["2"].read_bytes()
 
@@ -386,8 +386,7 @@ def test_units_have_the_dimensions_that_pint_finds():
 
 def test_a_reference_is_the_run_in_the_style_of_the_cross_check(made: Export, run, tip: np.ndarray, tmp_path: Path):
     inputs, results, options = write_reference(made, tmp_path)
-    names = inputs.read_text().splitlines()[0].replace('"', "").split(",")
-    assert names == ["time", *TIP]
+    assert inputs.read_text().splitlines()[0].replace('"', "").split(",") == ["time", *TIP]
     assert np.array_equal(np.loadtxt(inputs, delimiter=",", skiprows=1)[:, 1:], tip)
     head = results.read_text().splitlines()[0].replace('"', "").split(",")
     table = np.loadtxt(results, delimiter=",", skiprows=1)

@@ -18,7 +18,7 @@ from stillhook.export.plc.program import Block
 from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.kernels.control_laws import control_laws, extra_controllers
 from stillhook.kernels.lanes import flatten, unflatten
-from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, kernel
+from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, Outside, kernel
 from stillhook.library import cranes, load_crane
 from stillhook.physics.hydraulics.swash import known_displacement
 
@@ -45,10 +45,16 @@ def machine_of(crane: str, controller: str, compare: Any = None) -> Machine:
 
 
 @functools.cache
-def cycles_of(crane: str, controller: str) -> tuple[np.ndarray, np.ndarray]:
+def sequence_of(crane: str, controller: str) -> list[tuple[Outside, Any]]:
     """Inputs and outputs of every cycle of the test sequence."""
     block = block_of(crane, controller)
-    cycles = list(inputs(block, Reference(block)))
+    return list(inputs(block, Reference(block)))
+
+
+@functools.cache
+def cycles_of(crane: str, controller: str) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs and outputs of every cycle of the test sequence, as numbers."""
+    cycles = sequence_of(crane, controller)
     return np.array([numbers(o) for o, _ in cycles]), np.array([d for _, d in cycles])
 
 

@@ -5,7 +5,10 @@ The text is parsed and turned into Python, whose floats are LREAL. Names have no
 
 from __future__ import annotations
 
+import copy
+import functools
 import re
+from types import CodeType
 from typing import Any
 
 TOKEN = re.compile(
@@ -45,8 +48,8 @@ COMPARED = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 class Parser:
     """Recursive descent; writes Python as it goes."""
 
-    def __init__(self, text: str, compare: Any = None) -> None:
-        self.tokens, self.place, self.compare, self.counted = tokens(text), 0, compare, 0
+    def __init__(self, text: str, *, compares: bool = False) -> None:
+        self.tokens, self.place, self.compares, self.counted = tokens(text), 0, compares, 0
         self.structures: dict[str, list[tuple[str, str, float | None]]] = {}
         self.functions: dict[str, list[str]] = {}
         self.python: list[str] = []
@@ -196,7 +199,7 @@ class Parser:
         return self.chain({"and": "and"}, self.comparison)
 
     def comparison(self) -> str:
-        if self.compare is None:
+        if not self.compares:
             return self.chain(COMPARED, self.sum)
         text = self.sum()
         while self.at("=", "<>", "<", ">", "<=", ">="):
@@ -279,16 +282,23 @@ class Structure:
         vars(self).update(members)
 
 
+@functools.cache
+def parsed(text: str, compares: bool) -> tuple[Parser, CodeType]:
+    """A text that was read, and its Python; with compares, comparisons with NaN are left to a function."""
+    parser = Parser(text, compares=compares)
+    parser.parse()
+    return parser, compile("\n".join(parser.python), "<structured text>", "exec")
+
+
 class Machine:
     """The function block of a text, ready to run. compare(sign, a, b): a comparison of a PLC of its own kind."""
 
     def __init__(self, text: str, compare: Any = None) -> None:
-        parser = Parser(text, compare)
-        parser.parse()
+        parser, code = parsed(text, compare is not None)
         names: dict[str, Any] = {"sqrt": __import__("math").sqrt, "compare": compare}
-        exec("\n".join(parser.python), names)
+        exec(code, names)
         self.inputs, self.outputs, self.parser = parser.inputs, parser.outputs, parser
-        self.settings = parser.settings
+        self.settings = copy.deepcopy(parser.settings)
         self.make = names["make"]
 
     def start(self) -> Any:

@@ -22,6 +22,7 @@ from tests.export.plc.cases import (
     open_wide,
     pairs,
     random_inputs,
+    sequence_of,
     unguarded,
 )
 from tests.scripts import DOCS
@@ -32,7 +33,7 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import sequence, structured_text
 from stillhook.export.plc.program import RESERVED, Names, literal
-from stillhook.export.plc.sequence import Reference, inputs, numbers
+from stillhook.export.plc.sequence import numbers
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 
 SHORT, LONG = 1_000, 1_000_000
@@ -121,7 +122,7 @@ def reaches(rows: list) -> dict[str, bool]:
 
 def test_the_file_of_a_test_sequence_has_the_bits_of_its_cycles_and_reaches_every_part_of_the_controller(monkeypatch):
     block = block_of(CLOSED, "ssc")
-    cycles = list(inputs(block, Reference(block)))
+    cycles = sequence_of(CLOSED, "ssc")
     reached = reaches(cycles)
     assert all(reached.values()), reached
     monkeypatch.setattr(sequence, "inputs", lambda *_: cycles)

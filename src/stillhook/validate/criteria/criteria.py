@@ -196,9 +196,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     """
     name = str(name_or_path)
     if name in criteria_sets():
-        text = (files("stillhook.validate.criteria") / "criteria_sets" / f"{name}.toml").read_text(encoding="utf-8")
-        path = Path(f"{name}.toml")
-        return named(TomlTable(path, parsed(text, path.name, FileKind.CRITERIA), ValidateError), _criteria)
+        return _of_library(name)
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
         raise ValidateError(
@@ -206,6 +204,13 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
             " file ends in .toml."
         )
     return read_toml(name_or_path, FileKind.CRITERIA, ValidateError, _criteria)
+
+
+@functools.lru_cache(maxsize=8)
+def _of_library(name: str) -> Criteria:
+    text = (files("stillhook.validate.criteria") / "criteria_sets" / f"{name}.toml").read_text(encoding="utf-8")
+    path = Path(f"{name}.toml")
+    return named(TomlTable(path, parsed(text, path.name, FileKind.CRITERIA), ValidateError), _criteria)
 
 
 def _criteria(table: TomlTable) -> Criteria:

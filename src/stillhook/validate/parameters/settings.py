@@ -124,8 +124,12 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     position, out = float(u[0]), np.empty(len(moves) + 1)
     out[0] = position
-    for i, x in enumerate(u[moves].tolist(), 1):
-        position = min(max(position, x - half_width), x + half_width)
+    ends = (u[moves] - half_width).tolist(), (u[moves] + half_width).tolist()
+    for i, (low, high) in enumerate(zip(*ends, strict=True), 1):
+        if low > position:
+            position = low
+        if high < position:
+            position = high
         out[i] = position
     return np.repeat(out, np.diff(np.concatenate(([0], moves, [len(u)]))))
 
