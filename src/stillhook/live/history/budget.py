@@ -14,6 +14,8 @@ from stillhook.live.history.journal import HOURS, transaction
 from stillhook.live.history.moments import show_moment
 
 DAY = 86400.0
+SLACK = 100_000_000
+"""Free space that the journal's file keeps [bytes]."""
 
 
 class Budget(NamedTuple):
@@ -32,9 +34,9 @@ class Budget(NamedTuple):
 
 
 def budget_of(connection: sqlite3.Connection) -> Budget:
-    """The budget that the last writer stored."""
-    (text,) = connection.execute("SELECT value FROM facts WHERE name = 'budget'").fetchone()
-    return Budget(**json.loads(text))
+    """The budget that the last writer stored; the usual one where it was killed before."""
+    row = connection.execute("SELECT value FROM facts WHERE name = 'budget'").fetchone()
+    return Budget() if row is None else Budget(**json.loads(row[0]))
 
 
 def used_by_journal(connection: sqlite3.Connection) -> int:
@@ -55,6 +57,14 @@ class _Oldest(NamedTuple):
     run: int
     layout: int
     file: str
+
+
+def give_back(connection: sqlite3.Connection) -> None:
+    """Shorten the journal's file where more of it is free than two hours take: it was not archived for long."""
+    size, free = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_size", "freelist_count"))
+    if size * free > SLACK:
+        connection.executescript(f"PRAGMA incremental_vacuum({free - SLACK // size})")  # execute frees one page alone
+        connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
 
 def remove_oldest(connection: sqlite3.Connection, folder: Path) -> None:

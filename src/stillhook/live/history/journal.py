@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import durable_file
 from stillhook.errors import LiveError
 
 JOURNAL, LOCK, ARCHIVE_LOCK, HOURS = "journal.sqlite", "writer.lock", "archive.lock", "hours"
@@ -27,6 +28,12 @@ PATIENCE = 10.0
 """Time that another process may take to commit [s]."""
 LARGEST_LOG = 16_000_000
 """Size to which the log of SQLite is cut when it is empty [bytes]."""
+SETTINGS = (
+    "synchronous = FULL",
+    "fullfsync = 1",  # of macOS
+    "checkpoint_fullfsync = 1",
+    f"journal_size_limit = {LARGEST_LOG}",
+)
 NUMBER = 8
 """Bytes of a double."""
 TABLES = """
@@ -75,35 +82,46 @@ def in_one_line(path: Path) -> Iterator[None]:
         raise LiveError(f"{path}: {reason}. Check the folder, its rights and its space.") from None
 
 
-def connect(folder: Path, *, create: bool = False) -> sqlite3.Connection:
+def create(folder: Path) -> None:
+    """Make the journal of a new history; it appears when it is complete."""
+    for left in folder.glob(f".{Path(JOURNAL).stem}-*"):  # of a writer that was killed here
+        left.unlink(missing_ok=True)
+    settings = (f"application_id = {APPLICATION}", f"user_version = {VERSION}", "journal_mode = WAL")
+    statements = [
+        "PRAGMA auto_vacuum = INCREMENTAL",
+        *TABLES.split(";\n"),
+        *(f"PRAGMA {setting}" for setting in settings),
+    ]
+    with (
+        in_one_line(folder / JOURNAL),
+        durable_file(folder / JOURNAL) as part,
+        contextlib.closing(sqlite3.connect(part, isolation_level=None)) as connection,
+    ):
+        for statement in statements:
+            connection.execute(statement)
+
+
+def connect(folder: Path) -> sqlite3.Connection:
     """An open journal; statements outside `transaction` read. Errors: LiveError where it is not there, not one, or of
     another version."""
     path = folder / JOURNAL
-    if not create and not path.is_file():
+    if not path.is_file():
         raise LiveError(f"{folder}: no history is there, {JOURNAL} is missing. Give the folder of a history.")
     with in_one_line(path):
         connection = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
         try:
-            _prepare(connection, path, create=create)
+            _check_version(connection, path)
+            for setting in SETTINGS:
+                connection.execute(f"PRAGMA {setting}")
         except BaseException:
             connection.close()
             raise
     return connection
 
 
-def _prepare(connection: sqlite3.Connection, path: Path, *, create: bool) -> None:
-    for setting in ("synchronous = FULL", "fullfsync = 1", "checkpoint_fullfsync = 1"):  # the last two for macOS
-        connection.execute(f"PRAGMA {setting}")
-    ((application,), (version,)) = (connection.execute(f"PRAGMA {name}").fetchone() for name in _MARKS)
-    if (application, version) == (0, 0) and create and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
-        connection.execute("PRAGMA journal_mode = WAL")
-        with transaction(connection):
-            if not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
-                for statement in TABLES.split(";\n"):
-                    connection.execute(statement)
-                connection.execute(f"PRAGMA application_id = {APPLICATION}")
-                connection.execute(f"PRAGMA user_version = {VERSION}")
-        application, version = APPLICATION, VERSION
+def _check_version(connection: sqlite3.Connection, path: Path) -> None:
+    (application,) = connection.execute("PRAGMA application_id").fetchone()
+    (version,) = connection.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION:
         raise LiveError(f"{path}: it is no journal of a history. Choose another folder.")
     if version != VERSION:
@@ -111,10 +129,6 @@ def _prepare(connection: sqlite3.Connection, path: Path, *, create: bool) -> Non
             f"{path}: version {version}, and this Stillhook reads {VERSION}. Use the Stillhook that wrote it, or"
             " another folder."
         )
-    connection.execute(f"PRAGMA journal_size_limit = {LARGEST_LOG}")
-
-
-_MARKS = ("application_id", "user_version")
 
 
 @contextlib.contextmanager

@@ -42,9 +42,10 @@ INTERVAL = "interval"
 
 
 class Pick(StrEnum):
-    """What stands for an interval: its first row, as it was, or the mean, the least or the most of its numbers."""
+    """What stands for an interval about a time: the row nearest to that time, as it was, or the mean, the least or the
+    most of the numbers in it."""
 
-    FIRST = "first"
+    NEAREST = "nearest"
     MEAN = "mean"
     LEAST = "least"
     MOST = "most"
@@ -60,7 +61,7 @@ def read(
     end: str | float | None = None,
     signals: Sequence[str] | None = None,
     every: str | None = None,
-    pick: Pick = Pick.FIRST,
+    pick: Pick = Pick.NEAREST,
 ) -> xarray.Dataset:
     """Rows of a history, out of Parquet files and journal as one table.
 
@@ -75,15 +76,15 @@ def read(
     every : str, optional
         Evenly spaced, as metrics need it: an interval such as "1 s" about each time, counted from the first row.
         Without it the rows are as they were stored, in the order of their numbers.
-    pick : Pick, default "first"
+    pick : Pick, default "nearest"
         What stands for an interval; NaN counts for nothing, and where there is no number the result is NaN.
 
     Returns
     -------
     Dataset
-        Columns over "time" [s from the first row], with "utc", "row" (the first of an interval) and "status" (of an
-        interval: all of them, bit by bit), both -1 where there are no rows; units and meanings in attributes, "start"
-        in UTC [s since 1970], and "left_out": a line on each part that is damaged.
+        Columns over "time" [s from the first row], with "utc", "row" (that one, or the first of an interval) and
+        "status" (of an interval: all of them, bit by bit), both -1 where there are no rows; units and meanings in
+        attributes, "start" in UTC [s since 1970], and "left_out": a line on each part that is damaged.
 
     Raises
     ------
@@ -177,14 +178,16 @@ def _intervals(
             f"{folder}: {(last - first) / width:.3g} times of {len(headings)} columns are more than fits into memory."
             " Choose signals, a shorter range, or a longer every."
         )
+    near = f"{{'far': abs({t} - {first!r}::DOUBLE - {INTERVAL} * {width!r}::DOUBLE), 'row': row}}"
     spaced = (
         f"(SELECT *, round(({t} - {first!r}::DOUBLE) / {width!r}::DOUBLE)::BIGINT AS {INTERVAL} FROM within) AS spaced"
     )
-    if pick is Pick.FIRST:
+    if pick is Pick.NEAREST:
+        nearest = f"SELECT {INTERVAL}, arg_min(row, {near}) AS row, bit_or(status) AS status FROM {spaced}"
         columns = ", ".join(f"within.{_name(name)}" for name in (ROW, TIME, *headings))
         return (
-            f"SELECT of.{INTERVAL}, of.status, {columns} FROM within JOIN (SELECT {INTERVAL}, min(row) AS row,"
-            f" bit_or(status) AS status FROM {spaced} GROUP BY {INTERVAL}) AS of ON within.row = of.row"
+            f"SELECT of.{INTERVAL}, of.status, {columns} FROM within"
+            f" JOIN ({nearest} GROUP BY {INTERVAL}) AS of ON within.row = of.row"
         )
     picked = [f"{_SQL[pick].format(_name(name))} AS {_name(name)}" for name in headings]
     columns = ", ".join((INTERVAL, f"min({t}) AS {t}", "min(row) AS row", "bit_or(status) AS status", *picked))

@@ -27,7 +27,17 @@ from stillhook.errors import LiveError
 from stillhook.live.history.budget import Budget
 from stillhook.live.history.columns import columns_of, from_text, to_text
 from stillhook.live.history.events import Event, EventKind, add_events
-from stillhook.live.history.journal import JOURNAL, LOCK, NUMBER, connect, in_one_line, lock, packed, transaction
+from stillhook.live.history.journal import (
+    JOURNAL,
+    LOCK,
+    NUMBER,
+    connect,
+    create,
+    in_one_line,
+    lock,
+    packed,
+    transaction,
+)
 from stillhook.live.history.moments import LATEST, show_moment
 from stillhook.units import number, quote
 
@@ -84,7 +94,9 @@ class History:
         self._held, self._pid, self._guard, self._open = held, os.getpid(), threading.RLock(), False
         self._longest = max(1, LARGEST_FILE // (NUMBER * (2 + len(self.columns))))
         try:
-            self._connection = connect(self.folder, create=True)
+            if not self._path.exists():
+                create(self.folder)
+            self._connection = connect(self.folder)
             try:
                 with in_one_line(self._path):
                     self._begin(budget)
