@@ -6,6 +6,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -398,6 +399,44 @@ def test_more_than_fits_into_memory_is_refused(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr("stillhook.live.history.reading.MOST_NUMBERS", 500)
     assert "90 rows of 3 columns are more than fits into memory." in refused(lambda: read(tmp_path))
     assert len(read(tmp_path, signals=["p_a"], end=START + HOUR).row) == 60
+
+
+def test_a_journal_that_was_not_archived_for_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    write_hours(tmp_path, hours=1.5)
+    monkeypatch.setattr("stillhook.live.history.selection.MOST_IN_JOURNAL", 3000)
+    assert "of this range are not archived. Archive them, or choose a shorter range." in refused(lambda: read(tmp_path))
+    archive(tmp_path)
+    assert len(read(tmp_path).row) == 90
+
+
+def test_a_folder_that_may_only_be_read_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    write_hours(tmp_path, hours=1.5)
+    archive(tmp_path)
+    before = read(tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    monkeypatch.setattr("os.access", lambda *of: False)
+    assert read(tmp_path).identical(before)
+    assert overview(tmp_path).written is None
+    assert {path.name for path in tmp_path.iterdir()} == names
+
+
+def test_looking_at_a_history_keeps_no_writer_out(tmp_path: Path):
+    write_hours(tmp_path, hours=0.1)
+    stop = threading.Event()
+
+    def look() -> None:
+        while not stop.is_set():
+            overview(tmp_path)
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    try:
+        for _ in range(30):
+            with History(tmp_path, COLUMNS):
+                pass
+    finally:
+        stop.set()
+        thread.join()
 
 
 def test_a_file_that_cannot_be_written_out_is_refused(tmp_path: Path):

@@ -10,5 +10,6 @@ from stillhook.live.history.hours import archive as archive
 from stillhook.live.history.reading import Pick as Pick
 from stillhook.live.history.reading import read as read
 from stillhook.live.history.reading import save as save
+from stillhook.live.history.sink import HistorySink as HistorySink
 from stillhook.live.history.writer import History as History
 from stillhook.live.history.writer import SavedState as SavedState

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from stillhook.errors import LiveError
 from stillhook.live.history.budget import Budget, budget_of, used_by_journal
 from stillhook.live.history.columns import from_text
-from stillhook.live.history.journal import HOURS, JOURNAL, LOCK, connect, in_one_line, lock, snapshot
+from stillhook.live.history.journal import HOURS, JOURNAL, LOCK, connect, in_one_line, locked, snapshot
 from stillhook.live.history.moments import show_moment
 from stillhook.live.history.selection import RemovedError, damage
 from stillhook.units import number
@@ -39,8 +40,12 @@ class Overview:
     columns: tuple[str, ...]
     """Names of columns, those of the last writer first."""
     budget: Budget
-    written: bool
-    """Whether a process writes it now."""
+    written: bool | None
+    """Whether a process writes it now; None where one may not look."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {**asdict(self), "budget": self.budget._asdict()}
 
 
 def overview(folder: str | Path) -> Overview:
@@ -79,9 +84,6 @@ def overview(folder: str | Path) -> Overview:
         states = tuple(name for (name,) in c.execute("SELECT DISTINCT name FROM states ORDER BY name").fetchall())
         layouts = [from_text(text) for (text,) in c.execute("SELECT columns FROM layouts ORDER BY id DESC").fetchall()]
         budget, used = budget_of(c), used_by_journal(c)
-    held = lock(place, LOCK)
-    if held is not None:
-        held.close()
     return Overview(
         folder=str(place),
         start=float("nan") if start is None else start,
@@ -98,7 +100,7 @@ def overview(folder: str | Path) -> Overview:
         states=states,
         columns=tuple(dict.fromkeys(column.name for layout in layouts for column in layout)),
         budget=budget,
-        written=held is None,
+        written=locked(place, LOCK),
     )
 
 
@@ -154,9 +156,10 @@ def describe(found: Overview) -> list[str]:
     shown = ", ".join(found.columns[:12]) + (f" and {len(found.columns) - 12} more" if len(found.columns) > 12 else "")
     bounds = [f"{number(found.budget.bytes / 1e9)} GB"] if found.budget.bytes is not None else []
     bounds += [f"{number(found.budget.days)} days of data"] if found.budget.days is not None else []
+    now = {True: ", written now", False: ", not written now", None: ""}[found.written]
     span = f"{show_moment(found.start)} to {show_moment(found.end)}" if found.rows else "no rows yet"
     return [
-        f"{found.folder}: {span}, {'written now' if found.written else 'not written now'}",
+        f"{found.folder}: {span}{now}",
         f"rows {found.first_row} to {found.last_row} ({found.rows}): {found.rows - found.rows_in_journal} in"
         f" {found.files} files ({number(found.file_bytes / 1e6)} MB), {found.rows_in_journal} in the journal"
         f" ({number(found.journal_bytes / 1e6)} MB)",

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from stillhook.errors import LiveError
 from stillhook.live.history.journal import JOURNAL, connect, in_one_line
-from stillhook.live.history.moments import moment
+from stillhook.live.history.moments import moment, show_moment
 from stillhook.units import quote
 
 LONGEST_TEXT, LONGEST_DATA = 500, 4000
@@ -48,6 +48,11 @@ class Event(NamedTuple):
     time: float | None = None
     number: int = 0
     row: int = 0
+
+    @property
+    def when(self) -> str:
+        """Its time as ISO 8601."""
+        return "" if self.time is None else show_moment(self.time)
 
 
 def one_line(text: str, most: int = LONGEST_TEXT) -> str:

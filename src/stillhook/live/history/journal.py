@@ -9,6 +9,7 @@ file may be.
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 import zlib
 from collections.abc import Iterator
@@ -26,6 +27,8 @@ APPLICATION, VERSION = 0x53484C4C, 1
 """What marks the journal of a history, and the version of its tables."""
 PATIENCE = 10.0
 """Time that another process may take to commit [s]."""
+GLANCE = 0.5
+"""Time that somebody may take who only looks whether a lock is held [s]."""
 LARGEST_LOG = 16_000_000
 """Size to which the log of SQLite is cut when it is empty [bytes]."""
 SETTINGS = (
@@ -107,8 +110,11 @@ def connect(folder: Path) -> sqlite3.Connection:
     path = folder / JOURNAL
     if not path.is_file():
         raise LiveError(f"{folder}: no history is there, {JOURNAL} is missing. Give the folder of a history.")
+    address = path.resolve().as_uri()
+    if not os.access(folder, os.W_OK) and not Path(f"{path}-wal").exists():
+        address += "?immutable=1"  # a closed history in a folder that may only be read
     with in_one_line(path):
-        connection = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
+        connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
         try:
             _check_version(connection, path)
             for setting in SETTINGS:
@@ -159,7 +165,7 @@ def lock(folder: Path, name: str) -> sqlite3.Connection | None:
     """A lock that ends with the process, however that ends; None where another one has it. It is an empty database
     that is held exclusively, which works alike on every platform, and within a process."""
     with in_one_line(folder / name):
-        connection = sqlite3.connect(folder / name, timeout=0.0, isolation_level=None, check_same_thread=False)
+        connection = sqlite3.connect(folder / name, timeout=GLANCE, isolation_level=None, check_same_thread=False)
         try:
             connection.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError as problem:
@@ -168,6 +174,19 @@ def lock(folder: Path, name: str) -> sqlite3.Connection | None:
                 return None
             raise
     return connection
+
+
+def locked(folder: Path, name: str) -> bool | None:
+    """Whether a process holds a lock; None where one may not look."""
+    path = folder / name
+    if not (path.is_file() and os.access(folder, os.W_OK)):
+        return None
+    with in_one_line(path), contextlib.closing(sqlite3.connect(path, timeout=0.0)) as connection:
+        try:
+            connection.execute("SELECT 1 FROM sqlite_master").fetchall()
+        except sqlite3.OperationalError:
+            return True
+    return False
 
 
 def packed(time: FloatArray, status: FloatArray, values: FloatArray) -> bytes:

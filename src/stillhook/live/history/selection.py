@@ -19,6 +19,8 @@ from stillhook.live.history.journal import HOURS, JOURNAL, connect, in_one_line,
 from stillhook.live.history.moments import show_moment
 from stillhook.units import quote
 
+MOST_IN_JOURNAL = 1_000_000_000
+"""Bytes that are read from the journal, which takes twice as much memory."""
 SHOWN = 20
 """Names that a message lists."""
 
@@ -47,6 +49,12 @@ def select(folder: Path, ends: tuple[float, float], signals: Sequence[str] | Non
             f"SELECT file, bytes, sha256, first, last, layout FROM hours WHERE removed = 0 AND {within} ORDER BY first",
             ends,
         ).fetchall()
+        (size,) = connection.execute(f"SELECT sum(length(data)) FROM batches WHERE {within}", ends).fetchone()
+        if size is not None and size > MOST_IN_JOURNAL:
+            raise LiveError(
+                f"{folder}: {size / 1e9:.3g} GB of this range are not archived. Archive them, or choose a shorter"
+                " range."
+            )
         batches = connection.execute(
             f"SELECT layout, first, last, crc, data FROM batches WHERE {within} ORDER BY first", ends
         ).fetchall()
