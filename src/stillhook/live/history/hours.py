@@ -188,11 +188,11 @@ def _write(part: Part, target: Path) -> tuple[int, str]:
             connection.register("part", table_of(part))
             connection.execute(
                 f"COPY (SELECT * FROM part) TO {sql_text(str(file))}"
-                f" (FORMAT parquet, COMPRESSION zstd, KV_METADATA {{stillhook: {sql_text(facts)}}})"
+                f" (FORMAT parquet, COMPRESSION zstd, USE_TMP_FILE false, KV_METADATA {{stillhook: {sql_text(facts)}}})"
             )
             return file.stat().st_size, sha256_of(file)
     except (duckdb.Error, SimulationError) as problem:
-        reason = " ".join(str(problem).split())[:200].rstrip(".")
+        reason = " ".join(str(problem).partition("{")[0].split())[:200].rstrip(".: ")
         raise LiveError(
             f"{target}: cannot be written ({reason}). Free some space: its rows stay in the journal."
         ) from None
