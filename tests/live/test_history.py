@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
+import tempfile
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from tests.live.histories import COLUMNS, HOUR, START, numbers, write_hours
 
 import stillhook
@@ -28,6 +32,8 @@ from stillhook.live.history import (
     save,
 )
 from stillhook.logs.log import read_log
+
+pytestmark = pytest.mark.slow  # each waits for the disk several times
 
 
 def test_rows_come_back_to_the_bit_from_the_journal_and_from_parquet(tmp_path: Path):
@@ -267,6 +273,16 @@ def test_a_range_a_signal_and_a_spacing_are_chosen(tmp_path: Path):
     assert run.utc.values[-2] == np.datetime64("2026-11-28T15:10:00")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no such names there")
+def test_a_folder_named_like_a_pattern_or_a_query_reads_itself_alone(tmp_path: Path):
+    write_hours(tmp_path / "xay", hours=1.5)
+    archive(tmp_path / "xay")
+    for name in ("x*y", "x?y", "x[a]y", "it's; \"--", "k=v {a,b}", "%20#"):
+        write_hours(tmp_path / name, hours=1.2)
+        archive(tmp_path / name)
+        assert len(read(tmp_path / name)["row"]) == 72, name
+
+
 def test_intervals_hold_the_nearest_row_the_mean_the_least_or_the_most(tmp_path: Path):
     values = np.array([4.0, np.nan, 1.0, 7.0, 2.0, np.nan])
     with History(tmp_path, ["p_a"]) as history:
@@ -363,3 +379,41 @@ def test_a_reader_beside_a_writer_and_an_archiver_sees_each_row_once(tmp_path: P
     assert problems == []
     assert all("no rows yet" in line or "no history" in line for line in early)
     assert overview(tmp_path).last_row == 1200
+
+
+STEPS = st.sampled_from([0.0, 0.1, 30.0, 61.0, 1800.0, 3601.0, -0.5, -59.0, -1900.0, -86400.0, 1e7])
+ACTIONS = st.one_of(
+    st.tuples(st.just("rows"), st.lists(STEPS, min_size=1, max_size=12)),
+    st.sampled_from([("archive", []), ("restart", []), ("columns", [])]),
+)
+
+
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(ACTIONS, min_size=1, max_size=10))
+def test_whatever_the_clock_the_restarts_and_the_archives_rows_are_there_once_in_order(actions: list):
+    with tempfile.TemporaryDirectory() as name:
+        folder, at, order, times = Path(name) / "h", START + 2e7, COLUMNS, []
+        history = History(folder, order)
+        for action, steps in actions:
+            if action == "rows":
+                first = len(times) + 1
+                times.extend(at := at + step for step in steps)
+                values = numbers(first, len(steps))[:, [COLUMNS.index(each) for each in order]]
+                assert history.append(times[first - 1 :], values) == len(times)
+            elif action == "archive":
+                archive(folder)
+            else:
+                history.close()
+                order = order if action == "restart" else (*order[1:], order[0])
+                history = History(folder, order)
+        history.close()
+        if not times:
+            return
+        run = read(folder)
+        assert run["row"].values.tolist() == list(range(1, len(times) + 1))
+        assert (run.time.values + run.attrs["start"]).tolist() == pytest.approx(times, abs=1e-6)
+        for i, column in enumerate(COLUMNS):
+            assert run[column].values.tobytes() == numbers(1, len(times))[:, i].tobytes()
+        found = overview(folder)
+        assert found.files == len(list(folder.glob("hours/*")))
+        assert found.rows == found.last_row == len(times)

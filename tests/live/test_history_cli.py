@@ -13,6 +13,8 @@ from stillhook.cli.groups import Entry, build
 from stillhook.errors import StillhookError
 from stillhook.live.history import archive, read
 
+pytestmark = pytest.mark.slow  # each waits for the disk several times
+
 
 def ask(*words: str | Path) -> Any:
     """The exit code of the command."""

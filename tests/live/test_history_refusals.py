@@ -18,6 +18,8 @@ from stillhook.base.variable import Variable
 from stillhook.errors import StillhookError
 from stillhook.live.history import Budget, Event, EventKind, History, archive, check, overview, read, read_events, save
 
+pytestmark = pytest.mark.slow  # each waits for the disk several times
+
 OWN = Variable("c_f", "c_f", "1", "", "", "scale", "")
 
 

@@ -14,6 +14,8 @@ from stillhook.errors import LiveError
 from stillhook.live.history import EventKind, History, HistorySink, overview, read, read_events
 from stillhook.live.history import sink as sink_module
 
+pytestmark = pytest.mark.slow  # each waits for the disk several times
+
 NAMES = ("cycle_number", "time", "time_utc", "lateness", "cycle_flags", "e_c", "mode")
 OWN = {name: ("s" if name in ("time", "lateness") else "1", f"meaning of {name}") for name in NAMES[:5]}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from contextlib import closing
 from enum import StrEnum
@@ -39,6 +40,8 @@ TRIES = 5
 """Times that a range is read again because hours in it were removed."""
 THREADS = 2
 INTERVAL = "interval"
+_PATTERN = re.compile(r"[*?\[]")
+"""Letters of a path that DuckDB takes for a pattern."""
 
 
 class Pick(StrEnum):
@@ -153,8 +156,8 @@ def _view(
     parts = [f"SELECT * FROM (SELECT NULL::BIGINT AS row, NULL::BIGINT AS status, {blank}) WHERE false"]
     if selection.files:
         names = ", ".join(map(_name, (ROW, TIME, STATUS, *selection.in_files)))
-        files = ", ".join(sql_text(str(path)) for path in selection.files)
-        parts.append(f"SELECT {names} FROM read_parquet([{files}], union_by_name = true)")
+        files = ", ".join(sql_text(_PATTERN.sub(r"[\g<0>]", str(path))) for path in selection.files)
+        parts.append(f"SELECT {names} FROM read_parquet([{files}], union_by_name = true, hive_partitioning = false)")
     for i, table in enumerate(selection.journal):
         connection.register(f"journal_{i}", table)
         parts.append(f"SELECT * FROM journal_{i}")
