@@ -78,3 +78,7 @@ class ConvertError(StillhookError):
 
 class ExportError(StillhookError):
     """A crane, case, coupling or platform that cannot be exported."""
+
+
+class LiveError(StillhookError):
+    """A live twin, its bus or its history that cannot be used, or a request that it cannot answer."""

@@ -41,6 +41,29 @@ class atomic_file:
             raise cannot_write(self.target, error) from None
 
 
+class durable_file(atomic_file):
+    """The same, and on the disk before its name is: a power cut leaves the complete file or none."""
+
+    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
+        if error is None:
+            try:
+                _to_disk(self.part)
+            except OSError as e:
+                error = e
+        super().__exit__(kind, error, *rest)
+        if error is None and os.name != "nt":  # Windows writes names with their files
+            _to_disk(self.target.parent)
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
 class atomic_folder:
     """A temporary folder inside the target, whose files move into the target together when the block ends well."""
 

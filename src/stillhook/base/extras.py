@@ -14,6 +14,7 @@ EXTRAS = {
     "asammdf": "logs",
     "nptdms": "logs",
     "openpyxl": "logs",
+    "duckdb": "live",
 }
 """Name of a library as it is imported, and the extra that it belongs to."""
 

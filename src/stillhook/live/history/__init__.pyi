@@ -1,0 +1,15 @@
+from stillhook.live.history.budget import Budget as Budget
+from stillhook.live.history.contents import Overview as Overview
+from stillhook.live.history.contents import check as check
+from stillhook.live.history.contents import describe as describe
+from stillhook.live.history.contents import overview as overview
+from stillhook.live.history.events import Event as Event
+from stillhook.live.history.events import EventKind as EventKind
+from stillhook.live.history.events import read_events as read_events
+from stillhook.live.history.hours import archive as archive
+from stillhook.live.history.reading import Pick as Pick
+from stillhook.live.history.reading import read as read
+from stillhook.live.history.reading import save as save
+from stillhook.live.history.sink import HistorySink as HistorySink
+from stillhook.live.history.writer import History as History
+from stillhook.live.history.writer import SavedState as SavedState

@@ -1,0 +1,209 @@
+"""Full hours as Parquet files, each named by the journal with its SHA-256.
+
+A file is complete and on the disk before the transaction that names it and deletes its rows from the journal. Killed
+before that transaction, the file counts for nothing and is written again; after it, the rows are in the file alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import durable_file
+from stillhook.base.extras import need
+from stillhook.base.variable import Variable
+from stillhook.errors import LiveError, SimulationError
+from stillhook.live.history.budget import give_back, remove_oldest
+from stillhook.live.history.columns import ROW, STATUS, TIME, from_text, heading
+from stillhook.live.history.events import Event, EventKind, add_events
+from stillhook.live.history.journal import (
+    ARCHIVE_LOCK,
+    HOURS,
+    JOURNAL,
+    VERSION,
+    connect,
+    in_one_line,
+    lock,
+    transaction,
+    unpacked,
+)
+
+if TYPE_CHECKING:
+    import duckdb
+
+HOUR = 3600
+MEMORY = "1GB"
+"""That DuckDB may take in an archiver."""
+
+
+class Part(NamedTuple):
+    """Rows of one run out of the journal: rows (n,), and time, status and values (2 + columns, n); lines on batches
+    that are damaged and left out."""
+
+    first: int
+    last: int
+    columns: tuple[Variable, ...]
+    rows: FloatArray
+    numbers: FloatArray
+    damaged: tuple[tuple[int, int], ...]
+
+
+def archive(folder: str | Path) -> list[Path]:
+    """Move full hours out of the journal into Parquet files, and keep the folder within its budget.
+
+    The writer may go on meanwhile, in another process or in this one. Call it about once an hour, best in a process of
+    its own: it takes some seconds, and memory for one file.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of a history.
+
+    Returns
+    -------
+    list of Path
+        Files that were written; the hour that is being written is not among them.
+
+    Raises
+    ------
+    LiveError
+        Where no history is there, another process archives it, DuckDB is missing, or the disk is full: then what was
+        acknowledged is still in the journal.
+    """
+    place = Path(folder)
+    need("duckdb", str(place), LiveError)
+    with closing(connect(place)) as connection, in_one_line(place / JOURNAL):
+        held = lock(place, ARCHIVE_LOCK)
+        if held is None:
+            raise LiveError(f"{place}: another process archives it. Wait until it is done.")
+        with closing(held):
+            _remove_leftovers(connection, place)
+            written = []
+            full = "SELECT DISTINCT run FROM batches WHERE run < (SELECT max(run) FROM batches) ORDER BY run"
+            try:
+                for (run,) in connection.execute(full).fetchall():
+                    written += _archive_run(connection, place, run)
+            finally:
+                remove_oldest(connection, place)
+            give_back(connection)
+    return [file for file in written if file.exists()]
+
+
+def _remove_leftovers(connection: sqlite3.Connection, folder: Path) -> None:
+    """Files of an archiver or of a removal that was killed; and an event for a file that is gone."""
+    named = dict(connection.execute("SELECT file, first FROM hours WHERE removed = 0").fetchall())
+    present = {path.name for path in (folder / HOURS).glob("*.parquet")}
+    for name in present - named.keys():
+        (folder / HOURS / name).unlink(missing_ok=True)
+    for path in (folder / HOURS).glob(".*.parquet"):
+        path.unlink(missing_ok=True)
+    for name in sorted(named.keys() - present):
+        with transaction(connection):
+            connection.execute("UPDATE hours SET removed = 1 WHERE first = ?", (named[name],))
+            add_events(connection, [Event(EventKind.DAMAGED, f"{HOURS}/{name} is gone")], 0)
+
+
+def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> list[Path]:
+    """The file of a run, empty where nothing of it can be read."""
+    batches = connection.execute(
+        "SELECT first, last, crc, data FROM batches WHERE run = ? ORDER BY first", (run,)
+    ).fetchall()
+    t_min, t_max, hour, layout = connection.execute(
+        "SELECT min(t_min), max(t_max), min(hour), min(layout) FROM batches WHERE run = ?", (run,)
+    ).fetchone()
+    (text,) = connection.execute("SELECT columns FROM layouts WHERE id = ?", (layout,)).fetchone()
+    part = part_of(batches, from_text(text))
+    del batches  # as large as what was made of them
+    target = folder / HOURS / f"{datetime.fromtimestamp(hour * HOUR, UTC):%Y-%m-%dT%HZ}-{part.first:012d}.parquet"
+    sound = len(part.rows) > 0
+    stored = (target.name, *_write(part, target)) if sound else ("", 0, "")
+    events = [
+        Event(EventKind.DAMAGED, f"rows {first} to {last} are damaged in the journal: left out")
+        for first, last in part.damaged
+    ]
+    with transaction(connection):
+        connection.execute(
+            "INSERT INTO hours VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (part.first, part.last, t_min, t_max, run, layout, *stored, int(not sound)),
+        )
+        connection.execute("DELETE FROM batches WHERE run = ?", (run,))
+        add_events(connection, events, part.last)
+    return [target] if sound else []
+
+
+def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Variable, ...]) -> Part:
+    """Batches of equal columns, each with its first and last row, checksum and bytes, put together."""
+    rows, numbers, damaged = [], [], []
+    for first, last, crc, data in batches:
+        batch = unpacked(data, last - first + 1, crc)
+        if batch is None or len(batch) != 2 + len(columns):
+            damaged.append((first, last))
+        else:
+            rows.append(np.arange(first, last + 1))
+            numbers.append(batch)
+    return Part(
+        batches[0][0],
+        batches[-1][1],
+        columns,
+        np.concatenate([np.empty(0, np.int64), *rows]),
+        np.concatenate([np.empty((2 + len(columns), 0)), *numbers], axis=1),
+        tuple(damaged),
+    )
+
+
+def table_of(part: Part) -> dict[str, Any]:
+    """Columns by heading."""
+    return {
+        ROW: part.rows,
+        TIME: part.numbers[0],
+        STATUS: part.numbers[1].astype(np.int64),
+        **{heading(column): part.numbers[2 + i] for i, column in enumerate(part.columns)},
+    }
+
+
+def open_duckdb(*, threads: int, memory: str) -> duckdb.DuckDBPyConnection:
+    """DuckDB in memory, which loads no extension from a network."""
+    import duckdb
+
+    settings: dict[str, Any] = {"threads": threads, "memory_limit": memory, "autoinstall_known_extensions": False}
+    return duckdb.connect(":memory:", config=settings)
+
+
+def _write(part: Part, target: Path) -> tuple[int, str]:
+    """Write a file, and wait for the disk. Returns its size [bytes] and SHA-256. Errors: LiveError."""
+    import duckdb
+
+    facts = json.dumps({"history": VERSION, "columns": [list(column) for column in part.columns]})
+    try:
+        with durable_file(target) as file, closing(open_duckdb(threads=1, memory=MEMORY)) as connection:
+            connection.register("part", table_of(part))
+            connection.execute(
+                f"COPY (SELECT * FROM part) TO {sql_text(str(file))}"
+                f" (FORMAT parquet, COMPRESSION zstd, USE_TMP_FILE false, KV_METADATA {{stillhook: {sql_text(facts)}}})"
+            )
+            return file.stat().st_size, sha256_of(file)
+    except (duckdb.Error, SimulationError) as problem:
+        reason = " ".join(str(problem).partition("{")[0].split())[:200].rstrip(".: ")
+        raise LiveError(
+            f"{target}: cannot be written ({reason}). Free some space: its rows stay in the journal."
+        ) from None
+
+
+def sql_text(text: str) -> str:
+    """A text within SQL."""
+    return "'" + text.replace("'", "''") + "'"
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
