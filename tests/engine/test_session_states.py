@@ -163,10 +163,10 @@ def test_states_of_another_kind_crane_case_step_or_version_are_refused(session):
         stillhook.Session(CRANE, CASE, coupling="wire"),
     ):
         refused(session, made.save(), "another crane, scenario, step or version")
-    refused(session, b"stillhook session 1\n{}\n", "stillhook session 1 is another format than 2")
+    refused(session, b"stillhook session 1\n{}\n", "stillhook session 1 is another format than 3")
     refused(session, b"", "not a saved session")
-    refused(session, b"stillhook session 2\n" + b"[" * 100_000, "checksum")
-    body = b"stillhook session 2\n" + b"[" * 100_000
+    refused(session, b"stillhook session 3\n" + b"[" * 100_000, "checksum")
+    body = b"stillhook session 3\n" + b"[" * 100_000
     refused(session, body + hashlib.sha256(body).digest(), "no JSON")
 
 

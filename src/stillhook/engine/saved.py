@@ -11,7 +11,8 @@ from __future__ import annotations
 import fnmatch
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -81,6 +82,21 @@ def printable(value: object) -> str:
     text = value.decode("ascii", "replace") if isinstance(value, bytes) else repr(value)
     text = "".join(c if c.isprintable() else "?" for c in text)
     return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def numbers_in(what: str, saved: Any, names: Iterable[str], label: str) -> dict[str, float]:
+    """Numbers by name in the head of a saved state. Errors: SimulationError."""
+    try:
+        numbers = {name: float.fromhex(x) for name, x in saved.items()}
+        good = all(map(math.isfinite, numbers.values()))
+    except (AttributeError, ValueError, TypeError, OverflowError):
+        good = False
+    if not good or not set(numbers) <= set(names):
+        allowed = ", ".join(names)
+        raise SimulationError(
+            f"{label}: {what} = {printable(saved)}: finite numbers for names of {allowed} are expected. Save it again."
+        )
+    return numbers
 
 
 class Kind(IntEnum):
@@ -177,6 +193,27 @@ PARAMETERS: Mapping[str, tuple[str, Range]] = {
 """Settings of the PLC that may change while it runs: place in `Plc`, and range."""
 FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
 COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
+
+
+STATES: Mapping[str, str] = {".x.winch.*": "", ".x.path.*": "", ".m.*": "plc.", ".laws.*_memory*.*": ""}
+"""What a winch carries from cycle to cycle by itself, as patterns of names, and what its names in a session begin
+with."""
+
+
+def states(names: Sequence[str], *, without: Sequence[str] = ()) -> dict[str, int]:
+    """Name of every state -> its place among the numbers of a lane, whose names `stillhook.kernels.lanes.paths` has.
+
+    The mode that the PLC remembers is none: it is an input. A name that winch and load path both have is the winch's;
+    the other begins with "path.".
+    """
+    out: dict[str, int] = {}
+    for pattern, prefix in STATES.items():
+        for i, place in enumerate(names):
+            if fnmatch.fnmatchcase(place, pattern) and place != ".m.mode":
+                name = place.removeprefix(".laws.") if place.startswith(".laws.") else place.rpartition(".")[2]
+                if name not in without:
+                    out[f"path.{name}" if name in out and not prefix else f"{prefix}{name}"] = i
+    return out
 
 
 class Ranges(NamedTuple):
