@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -362,3 +362,12 @@ def lacking(crane: Crane) -> dict[str, str]:
     if crane.brake is None:
         out["brake"] = f'"{crane.name}" has no holding brake'
     return out
+
+
+def check_motion(inputs: Mapping[str, Any]) -> None:
+    """The tip's motion is given whole or not at all: a position without its speed would make the winch lag. Errors:
+    SimulationError."""
+    some = [name for name in MOTION if name in inputs]
+    if some and len(some) < len(MOTION):
+        missing = ", ".join(name for name in MOTION if name not in inputs)
+        raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")

@@ -195,7 +195,13 @@ FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
 COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
 
 
-STATES: Mapping[str, str] = {".x.winch.*": "", ".x.path.*": "", ".m.*": "plc.", ".laws.*_memory*.*": ""}
+STATES: Mapping[str, str] = {
+    ".x.winch.*": "",
+    ".x.path.*": "",
+    ".u.*": "command.",
+    ".m.*": "plc.",
+    ".laws.*_memory*.*": "",
+}
 """What a winch carries from cycle to cycle by itself, as patterns of names, and what its names in a session begin
 with."""
 

@@ -25,6 +25,7 @@ from stillhook.engine.inputs import (
     TICK,
     WIRE_COLUMNS,
     RowsAhead,
+    check_motion,
     lacking,
 )
 from stillhook.engine.pack.settings import RunSettings
@@ -195,8 +196,8 @@ class Session:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of what winch, load path, PLC ("plc. ...") and controllers carry from cycle to cycle, which `state`
-        reads and `set_states` writes."""
+        """Names of what winch, load path, last commands ("command. ..."), PLC ("plc. ...") and controllers carry from
+        cycle to cycle, which `state` reads and `set_states` writes."""
         return tuple(self._states)
 
     def step(self, inputs: Mapping[str, Any] | None = None, *, cycles: int = 1) -> None:
@@ -231,6 +232,8 @@ class Session:
         A motion that is set is held until it is set again: better give it to every `step`. With override = 1 the winch
         keeps the commands of the present time until u_p, u_m or brake are set; with 0 it takes the PLC's again.
         """
+        if not isinstance(name, str):
+            raise SimulationError(self._unknown(name, (*self._columns, *self.parameters)))
         if name in self._parameters:
             self._A[self._parameters[name]] = self._number(name, value, PARAMETERS[name][1])
         elif name in self._settings.known:
@@ -340,7 +343,7 @@ class Session:
         if not isinstance(inputs, Mapping):
             raise SimulationError(f"Session.step: inputs = {units.quote(inputs)}: give values by name, as a mapping.")
         given = {name: self._value(name, value) for name, value in inputs.items()}
-        _check_motion(given)
+        check_motion(given)
         return given
 
     def _fill(self, row: FloatArray, k: int, given: Mapping[str, float]) -> None:
@@ -489,12 +492,3 @@ class Session:
 
     def _unknown(self, name: Any, allowed: Iterable[str]) -> str:
         return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
-
-
-def _check_motion(inputs: Mapping[str, Any]) -> None:
-    """The tip's motion is given whole or not at all: a position without its speed would make the winch lag. Errors:
-    SimulationError."""
-    some = [name for name in MOTION if name in inputs]
-    if some and len(some) < len(MOTION):
-        missing = ", ".join(name for name in MOTION if name not in inputs)
-        raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")

@@ -45,6 +45,10 @@ ASSUMED: Mapping[str, float] = {"active.pump.leak_scale": 1.0, "passive.pump.lea
 """Value of a number that a crane file may leave out."""
 
 
+GAS = "gas_factor"
+"""The factor of the charge of accumulators, wherever a winch type takes it from; see `pack`."""
+
+
 class Factor(NamedTuple):
     """What a factor changes: names of `SCALED`; places of the packed parameters, as patterns; and its ends [-]."""
 
@@ -62,7 +66,7 @@ FACTORS: Mapping[str, Factor] = {
     "displacement_factor": Factor(
         ("displacement",), ("*.motors.D_max", ".rail.settings.D_m_max", ".A.D_m", ".A.n_full"), least=0.5, most=1.5
     ),
-    "gas_factor": Factor(("gas_pressure",), ("*.accumulator.gas.c_?",), least=0.1, most=2.0),
+    GAS: Factor(("gas_pressure",), ("*.accumulator.gas.c_?",), least=0.1, most=2.0),
 }
 """Factors by the names that a session gives them. D_m and n_full of an open circuit go together: their product, the
 flow that a command asks for, is what the PLC was set up with."""
@@ -128,11 +132,14 @@ class RunSettings:
         crane = self._crane
         for name, scaled in self._paths.items():
             factor = values.get(name, 1.0)
-            if factor != 1.0:
+            if factor != 1.0 and name != GAS:
                 for path in scaled:
                     value = operator.attrgetter(path)(crane)
                     crane = with_value(crane, path, factor * (ASSUMED[path] if value is None else value))
-        return self._packed if crane is self._crane else pack(crane, self._case)
+        gas = values.get(GAS, 1.0)
+        if crane is self._crane and gas == 1.0:
+            return self._packed
+        return pack(crane, self._case, gas_factor=gas)
 
     def numbers(self, packed: Packed, values: Mapping[str, float]) -> FloatArray:
         """What a lane has at `places` with these settings, of which `packed` was made."""
