@@ -148,6 +148,23 @@ def test_a_saved_and_a_kept_override_go_on():
         assert signals(each) == expected
 
 
+@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
+def test_a_winch_that_its_commands_let_run_away_is_saved_and_taken_again(name):
+    """Nine tenths of the load on motors at a third, in a sea of 5 m: lines are emptied of all their oil."""
+    crane = stillhook.load_crane(name)
+    case = stillhook.Scenario(load=f"{0.9 * crane.SWL} kg", s_w="80 m", tip="sine 5 m 5 s", mode="ssc")
+    session, other = stillhook.Session(crane, case), stillhook.Session(crane, case)
+    for command, value in {"override": 1, "u_p": 1.0, "u_m": 0.3, "brake": 0.0}.items():
+        session.set(command, value)
+    least = 0.0
+    for _ in range(30):
+        session.step(cycles=50)
+        least = min(least, session.state("p_a"), session.state("p_b"))
+        other.restore(session.save())
+        assert other.save() == session.save()
+    assert least < -5.0e8
+
+
 @pytest.mark.parametrize(
     ("name", "call", "text"),
     [

@@ -120,6 +120,9 @@ PAST_THE_END = 100.0
 SETTING: Range = (0.0, 1.0e6)
 LENGTH, SPEED, ACCELERATION, TURN = 1.0e6, 1.0e4, 1.0e6, 1.0e5
 PRESSURE, FORCE, TORQUE, VOLUME, CURRENT, ENERGY = 1.0e9, 1.0e10, 1.0e9, 1.0e3, 1.0e7, 1.0e15
+VAPOUR = 1.0e10
+"""Linear pressure below 0 of a line that is all vapour, at most [Pa]: its bulk modulus; in an accumulator's line oil is
+missing, some cubic metres at most."""
 CYCLES = 2.0**53
 """Cycles that a double counts one by one: 2.8 million years of 10 ms."""
 BY_NAME: Mapping[str, Range] = {
@@ -132,8 +135,8 @@ BY_NAME: Mapping[str, Range] = {
     ".x.winch.x_v": (-1.0 - STOP, 1.0 + STOP),
     ".x.winch.x_rod": (-10.0, 100.0),
     ".x.winch.z": (-100.0, 100.0),
-    ".x.winch.p_*": (-PRESSURE, PRESSURE),
-    ".x.winch.V_*": (-0.05, VOLUME),
+    ".x.winch.p_*": (-VAPOUR, PRESSURE),
+    ".x.winch.V_*": (-10.0, VOLUME),
     ".x.winch.omega_*": (-TURN, TURN),
     ".x.winch.T_*": (-TORQUE, TORQUE),
     ".x.winch.v_*": (-SPEED, SPEED),
@@ -151,7 +154,7 @@ BY_NAME: Mapping[str, Range] = {
     "*.stroke": SHARE,
     "*.u_m": SHARE,
     ".u*.u_pm": SHARE,
-    ".u*.u_raw": (-LENGTH, LENGTH),
+    ".u*.u_raw": (-1.0e15, 1.0e15),
     ".u*.u_*": COMMAND,
     "*.u_p": COMMAND,
     ".u*.x_v": COMMAND,
