@@ -9,7 +9,7 @@ import pytest
 import stillhook
 from stillhook.analysis.effects import scaled
 from stillhook.analysis.uncertainty.factors import FACTORS as UNCERTAIN
-from stillhook.engine.pack.settings import FACTORS, GAS, SCALED, present
+from stillhook.engine.pack.settings import FACTORS, GAS, SCALED, present, with_value
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import driver
@@ -205,6 +205,31 @@ def test_a_setting_of_a_controller_acts_from_the_present_cycle_on():
     for each in (session, other):
         each.step(cycles=50)
     assert session.state("position_memory.dp_mean") != other.state("position_memory.dp_mean")
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "value"),
+    [
+        ("nov-100t-electric", "electric.speed.K", 150.0),
+        ("nov-100t-electric", "electric.speed.T_i", 0.3),
+        ("nov-250t-secondary", "secondary.drive.K", 6.0),
+        ("nov-250t-secondary", "secondary.drive.T_i", 2.0),
+        ("utility-20t-open-circuit", "open.drive.jump", 0.01),
+        ("utility-20t-open-circuit", "open.drive.dp_nominal", 2.0e6),
+    ],
+)
+def test_a_setting_of_a_drive_gives_the_bits_of_a_crane_whose_file_has_it(name, path, value):
+    session, crane = session_on(name), stillhook.load_crane(name)
+    other = with_value(crane, path, value)
+    fresh, plain = stillhook.Session(other, case_on(other)), session_on(name)
+    assert session.get(path) == plain.get(path) != value
+    session.set(path, value)
+    assert session.get(path) == value
+    for each in (session, fresh, plain):
+        each.step(cycles=400)
+    assert states(session) == states(fresh) != states(plain)
+    with pytest.raises(SimulationError, match="give a value from"):
+        session.set(path, -1.0)
 
 
 def test_settings_are_saved_and_kept_and_gone_back_from():

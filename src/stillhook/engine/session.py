@@ -186,7 +186,7 @@ class Session:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of settings that `set` changes: of the PLC; factors on friction, leakage, displacement and gas charge
-        of the crane file; those of controllers and sensors that have some of their own, as "controller.setting"."""
+        of the crane file; of the drive, by their path there; of controllers and sensors, as "controller.setting"."""
         return (*self._parameters, *self._settings.known)
 
     @property

@@ -1,9 +1,10 @@
-"""Numbers of a winch that may change while it runs: factors on laws of its crane file, and what controllers and sensors
-have of their own. The PLC's shared settings are in `stillhook.engine.saved`.
+"""Numbers of a winch that may change while it runs: factors on laws of its crane file, settings of its drive, and what
+controllers and sensors have of their own. The PLC's shared settings are in `stillhook.engine.saved`.
 
 A factor scales what it scales in the table of uncertain factors. The whole crane is packed again, and of what changes
 the places below are taken: records of the physics. What the PLC knows of its winch stays as it was set up, so that
-gains and set points do not follow a winch that wears. State, drum and wire stay as they are.
+gains and set points do not follow a winch that wears. State, drum and wire stay as they are. Of a setting of the drive
+everything is taken that follows from it.
 """
 
 from __future__ import annotations
@@ -110,19 +111,23 @@ class RunSettings:
             for name, factor in FACTORS.items()
             if (found := tuple(path for each in factor.scaled for path in present(crane, each)))
         }
-        names = paths(kinds["p"])
+        self._packed = packed
+        self._drive = {path: _of_drive(crane, path, ends) for path, ends in crane.plant.type.tuned.items()}
         patterns = [pattern for name in self._paths for pattern in FACTORS[name].places]
-        self._taken = np.array(
-            [i for i, each in enumerate(names) if any(fnmatch.fnmatchcase(each, p) for p in patterns)], dtype=np.intp
-        )
+        moved = {i for i, each in enumerate(paths(kinds["p"])) if any(fnmatch.fnmatchcase(each, p) for p in patterns)}
+        before = flatten(packed.params)
+        for path, known in self._drive.items():
+            after = flatten(self.packed({path: known.most if known.most != known.start else known.least}).params)
+            moved |= {i for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b}
+        self._taken = np.array(sorted(moved), dtype=np.intp)
         carried = {place: laws + i for i, place in enumerate(paths(kinds["laws"]))}
         self._own: dict[str, int] = {}
         self.known = {name: Known(1.0, FACTORS[name].least, FACTORS[name].most) for name in self._paths}
+        self.known |= self._drive
         for place, name, setting, start in _own_settings(packed):
             self._own[name] = carried[place]
             self.known[name] = Known(start, setting.least, setting.most)
         self.places = np.concatenate([self._params + self._taken, np.array([*self._own.values()], dtype=np.intp)])
-        self._packed = packed
 
     def packed(self, values: Mapping[str, float]) -> Packed:
         """The winch with these settings; those that are not named are as in the crane file.
@@ -136,6 +141,9 @@ class RunSettings:
                 for path in scaled:
                     value = operator.attrgetter(path)(crane)
                     crane = with_value(crane, path, factor * (ASSUMED[path] if value is None else value))
+        for path, known in self._drive.items():
+            if values.get(path, known.start) != known.start:
+                crane = with_value(crane, path, values[path])
         gas = values.get(GAS, 1.0)
         if crane is self._crane and gas == 1.0:
             return self._packed
@@ -148,6 +156,12 @@ class RunSettings:
 
     def _numbers(self, packed: Packed) -> FloatArray:
         return np.array(flatten(packed.params), dtype=np.float64)[self._taken]
+
+
+def _of_drive(crane: Crane, path: str, ends: tuple[float, float]) -> Known:
+    """A setting of a winch type's drive, within the ends between which it may be tuned."""
+    start = float(operator.attrgetter(path)(crane))
+    return Known(start, min(ends[0], start), max(ends[1], start))
 
 
 def _own_settings(packed: Packed) -> Iterator[tuple[str, str, Setting, float]]:
