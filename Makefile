@@ -52,6 +52,7 @@ bench: $(STAMP)
 	@$(BIN)/python -m benchmarks.run
 	@$(BIN)/python -m benchmarks.winch_types
 	@$(BIN)/python -m benchmarks.exports
+	@$(BIN)/python -m benchmarks.session
 	@test -z "$(AGAINST)" || $(BIN)/python -m benchmarks.against $(AGAINST)
 
 docs: $(STAMP)

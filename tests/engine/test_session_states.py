@@ -134,6 +134,13 @@ def test_a_number_outside_its_range_is_named(session, name, values):
         ({"held": {"mode": "0x1.8p6"}}, "held.*tick.mode = 96"),
         ({"held": {"f_pump": "-0x1p0"}}, "held.*tick.f_pump = -1"),
         ({"held": ["v_op"]}, "held"),
+        ({"held": {"override": "0x1p1"}}, "held.*tick.override = 2"),
+        ({"changed": None}, "changed = None"),
+        ({"changed": {"friction_factor": "nan"}}, "changed"),
+        ({"changed": {"friction": "0x1p0"}}, "changed"),
+        ({"changed": {"K_p": "0x1p0"}}, "changed"),
+        ({"changed": {"gas_factor": "0x1p3"}}, "changed: gas_factor = 8, allowed is 0.1 to 2"),
+        ({"changed": {"friction_factor": "0x1p1"}}, r"p.hoist.friction.Y_1 = .*allowed is that of this winch"),
         ({"identity": "0" * 64}, "another crane"),
         ({"names": []}, "other names"),
         ({"numbers": -1}, "bytes of numbers"),
@@ -163,10 +170,10 @@ def test_states_of_another_kind_crane_case_step_or_version_are_refused(session):
         stillhook.Session(CRANE, CASE, coupling="wire"),
     ):
         refused(session, made.save(), "another crane, scenario, step or version")
-    refused(session, b"stillhook session 1\n{}\n", "stillhook session 1 is another format than 2")
+    refused(session, b"stillhook session 1\n{}\n", "stillhook session 1 is another format than 3")
     refused(session, b"", "not a saved session")
-    refused(session, b"stillhook session 2\n" + b"[" * 100_000, "checksum")
-    body = b"stillhook session 2\n" + b"[" * 100_000
+    refused(session, b"stillhook session 3\n" + b"[" * 100_000, "checksum")
+    body = b"stillhook session 3\n" + b"[" * 100_000
     refused(session, body + hashlib.sha256(body).digest(), "no JSON")
 
 

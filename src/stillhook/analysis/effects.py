@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stillhook.base.identity import remembered
+from stillhook.engine.pack.settings import with_value
 from stillhook.engine.pack.winch import drum_record
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
@@ -28,12 +29,6 @@ def nested(values: Iterable[tuple[str, Any]]) -> dict[str, Any]:
         *tables, name = path.split(".")
         functools.reduce(lambda at, key: at.setdefault(key, {}), tables, out)[name] = value
     return out
-
-
-def with_value(record: Any, path: str, value: Any) -> Any:
-    """A copy of a record with one field, by its dotted path, changed; nothing is checked."""
-    name, _, inner = path.partition(".")
-    return record.model_copy(update={name: with_value(getattr(record, name), inner, value) if inner else value})
 
 
 def scaled(crane: Crane, factors: Mapping[str, float]) -> Crane:

@@ -2,16 +2,19 @@
 noise."""
 
 import bisect
+import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
+from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.lanes import room_for
 from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
@@ -21,6 +24,27 @@ from stillhook.winches.records import THIN, Tick
 
 TICK = len(Tick._fields)
 """Columns of a full row of the drive; THIN is that of one that only moves the tip."""
+
+COMMANDS = ("u_p", "u_m", "brake")
+"""What the winch takes in place of the PLC's commands while the input override is 1."""
+OVERRIDE = Tick._fields.index("override")
+COMMAND_AT: Mapping[str, int] = {name: Tick._fields.index(name) for name in COMMANDS}
+COLUMNS: Mapping[str, tuple[int, ...]] = {
+    "s_tip": (0, 3),
+    "v_tip": (1, 4),
+    "a_tip": (2, 5),
+    **{name: (Tick._fields.index(name),) for name in ("v_op", "s_op", "mode", "f_pump", "override", *COMMANDS)},
+}
+"""Inputs by name, with their columns in a row of the drive: the tip moves, and the motion unit sees it."""
+WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
+    **COLUMNS,
+    "s_tip": (3,),
+    "v_tip": (4,),
+    "a_tip": (5,),
+    "F_w": (0,),
+}
+"""Inputs of a winch whose wire is the host's: the tip's place is that of the tension."""
+MOTION = ("s_tip", "v_tip", "a_tip")
 
 ENDLESS = 2**40
 """Cycles for which there is no noise where there is none: more than any run has."""
@@ -172,9 +196,21 @@ class CycleInputs:
         return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]
 
     def full_row(self, k: int, *, still: bool = False) -> FloatArray:
-        """The full row of cycle k, also beyond the end of the run where there is no noise; still: with the tip at 0."""
-        t = np.array([k * self.t_cycle])
-        return self._full(t, k, 1, np.zeros((1, THIN)) if still else np.column_stack(self.motion.sample(t)))[0]
+        """See `full_rows`; that of one cycle."""
+        return self.full_rows(k, 1, still=still)[0]
+
+    def full_rows(self, k: int, n: int, *, still: bool = False) -> FloatArray:
+        """The full rows of cycles k .. k + n - 1, also beyond the end of the run; still: with the tip at 0.
+
+        Errors: SimulationError for noise beyond the end, MotionError for a motion that has ended.
+        """
+        if self._noise.ends and k + n > self.n_ticks + 1:
+            raise SimulationError(
+                f"Session: the scenario's noise is drawn for its duration of {self.case.duration:g} s, which is over."
+                " Give it a longer duration, or no noise."
+            )
+        t: FloatArray = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
+        return self._full(t, k, n, np.zeros((n, THIN)) if still else np.column_stack(self.motion.sample(t)))
 
     def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
         case, out = self.case, np.empty((n, TICK))
@@ -200,6 +236,29 @@ class CycleInputs:
             if step > 0.0:
                 seen[:, column] = np.round(seen[:, column] / step) * step
         return seen
+
+
+class RowsAhead:
+    """Full rows of a drive one by one and without an end, made many at once."""
+
+    MADE = (128, 16, 1)
+
+    def __init__(self, drive: CycleInputs) -> None:
+        self._drive = drive
+        self._made: dict[bool, tuple[int, FloatArray]] = {}
+
+    def at(self, k: int, *, still: bool) -> FloatArray:
+        """The row of cycle k, which is not to be changed; still: with the tip at 0. Errors: as `full_rows`."""
+        first, rows = self._made.get(still, (0, ()))
+        if not first <= k < first + len(rows):
+            first, rows = self._made[still] = k, self._rows(k, still)
+        return rows[k - first]
+
+    def _rows(self, k: int, still: bool) -> FloatArray:
+        for n in self.MADE[:-1]:
+            with contextlib.suppress(StillhookError):  # noise or motion end soon: the next row may be there
+                return self._drive.full_rows(k, n, still=still)
+        return self._drive.full_rows(k, self.MADE[-1], still=still)
 
 
 @lru_cache(maxsize=64)
@@ -245,7 +304,8 @@ class _Noise:
     def __init__(self, case: Scenario, n: int) -> None:
         s = case.sensors
         self.tip, self.wire, self.load = (np.broadcast_to(0.0, shape) for shape in ((ENDLESS, 3), ENDLESS, ENDLESS))
-        if not any((s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)):
+        self.ends = any((s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F))
+        if not self.ends:
             return
         streams = np.random.SeedSequence(s.seed).spawn(5)
         levels = (s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)
@@ -292,3 +352,22 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray)
     )
     assumed = np.where(t >= loss.time + loss.detection, remaining, 1.0)
     return 1.0 - (1.0 - remaining) * lost_share, assumed
+
+
+def lacking(crane: Crane) -> dict[str, str]:
+    """Commands that mean nothing to a winch, with the reason."""
+    out = {}
+    if crane.plant.type.control != DISPLACEMENT:
+        out["u_m"] = f'winch type "{crane.plant}" takes the speed command u_p alone'
+    if crane.brake is None:
+        out["brake"] = f'"{crane.name}" has no holding brake'
+    return out
+
+
+def check_motion(inputs: Mapping[str, Any]) -> None:
+    """The tip's motion is given whole or not at all: a position without its speed would make the winch lag. Errors:
+    SimulationError."""
+    some = [name for name in MOTION if name in inputs]
+    if some and len(some) < len(MOTION):
+        missing = ", ".join(name for name in MOTION if name not in inputs)
+        raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")

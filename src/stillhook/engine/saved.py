@@ -11,7 +11,8 @@ from __future__ import annotations
 import fnmatch
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -83,6 +84,21 @@ def printable(value: object) -> str:
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
+def numbers_in(what: str, saved: Any, names: Iterable[str], label: str) -> dict[str, float]:
+    """Numbers by name in the head of a saved state. Errors: SimulationError."""
+    try:
+        numbers = {name: float.fromhex(x) for name, x in saved.items()}
+        good = all(map(math.isfinite, numbers.values()))
+    except (AttributeError, ValueError, TypeError, OverflowError):
+        good = False
+    if not good or not set(numbers) <= set(names):
+        allowed = ", ".join(names)
+        raise SimulationError(
+            f"{label}: {what} = {printable(saved)}: finite numbers for names of {allowed} are expected. Save it again."
+        )
+    return numbers
+
+
 class Kind(IntEnum):
     """What a number is: in a range; the same as in what it is restored into; a setting, in a range of its own; a whole
     number of PLC cycles; the code of a mode."""
@@ -104,6 +120,9 @@ PAST_THE_END = 100.0
 SETTING: Range = (0.0, 1.0e6)
 LENGTH, SPEED, ACCELERATION, TURN = 1.0e6, 1.0e4, 1.0e6, 1.0e5
 PRESSURE, FORCE, TORQUE, VOLUME, CURRENT, ENERGY = 1.0e9, 1.0e10, 1.0e9, 1.0e3, 1.0e7, 1.0e15
+VAPOUR = 1.0e10
+"""Linear pressure below 0 of a line that is all vapour, at most [Pa]: its bulk modulus; in an accumulator's line oil is
+missing, some cubic metres at most."""
 CYCLES = 2.0**53
 """Cycles that a double counts one by one: 2.8 million years of 10 ms."""
 BY_NAME: Mapping[str, Range] = {
@@ -116,8 +135,8 @@ BY_NAME: Mapping[str, Range] = {
     ".x.winch.x_v": (-1.0 - STOP, 1.0 + STOP),
     ".x.winch.x_rod": (-10.0, 100.0),
     ".x.winch.z": (-100.0, 100.0),
-    ".x.winch.p_*": (-PRESSURE, PRESSURE),
-    ".x.winch.V_*": (-0.05, VOLUME),
+    ".x.winch.p_*": (-VAPOUR, PRESSURE),
+    ".x.winch.V_*": (-10.0, VOLUME),
     ".x.winch.omega_*": (-TURN, TURN),
     ".x.winch.T_*": (-TORQUE, TORQUE),
     ".x.winch.v_*": (-SPEED, SPEED),
@@ -135,7 +154,7 @@ BY_NAME: Mapping[str, Range] = {
     "*.stroke": SHARE,
     "*.u_m": SHARE,
     ".u*.u_pm": SHARE,
-    ".u*.u_raw": (-LENGTH, LENGTH),
+    ".u*.u_raw": (-1.0e15, 1.0e15),
     ".u*.u_*": COMMAND,
     "*.u_p": COMMAND,
     ".u*.x_v": COMMAND,
@@ -177,6 +196,33 @@ PARAMETERS: Mapping[str, tuple[str, Range]] = {
 """Settings of the PLC that may change while it runs: place in `Plc`, and range."""
 FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
 COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
+
+
+STATES: Mapping[str, str] = {
+    ".x.winch.*": "",
+    ".x.path.*": "",
+    ".u.*": "command.",
+    ".m.*": "plc.",
+    ".laws.*_memory*.*": "",
+}
+"""What a winch carries from cycle to cycle by itself, as patterns of names, and what its names in a session begin
+with."""
+
+
+def states(names: Sequence[str], *, without: Sequence[str] = ()) -> dict[str, int]:
+    """Name of every state -> its place among the numbers of a lane, whose names `stillhook.kernels.lanes.paths` has.
+
+    The mode that the PLC remembers is none: it is an input. A name that winch and load path both have is the winch's;
+    the other begins with "path.".
+    """
+    out: dict[str, int] = {}
+    for pattern, prefix in STATES.items():
+        for i, place in enumerate(names):
+            if fnmatch.fnmatchcase(place, pattern) and place != ".m.mode":
+                name = place.removeprefix(".laws.") if place.startswith(".laws.") else place.rpartition(".")[2]
+                if name not in without:
+                    out[f"path.{name}" if name in out and not prefix else f"{prefix}{name}"] = i
+    return out
 
 
 class Ranges(NamedTuple):

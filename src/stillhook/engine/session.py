@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,51 +15,52 @@ from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.control.registry import CONTROLLERS, code_of
-from stillhook.engine.arguments import SERIES_STEP, checked_cases, steps_per_cycle
-from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.saved import CYCLES, PARAMETERS, Range, bytes_of, printable, ranges, seal, unseal, wrong
-from stillhook.engine.scenario.run import Ready, ScenarioBlock, ScenarioType, first_lane
-from stillhook.errors import SimulationError
-from stillhook.kernels.build import Setup, results_hash
-from stillhook.kernels.lanes import aligned, flatten, offset, paths
+from stillhook.engine.arguments import SERIES_STEP, check_step, checked_cases, steps_per_cycle
+from stillhook.engine.inputs import (
+    COLUMNS,
+    COMMAND_AT,
+    COMMANDS,
+    MOTION,
+    OVERRIDE,
+    TICK,
+    WIRE_COLUMNS,
+    RowsAhead,
+    check_motion,
+    lacking,
+)
+from stillhook.engine.pack.settings import RunSettings
+from stillhook.engine.pack.winch import Packed
+from stillhook.engine.saved import (
+    CYCLES,
+    PARAMETERS,
+    Range,
+    bytes_of,
+    numbers_in,
+    printable,
+    ranges,
+    seal,
+    states,
+    unseal,
+    wrong,
+)
+from stillhook.engine.scenario.run import ScenarioBlock, ScenarioType, WireBlock
+from stillhook.errors import SimulationError, StillhookError
+from stillhook.kernels.build import results_hash
+from stillhook.kernels.c99.library import repeated
+from stillhook.kernels.lanes import aligned, offset, paths, room_for
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.records import Tick
 
-FORMAT = 2
+FORMAT = 3
 """Version of the format of a saved session."""
 NOT_YET = 2**62
 """Stands for a cycle that never comes: no windows are kept, and none is the last."""
-COLUMNS: Mapping[str, tuple[int, ...]] = {
-    "s_tip": (0, 3),
-    "v_tip": (1, 4),
-    "a_tip": (2, 5),
-    **{name: (Tick._fields.index(name),) for name in ("v_op", "s_op", "mode", "f_pump")},
-}
-"""Inputs by name, with their columns in a row of the drive: the tip moves, and the motion unit sees it."""
-WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
-    **COLUMNS,
-    "s_tip": (3,),
-    "v_tip": (4,),
-    "a_tip": (5,),
-    "F_w": (0,),
-}
-"""Inputs of a winch whose wire is the host's: the tip's place is that of the tension."""
 TIP, WIRE = "tip", "wire"
-MOTION = ("s_tip", "v_tip", "a_tip")
-
-
-class WireBlock(ScenarioBlock):
-    """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
-
-    @staticmethod
-    def setup(r: Ready) -> Setup:
-        return Setup(path=("host",), sensors=r.winch.sensors)
-
-    def record(self, r: Ready) -> list[float]:
-        tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
-        return flatten(first_lane(self.d, r.winch, tick))
+NO_EFFECT = "Session.{where}: {name} while override is 0: the winch takes the PLC's commands. Give override = 1 first."
+OF_HOST = ("s_load", "v_load")
+"""States of the load, which a host with a wire of its own has."""
 
 
 class Kept(NamedTuple):
@@ -68,6 +69,7 @@ class Kept(NamedTuple):
     session: Session
     k: int
     held: dict[str, float]
+    changed: dict[str, float]
     A: FloatArray
     row: FloatArray
 
@@ -103,24 +105,27 @@ class Session:
         if coupling not in (TIP, WIRE):
             raise SimulationError(f"Session: coupling = {units.quote(coupling)}: choose {TIP} or {WIRE}.")
         self._wire = coupling == WIRE
-        self._columns = WIRE_COLUMNS if self._wire else COLUMNS
         cases, of = checked_cases(crane, scenario), ScenarioType()
         if len(cases) > 1:
             raise SimulationError("Session: one winch is stepped, not several scenarios. Use a Session for each.")
         n_sub = steps_per_cycle(crane, step, SERIES_STEP)
         of.check([crane], cases)
         prepared = of.ready([crane], cases, n_sub)
-        winch = prepared[0].winch
+        self._crane, self._ready, winch = crane, prepared[0], prepared[0].winch
         self._block = (WireBlock if self._wire else ScenarioBlock)(prepared, lanes=1, n_sub=n_sub, every=0)
+        self._ahead = RowsAhead(prepared[0].drive)
         self._t_cycle = crane.control.t_cycle
+        without = lacking(crane)
+        self._columns = {
+            name: columns for name, columns in (WIRE_COLUMNS if self._wire else COLUMNS).items() if name not in without
+        }
         self._modes = {law for law in CONTROLLERS if law in crane.plant.type.modes}
         self._modes &= {law for law in CONTROLLERS if CONTROLLERS[law].in_every_kernel} | set(winch.extra_controllers)
         self._codes = [0.0, *(code_of(mode) for mode in self._modes)]
         d = self._block.d
-        self._signals: tuple[str, ...] = d.Signals._fields
-        self._y = offset(d.Lane, "y", 1)
         places, start = paths(d.Params), offset(d.Lane, "p", 1)
         self._parameters = {name: start + places.index(f".plc.{at}") for name, (at, _) in PARAMETERS.items()}
+        self._settings = RunSettings(crane, cases[0], winch, d.Lane)
         self._A = self._block.A[:, 0]
         self._begin = self._A.copy()
         self._ranges = ranges(
@@ -129,13 +134,39 @@ class Session:
             tension=self._wire,
             settings={i: PARAMETERS[name][1] for name, i in self._parameters.items()},
         )
+        self._states = states(self._ranges.names, without=OF_HOST if self._wire else ())
         self._names = [*self._ranges.names, *(f".row.{name}" for name in Tick._fields)]
+        self._ends = {
+            name: (float(self._ranges.least[i]), float(self._ranges.most[i]))
+            for name in self._columns
+            for i in (self._place(name),)
+        }
         text = json.dumps([crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str)
         self._identity = hashlib.sha256(text.encode()).hexdigest()
         self._k = 0
         self._held: dict[str, float] = {}
-        self._row = self._row_at(0)
-        self._seen: FloatArray | None = None
+        self._changed: dict[str, float] = {}
+        self._prepare_calls()
+        self._row, self._next = np.zeros(TICK), np.zeros(TICK)
+        self._fill(self._row, 0, {})
+
+    def _prepare_calls(self) -> None:
+        """Room for what is stepped and read, and the two calls of the kernel that do it."""
+        block, d = self._block, self._block.d
+        y = offset(d.Lane, "y", 1)
+        self._signals = {name: y + i for i, name in enumerate(d.Signals._fields)}
+        self._x = self._A[: block.n_x]
+        self._D, self._D_now, self._copy = room_for((2 * TICK,)), room_for((TICK,)), aligned(self._A)
+        self._seen = False
+        names = self._ranges.names
+        self._E_start, self._E_end, self._counted = (
+            names.index(f".st.common.{name}") for name in ("E_start", "E_end", "cycles")
+        )
+        quintic, windows, out = block.H, block.W, block.out.reshape(-1)
+        behind = (NOT_YET, block.n_win, block.n_sub, self._t_cycle)  # last, ...
+        step = (block.A.reshape(-1), self._D, TICK, quintic, windows, out, 0, 0, 1, NOT_YET, *behind)
+        look = (self._copy, self._D_now, TICK, quintic, windows, out, 0, 0, 0, NOT_YET, *behind)
+        self._step, self._look = repeated(d.run, step, (7,)), repeated(d.run, look, (7, 10))
 
     @property
     def time(self) -> float:
@@ -154,59 +185,100 @@ class Session:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of settings of the PLC that `set` changes."""
-        return tuple(self._parameters)
+        """Names of settings that `set` changes: of the PLC; factors on friction, leakage, displacement and gas charge
+        of the crane file; of the drive, by their path there; of controllers and sensors, as "controller.setting"."""
+        return (*self._parameters, *self._settings.known)
 
     @property
     def signals(self) -> tuple[str, ...]:
         """Names of signals that `get` reads; units and meaning: `stillhook.variables`."""
-        return self._signals
+        return tuple(self._signals)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of what winch, load path, last commands ("command. ..."), PLC ("plc. ...") and controllers carry from
+        cycle to cycle, which `state` reads and `set_states` writes."""
+        return tuple(self._states)
 
     def step(self, inputs: Mapping[str, Any] | None = None, *, cycles: int = 1) -> None:
         """Move on by PLC cycles (default one).
 
         inputs: what holds at the end of the step, by name [SI]: the crane tip's s_tip, v_tip, a_tip together (up
-        positive; in between a quintic through both ends), v_op, s_op (hoisting positive), mode, f_pump. What is not
-        given is as `set` holds it, else as in the scenario. With inputs a step is one cycle.
+        positive; in between a quintic through both ends), v_op, s_op (hoisting positive), mode, f_pump, and with
+        override = 1 the commands u_p, u_m and brake that the winch takes in place of the PLC's. What is not given is as
+        `set` holds it, else as in the scenario; a command stays as it is. With inputs a step is one cycle.
         """
         if type(cycles) is not int or cycles < 1 or (inputs and cycles > 1):
             raise SimulationError(f"Session.step: cycles = {cycles!r}: give a whole number from 1, and 1 with inputs.")
-        given = {name: self._value(name, value) for name, value in (inputs or {}).items()}
-        _check_motion(given)
+        given = self._given(inputs) if inputs else {}
         for _ in range(cycles):
-            ahead = self._row_at(self._k + 1, given)
-            D = aligned(np.stack([self._row, ahead])[:, :, None])
+            ahead, D = self._next, self._D
+            self._fill(ahead, self._k + 1, given)
+            D[:TICK] = self._row
+            D[TICK:] = ahead
             if self._wire:  # the tension's rate, at both ends
-                D[:, 1] = (ahead[0] - self._row[0]) / self._t_cycle
-            self._run(self._block.A, D, 1, NOT_YET)
-            if not self._block.sound()[0]:
+                D[1] = D[TICK + 1] = (ahead[0] - self._row[0]) / self._t_cycle
+            self._step(self._k)
+            if not np.isfinite(self._x).all():
                 raise SimulationError(
                     f"Session: a state is no number at {self.time:.6g} s. Restore a saved state, or use a shorter step."
                 )
             self._k += 1
-            self._row, self._seen = ahead, None
+            self._row, self._next, self._seen = ahead, self._row, False
 
     def set(self, name: str, value: Any) -> None:
-        """Hold an input, or change a setting of the PLC, from the present time on [SI]; `mode` is a controller's name.
+        """Hold an input, or change a setting, from the present time on [SI]; `mode` is a controller's name.
 
-        A motion that is set is held until it is set again: better give it to every `step`.
+        A motion that is set is held until it is set again: better give it to every `step`. With override = 1 the winch
+        keeps the commands of the present time until u_p, u_m or brake are set; with 0 it takes the PLC's again.
         """
+        if not isinstance(name, str):
+            raise SimulationError(self._unknown(name, (*self._columns, *self.parameters)))
         if name in self._parameters:
             self._A[self._parameters[name]] = self._number(name, value, PARAMETERS[name][1])
+        elif name in self._settings.known:
+            known = self._settings.known[name]
+            self._change({**self._changed, name: self._number(name, value, (known.least, known.most))}, name)
         else:
-            self._held[name] = self._value(name, value)
-            self._row[list(self._columns[name])] = self._held[name]
-        self._seen = None
+            number = self._value(name, value)
+            if name in COMMANDS and self._row[OVERRIDE] == 0.0:
+                raise SimulationError(NO_EFFECT.format(where="set", name=name))
+            if name == "override":
+                self._take_over(number > 0.0)
+            self._held[name] = number
+            self._row[list(self._columns[name])] = number
+        self._seen = False
 
     def get(self, name: str) -> float:
-        """A signal, input or setting at the present time [SI]."""
-        if name in self._signals:
-            return float(self._observed()[self._signals.index(name)])
-        if name in self._parameters:
-            return float(self._A[self._parameters[name]])
-        if name in self._columns:
-            return float(self._row[self._columns[name][0]])
-        raise SimulationError(self._unknown(name, (*self._signals, *self._parameters, *self._columns)))
+        """A signal, setting or input at the present time [SI]."""
+        if isinstance(name, str):
+            if (at := self._signals.get(name)) is not None:
+                return float(self._observed()[at])
+            if (at := self._parameters.get(name)) is not None:
+                return float(self._A[at])
+            if (known := self._settings.known.get(name)) is not None:
+                return self._changed.get(name, known.start)
+            if (columns := self._columns.get(name)) is not None:
+                return float(self._row[columns[0]])
+        raise SimulationError(self._unknown(name, (*self._signals, *self.parameters, *self._columns)))
+
+    def state(self, name: str) -> float:
+        """A state at the present time [SI]."""
+        return float(self._A[self._state_at(name)])
+
+    def set_states(self, values: Mapping[str, Any]) -> None:
+        """Write states of the present time, by name [SI]: all of them, or none where one is refused.
+
+        Every state is what it is: wire that is paid out without its load being lowered is slack. The energy that a
+        state adds or takes away is none that the winch or its load lost: the audit counts from it.
+        """
+        if not isinstance(values, Mapping):
+            raise SimulationError(f"Session.set_states: {units.quote(values)}: give values by name, as a mapping.")
+        checked = {}
+        for name, value in values.items():
+            i = self._state_at(name)
+            checked[i] = self._number(name, value, (float(self._ranges.least[i]), float(self._ranges.most[i])))
+        self._write(list(checked), np.array([*checked.values()]))
 
     def save(self, path: str | Path | None = None) -> bytes:
         """The state as bytes, and in a file where a path is given: it appears under its name when it is complete.
@@ -218,6 +290,7 @@ class Session:
             "identity": self._identity,
             "k": self._k,
             "held": {name: value.hex() for name, value in self._held.items()},
+            "changed": {name: value.hex() for name, value in self._changed.items()},
             "names": self._names,
         }
         data = seal("session", FORMAT, head, [self._A, self._row])
@@ -246,99 +319,148 @@ class Session:
         k, held = head.get("k"), self._held_in(head.get("held"), label)
         if type(k) is not int or not 0 <= k <= CYCLES:
             raise SimulationError(f"{label}: k = {printable(k)}: give a whole number of cycles from 0 to {CYCLES:.0f}.")
+        changed = self._changed_in(head.get("changed"), label)
         lane, row = np.split(values, [len(self._A)])
-        self._check(lane, row, k, label)
+        self._check(lane, row, k, changed, label)
         self._A[:], self._row[:] = lane, row
-        self._k, self._held, self._seen = k, held, None
+        self._k, self._held, self._changed, self._seen = k, held, changed, False
 
     def keep(self) -> Kept:
         """The state in memory, for `go_back`: quicker than `save`, and of this session alone."""
-        return Kept(self, self._k, dict(self._held), self._A.copy(), self._row.copy())
+        return Kept(self, self._k, dict(self._held), dict(self._changed), self._A.copy(), self._row.copy())
 
     def go_back(self, kept: Kept) -> None:
         """Go back to what `keep` gave. Errors: SimulationError where it is of another session."""
         if kept.session is not self:
             raise SimulationError("Session.go_back: kept of another session. Use save and restore between sessions.")
-        self._A[:], self._row = kept.A, kept.row.copy()
-        self._k, self._held, self._seen = kept.k, dict(kept.held), None
+        self._A[:], self._row[:] = kept.A, kept.row
+        self._k, self._held, self._changed, self._seen = kept.k, dict(kept.held), dict(kept.changed), False
 
     # What is behind it
 
-    def _check(self, lane: FloatArray, row: FloatArray, k: int, label: str) -> None:
+    def _given(self, inputs: Mapping[str, Any]) -> dict[str, float]:
+        """Inputs of a step. Errors: SimulationError."""
+        if not isinstance(inputs, Mapping):
+            raise SimulationError(f"Session.step: inputs = {units.quote(inputs)}: give values by name, as a mapping.")
+        given = {name: self._value(name, value) for name, value in inputs.items()}
+        check_motion(given)
+        return given
+
+    def _fill(self, row: FloatArray, k: int, given: Mapping[str, float]) -> None:
+        """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
+        held, before = self._held, self._row
+        still = "s_tip" in given or (bool(held) and all(name in held for name in MOTION))
+        scenario = self._ahead.at(k, still=still)
+        row[:] = scenario
+        if self._wire:
+            row[0], row[1], row[2] = self._ready.winch.params.hoist.load.W, 0.0, 0.0
+        for overlay in (held, given):
+            for name, value in overlay.items():
+                for column in self._columns[name]:
+                    row[column] = value
+        if k > 0 and ("v_op" in given or "v_op" in held) and "s_op" not in given and "s_op" not in held:
+            v, s = COLUMNS["v_op"][0], COLUMNS["s_op"][0]
+            row[s] = before[s] + 0.5 * self._t_cycle * (before[v] + row[v])
+        if row[OVERRIDE] == 0.0:
+            for name in COMMANDS:
+                if name in given:
+                    raise SimulationError(NO_EFFECT.format(where="step", name=name))
+        elif scenario[OVERRIDE] == 0.0:
+            for name, at in COMMAND_AT.items():
+                if name not in given and name not in held:
+                    row[at] = before[at] if before[OVERRIDE] > 0.0 else self.get(name)
+
+    def _take_over(self, on: bool) -> None:
+        """The present commands of the PLC become those of an override that begins; one that ends holds none."""
+        for name, at in COMMAND_AT.items():
+            if not on:
+                self._held.pop(name, None)
+            elif self._row[OVERRIDE] == 0.0:
+                self._row[at] = self.get(name)
+
+    def _change(self, changed: dict[str, float], name: str) -> None:
+        """Settings beside those of the PLC, of which this name is new. Errors: SimulationError."""
+        try:
+            packed = self._packed(changed)
+        except StillhookError as problem:
+            raise SimulationError(f"Session: {name} = {changed[name]:g}: {problem}") from None
+        self._write(self._settings.places, self._settings.numbers(packed, changed))
+        self._changed = changed
+
+    def _packed(self, changed: Mapping[str, float]) -> Packed:
+        """The winch with these settings. Errors: SpecError where they cannot be, or the step is too long for them."""
+        packed = self._settings.packed(changed)
+        check_step(packed, self._t_cycle / self._block.n_sub)
+        return packed
+
+    def _write(self, places: Any, numbers: FloatArray) -> None:
+        """Numbers of the lane, without what they add to its energy in the audit's account."""
+        before = self._observed()[self._E_end]
+        self._A[places], self._seen = numbers, False
+        jump = self._observed()[self._E_end] - before
+        if self._A[self._counted] > 0.0 and math.isfinite(jump):
+            self._A[self._E_start] += jump
+            self._seen = False
+
+    def _check(self, lane: FloatArray, row: FloatArray, k: int, changed: Mapping[str, float], label: str) -> None:
         """Errors: SimulationError for the first number that no state of this winch has."""
         first = self._ranges.names.index(f".tick.{Tick._fields[0]}")
         rows = slice(first, first + len(Tick._fields))
-        problem = wrong(lane, self._A, self._begin, self._ranges, k, self._codes)
+        own = self._A.copy()
+        try:
+            own[self._settings.places] = self._settings.numbers(self._packed(changed), changed)
+        except StillhookError as error:
+            raise SimulationError(f"{label}: no settings of this winch: {error} Save it again.") from None
+        problem = wrong(lane, own, self._begin, self._ranges, k, self._codes)
         problem = problem or wrong(row, self._row, self._begin[rows], self._ranges.at(rows), k, self._codes)
         if problem:
             raise SimulationError(f"{label}: no state of this winch: {problem}. Save it again.")
 
     def _held_in(self, saved: Any, label: str) -> dict[str, float]:
         """Inputs that are held, as a saved state has them. Errors: SimulationError."""
-        try:
-            held = {name: float.fromhex(x) for name, x in saved.items()}
-            good = all(map(math.isfinite, held.values()))
-        except (AttributeError, ValueError, TypeError, OverflowError):
-            good = False
-        if not good or not set(held) <= set(self._columns):
-            allowed = ", ".join(self._columns)
-            raise SimulationError(
-                f"{label}: held = {printable(saved)}: finite numbers for names of {allowed} are held. Save it again."
-            )
+        held = numbers_in("held", saved, self._columns, label)
         for name, value in held.items():
             at, own = self._place(name), np.array([value])
             if problem := wrong(own, own, np.full(1, np.nan), self._ranges.at(slice(at, at + 1)), 0, self._codes):
                 raise SimulationError(f"{label}: held: no input of this winch: {problem}. Save it again.")
         return held
 
+    def _changed_in(self, saved: Any, label: str) -> dict[str, float]:
+        """Settings that were changed, as a saved state has them. Errors: SimulationError."""
+        changed = numbers_in("changed", saved, self._settings.known, label)
+        for name, value in changed.items():
+            known = self._settings.known[name]
+            if not known.least <= value <= known.most:
+                raise SimulationError(
+                    f"{label}: changed: {name} = {value:.9g}, allowed is {known.least:g} to {known.most:g}. Save it"
+                    " again."
+                )
+        return changed
+
     def _place(self, name: str) -> int:
         """Place of an input among the numbers of a state."""
         return self._ranges.names.index(f".tick.{Tick._fields[self._columns[name][0]]}")
 
-    def _row_at(self, k: int, inputs: Mapping[str, float] | None = None) -> FloatArray:
-        """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
-        overlay, r = {**self._held, **(inputs or {})}, self._block.ready[0]
-        row = self._of_scenario(r.drive, k, overlay)
-        if self._wire:
-            row[:3] = r.winch.params.hoist.load.W, 0.0, 0.0
-        for name, value in overlay.items():
-            row[list(self._columns[name])] = value
-        if "v_op" in overlay and "s_op" not in overlay and k > 0:
-            v, s = COLUMNS["v_op"][0], COLUMNS["s_op"][0]
-            row[s] = self._row[s] + 0.5 * self._t_cycle * (self._row[v] + row[v])
-        return row
-
-    def _of_scenario(self, drive: CycleInputs, k: int, overlay: Mapping[str, Any]) -> FloatArray:
-        """A row as the scenario has it."""
-        sensors = drive.case.sensors
-        noisy = any((sensors.noise_s_tip, sensors.noise_v_tip, sensors.noise_a_tip, sensors.noise_s_w, sensors.noise_F))
-        if noisy and k > drive.n_ticks:
-            raise SimulationError(
-                f"Session: the scenario's noise is drawn for its duration of {drive.case.duration:g} s, which is over."
-                " Give it a longer duration, or no noise."
-            )
-        return drive.full_row(k, still=set(MOTION) <= set(overlay))
-
-    def _run(self, A: FloatArray, D: FloatArray, n: int, last: int) -> None:
-        block = self._block
-        flat = A.reshape(-1), D.reshape(-1), len(Tick._fields), block.H, block.W, block.out.reshape(-1)
-        block.d.run(*flat, 0, self._k, n, NOT_YET, last, block.n_win, block.n_sub, self._t_cycle)
-
     def _observed(self) -> FloatArray:
-        """Signals at the present time."""
-        if self._seen is None:
-            copy = aligned(self._block.A)
-            self._run(copy, aligned(self._row[None, :, None]), 0, self._k)
-            self._seen = copy[self._y : self._y + len(self._signals), 0]
-        return self._seen
+        """The numbers of the lane at the present time, its cycle calculated."""
+        if not self._seen:
+            self._copy[:], self._D_now[:] = self._A, self._row
+            self._look(self._k, self._k)
+            self._seen = True
+        return self._copy
 
     def _value(self, name: str, value: Any) -> float:
-        if name not in self._columns:
-            raise SimulationError(self._unknown(name, (*self._columns, *self._parameters)))
+        """An input. Errors: SimulationError."""
+        if not isinstance(name, str) or name not in self._columns:
+            if reason := lacking(self._crane).get(name if isinstance(name, str) else ""):
+                raise SimulationError(f"Session: {name}: {reason}. Leave it out.")
+            raise SimulationError(self._unknown(name, (*self._columns, *self.parameters)))
         if name != "mode":
-            i = self._place(name)
-            return self._number(name, value, (self._ranges.least[i], self._ranges.most[i]))
-        if value not in self._modes:
+            number = self._number(name, value, self._ends[name])
+            if name == "override" and number not in (0.0, 1.0):
+                raise SimulationError(f"Session: override = {units.quote(number)}: give 0 or 1.")
+            return number
+        if not isinstance(value, str) or value not in self._modes:
             allowed = ", ".join(sorted(self._modes))
             raise SimulationError(
                 f"Session: mode = {units.quote(value)}: choose {allowed}, or name another in the scenario's modes."
@@ -346,9 +468,11 @@ class Session:
         return code_of(value)
 
     def _number(self, name: str, value: Any, allowed: Range) -> float:
+        if type(value) is float and allowed[0] <= value <= allowed[1]:
+            return value
         try:
             number = float(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise SimulationError(f"Session: {name} = {units.quote(value)}: give one number in SI units.") from None
         if not math.isfinite(number):
             raise SimulationError(
@@ -360,14 +484,11 @@ class Session:
             )
         return number
 
-    def _unknown(self, name: Any, allowed: Sequence[str]) -> str:
+    def _state_at(self, name: str) -> int:
+        """Place of a state. Errors: SimulationError."""
+        if not isinstance(name, str) or name not in self._states:
+            raise SimulationError(self._unknown(name, self._states))
+        return self._states[name]
+
+    def _unknown(self, name: Any, allowed: Iterable[str]) -> str:
         return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
-
-
-def _check_motion(inputs: Mapping[str, Any]) -> None:
-    """The tip's motion is given whole or not at all: a position without its speed would make the winch lag. Errors:
-    SimulationError."""
-    some = [name for name in MOTION if name in inputs]
-    if some and len(some) < len(MOTION):
-        missing = ", ".join(name for name in MOTION if name not in inputs)
-        raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")

@@ -98,7 +98,7 @@ def test_no_damaged_state_is_taken(exchange: Exchange):
         ({"first": [0.0, -1e6, 0.0, 0.0, 0.0]}, "tension below 0"),
         ({"sample": [1e3, 1e6, 0.0, 0.0, 0.0]}, "1000 s"),
         ({"state": "not base 85 {"}, "."),
-        ({"state": base64.b85encode(b"stillhook session 2\nxx").decode()}, "checksum"),
+        ({"state": base64.b85encode(b"stillhook session 3\nxx").decode()}, "checksum"),
         ({"state": 7}, "lacks numbers"),
     ],
 )

@@ -14,12 +14,13 @@ import numpy as np
 
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controller as controller_of
-from stillhook.analysis.effects import idle, scaled, with_value
+from stillhook.analysis.effects import idle, scaled
 from stillhook.analysis.tuning.objective import OURS, Limits, Objective, pressure_of
 from stillhook.analysis.tuning.parameters import described
 from stillhook.analysis.tuning.search import Trial
 from stillhook.analysis.tuning.tune import BUDGET, Tuned, tune
 from stillhook.base.progress import Progress
+from stillhook.engine.pack.settings import with_value
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.report import kit

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.effects import with_value
 from stillhook.analysis.loop_stability.governing import by_engine, governing
 from stillhook.analysis.loop_stability.stability import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
 from stillhook.control.registry import CONTROLLERS, ControlLaw
+from stillhook.engine.pack.settings import with_value
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane, own_settings, own_table

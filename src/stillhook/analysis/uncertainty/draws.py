@@ -16,6 +16,7 @@ from stillhook.analysis.effects import nested
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
+from stillhook.engine.pack.settings import ASSUMED
 from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
@@ -35,8 +36,6 @@ Pair = tuple[Crane, Scenario]
 SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}
 """Factors that may be drawn from a set with evidence, and the table of its parameters; their columns are
 "friction.Y_1", ..."""
-ASSUMED = {"active.pump.leak_scale": 1.0, "passive.pump.leak_scale": 1.0}
-"""Value of a field that a crane does not give."""
 HELD = ("pump_servo", "pump_zeta")
 """Factors that the PLC does not know of: its K_2 is that of the crane that it was set up for."""
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from stillhook.analysis.effects import idle
 from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.settings import SCALED
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
 from stillhook.errors import SpecError
@@ -294,10 +295,10 @@ SHARES: Mapping[str, Callable[[Crane], float] | None] = {
 
 
 def _factor(name: str, row: dict[str, Any]) -> Factor:
-    """A factor from its table in `factors.toml`."""
+    """A factor from its table in `factors.toml`, and `SCALED`."""
     targets: list[Target] = []
     for key, share in SHARES.items():
-        paths = row.pop(key, ())
+        paths = row.pop(key, SCALED.get(name, ()) if key == "scaled" else ())
         each = dict.fromkeys(path.format(circuit=c) for c in CIRCUITS for path in paths)
         targets += [Target(path, share) for path in each]
     (law, values), outside = row.pop("default").popitem(), row.pop("outside", None)

@@ -1,5 +1,6 @@
 """The only place where a crane and a scenario become records that the compiled kernels read."""
 
+import functools
 import math
 from collections.abc import Callable, Iterable
 from types import ModuleType
@@ -139,8 +140,9 @@ def active_record(crane: Crane) -> ActiveCircuit:
     )
 
 
-def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
-    """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
+def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> PassiveCircuit:
+    """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands; gas_factor: its
+    charge over that of the crane file, which is what the PLC holds [-]."""
     p = crane.passive
     assert p is not None
     pump = _pumps(p)
@@ -149,7 +151,7 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
         pump_servo=circuits.servo_record(p.pump.servo),
         motors=_motors(p),
         motor_servo=circuits.servo_record(p.motor.servo, p.motor.alpha_min),
-        accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive"),
+        accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive", gas_factor),
         relief=circuits.relief_record(p.relief),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
@@ -164,10 +166,12 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     )
 
 
-def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str) -> Accumulator:
+def accumulator_record(
+    table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str, gas_factor: float = 1.0
+) -> Accumulator:
     """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure stands; circuit: name
-    of its table."""
-    acc = table
+    of its table; gas_factor: charge over that of the table [-]."""
+    acc = _charged(table, gas_factor)
     if gas_held:
         gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
         acc = acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
@@ -180,6 +184,13 @@ def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_hel
         C_leak=acc.C_leak,
         gas=gas_record(acc, circuit),
     )
+
+
+def _charged(table: circuits.Accumulator, factor: float) -> circuits.Accumulator:
+    """An accumulator whose gas has a factor times its charge."""
+    if factor == 1.0:
+        return table
+    return table.model_copy(update={"gas": table.gas.model_copy(update={"p_0": factor * table.gas.p_0})})
 
 
 def drum_record(crane: Crane) -> Drum:
@@ -318,8 +329,11 @@ def _brake(crane: Crane) -> BrakeSettings:
     return brake._replace(K_fill=K_fill, K_leak=a.C_leak / Q, u_most=u_most)
 
 
-def pack(crane: Crane, case: Scenario) -> Packed:
-    """Records for one run. The scenario must have passed `stillhook.engine.scenario.checks.check`."""
+def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
+    """Records for one run. The scenario must have passed `stillhook.engine.scenario.checks.check`.
+
+    gas_factor: charge of accumulators over that which the crane was set up with, and which its PLC holds [-].
+    """
     hoist = _hoist(crane, case)
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
     p_0 = crane.plant.type.charge(crane)
@@ -343,7 +357,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
         stroke=1.0,
     )
     winch = crane.plant.type
-    params = winch.pack(crane, case, parts_of(hoist, plc, sensors))
+    params = winch.pack(crane, case, parts_of(hoist, plc, sensors, gas_factor=gas_factor))
     extra_controllers, settings = controllers_of(crane, modes)
     read_by = sensor_settings(crane.sensors)
     return Packed(
@@ -351,16 +365,18 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     )
 
 
-def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:
-    """What winch types pack their records from."""
+def parts_of(
+    hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None, *, gas_factor: float = 1.0
+) -> Parts:
+    """What winch types pack their records from; gas_factor as in `pack`."""
     return Parts(
         hoist=hoist,
         plc=plc,
         sensors=sensors,
         active=active_record,
-        passive=passive_record,
-        gas=gas_record,
-        accumulator=accumulator_record,
+        passive=functools.partial(passive_record, gas_factor=gas_factor),
+        gas=lambda table: gas_record(_charged(table, gas_factor)),
+        accumulator=functools.partial(accumulator_record, gas_factor=gas_factor),
     )
 
 

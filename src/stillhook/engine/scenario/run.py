@@ -131,6 +131,18 @@ class ScenarioBlock(Block[Ready]):
         )
 
 
+class WireBlock(ScenarioBlock):
+    """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
+
+    @staticmethod
+    def setup(r: Ready) -> Setup:
+        return Setup(path=("host",), sensors=r.winch.sensors)
+
+    def record(self, r: Ready) -> list[float]:
+        tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
+        return flatten(first_lane(self.d, r.winch, tick))
+
+
 def _span(best: FloatArray, st: Any, n_win: int) -> tuple[tuple[float, float, float], bool]:
     """Largest peak-to-peak over the window; over the whole counted run where that is shorter than the window."""
     if st.cycles >= n_win:

@@ -25,7 +25,7 @@ import subprocess
 import sys
 import sysconfig
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -273,6 +273,46 @@ class Entry:
 
     def __call__(self, *arguments: Any) -> Any:
         return self.function(*arguments)
+
+    def repeated(self, arguments: Sequence[Any], varying: Sequence[int]) -> Callable[..., None]:
+        """The same call again and again, prepared: in a tenth of the time that a call takes.
+
+        Parameters: arguments as a call takes them, whose arrays stay where they are; varying: places of whole numbers,
+        which every call gives in this order.
+        """
+        native = self.library.function(self.name)
+        if native is None:
+            return repeated(self.other(), arguments, varying)
+        passed = [
+            kind(each.ctypes.data if kind is ctypes.c_void_p else each)
+            for kind, each in zip(native.argtypes, arguments, strict=True)
+        ]
+        for i in self.arrays:
+            assert arguments[i].flags.c_contiguous
+            assert arguments[i].dtype == np.float64
+        changing, kept = [passed[i] for i in varying], tuple(arguments)
+
+        def call(*numbers: int) -> None:
+            for place, number in zip(changing, numbers, strict=True):
+                place.value = number
+            native(*passed)
+
+        call.arrays = kept  # type: ignore[attr-defined]  # they must live as long as their addresses are used
+        return call
+
+
+def repeated(kernel: Callable[..., Any], arguments: Sequence[Any], varying: Sequence[int]) -> Callable[..., None]:
+    """See `Entry.repeated`; of any kernel."""
+    if isinstance(kernel, Entry):
+        return kernel.repeated(arguments, varying)
+    passed = list(arguments)
+
+    def call(*numbers: int) -> None:
+        for i, number in zip(varying, numbers, strict=True):
+            passed[i] = number
+        kernel(*passed)
+
+    return call
 
 
 def _reason(problem: Exception) -> str:
