@@ -344,6 +344,10 @@ def test_the_journal_says_the_sha256_of_each_file(tmp_path: Path):
     assert check(tmp_path) == []
 
 
+EARLY = ("no rows yet", "no history", "its hours are removed as fast as they are read")
+"""What a reader may be refused with while a writer begins, or removes hours at the pace of this test."""
+
+
 def test_a_reader_beside_a_writer_and_an_archiver_sees_each_row_once(tmp_path: Path):
     done, problems, early, seen = threading.Event(), [], [], 0
 
@@ -377,7 +381,7 @@ def test_a_reader_beside_a_writer_and_an_archiver_sees_each_row_once(tmp_path: P
     finally:
         thread.join()
     assert problems == []
-    assert all("no rows yet" in line or "no history" in line for line in early)
+    assert [line for line in early if not any(words in line for words in EARLY)] == []
     assert overview(tmp_path).last_row == 1200
 
 

@@ -39,6 +39,9 @@ def assert_whole(folder: Path, acknowledged: int) -> int:
     return len(rows)
 
 
+MOST_LIVES = 60
+
+
 @pytest.mark.parametrize("kills", [6, pytest.param(50, marks=pytest.mark.thorough)])
 def test_killed_at_any_moment_nothing_acknowledged_is_lost(tmp_path: Path, kills: int):
     from tests.live.killed import CASE, CRANE
@@ -49,7 +52,9 @@ def test_killed_at_any_moment_nothing_acknowledged_is_lost(tmp_path: Path, kills
     words = [sys.executable, str(Path(__file__).with_name("killed.py")), str(tmp_path), str(SEED)]
     acknowledged, reference = 0, stillhook.Session(CRANE, CASE)
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment) as nursery:
-        for _ in range(kills):
+        lives = 0
+        while lives < kills or (overview(tmp_path).files == 0 and lives < MOST_LIVES):  # a slow machine archives later
+            lives += 1
             nursery.stdin.write("live\n")
             nursery.stdin.flush()
             last, how = map(int, nursery.stdout.readline().split())
