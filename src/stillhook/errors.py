@@ -78,3 +78,7 @@ class ConvertError(StillhookError):
 
 class ExportError(StillhookError):
     """A crane, case, coupling or platform that cannot be exported."""
+
+
+class LiveError(StillhookError):
+    """A live twin, one of its servers, its files or a log for it that cannot be used."""

@@ -14,6 +14,9 @@ EXTRAS = {
     "asammdf": "logs",
     "nptdms": "logs",
     "openpyxl": "logs",
+    "asyncua": "live",
+    "pymodbus": "live",
+    "duckdb": "live",
 }
 """Name of a library as it is imported, and the extra that it belongs to."""
 

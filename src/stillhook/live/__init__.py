@@ -1,0 +1,1 @@
+"""The live twin: beside a PLC in real time, its servers, its history, and what it learns."""

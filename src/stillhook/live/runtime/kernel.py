@@ -1,0 +1,250 @@
+"""The process of the kernel: a winch that is stepped at absolute deadlines, whoever watches.
+
+A cycle that begins late is counted with its size, and the next deadline stays where it is. After a stall the cycles
+that are due are calculated one after another, each with its own number and marked, so that the twin's time is that of
+the wall again. A stall beyond `CATCH_UP` is not made up for: its cycles are counted as missed, their numbers are left
+out, and the winch's own time stays behind by as much.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import os
+import signal
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.control.registry import CONTROLLERS, code_of
+from stillhook.engine.session import Session
+from stillhook.errors import LiveError, SimulationError
+from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, STATUS, Board, Face, Flag
+from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary
+from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
+from stillhook.live.runtime.sink import event
+from stillhook.live.runtime.state import LiveState, write_state
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+
+LATE = 2.0e-3
+"""Lateness from which a cycle is counted as late [s]."""
+CATCH_UP = 10.0
+"""Longest stall that is made up for [s]."""
+SAVE_EVERY = 10.0
+"""Time between two states that are handed over for the file [s]."""
+WARM_UP = 50
+"""Cycles before the first deadline, taken back again: first calls are slow."""
+QUIET = 1.0
+"""Least time between two events on lateness [s]."""
+MOST_MOTION = {"s_tip": 100.0, "v_tip": 50.0, "a_tip": 100.0}
+"""Motion of a crane tip at most [m, m/s, m/s^2]."""
+PARENT_EVERY = 100
+"""Cycles between two looks whether the parent is still there."""
+
+
+class Task(NamedTuple):
+    """What a kernel's process runs.
+
+    crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end;
+    timeout of streamed inputs [s]; real_time: whether to ask for that class.
+    """
+
+    crane: Crane
+    scenario: Scenario
+    step: str | None = None
+    state: Path | None = None
+    timeout: float = TIMEOUT
+    real_time: bool = True
+
+
+def run_kernel(task: Task, memory: str) -> None:
+    """The process: until it is asked to stop, by the board, by SIGTERM, or because its parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the parent asks for the stop
+    board = Board(memory)
+    signal.signal(signal.SIGTERM, lambda *_: board.stop())
+    try:
+        Kernel(task, board).run()
+    except (SimulationError, LiveError) as problem:
+        board.events.add(event("kernel", "refused", str(problem)).to_json().encode())
+        board.stop()
+        raise SystemExit(2) from None
+    finally:
+        board.close()
+
+
+class Kernel:
+    """One run of the loop."""
+
+    def __init__(self, task: Task, board: Board) -> None:
+        self.task, self.board = task, board
+        self.session = Session(task.crane, task.scenario, step=task.step)
+        names, streamed = ordered(self.session.inputs, self.session.parameters)
+        self.inputs = Inputs(board.inputs, names, streamed, task.timeout)
+        held = tuple(name for name in names if name not in self.session.signals)
+        self._read = (*self.session.signals, *held)
+        self.names = (*STATUS, *self._read)
+        if len(self.names) > MOST_NAMES or len(names) > MOST_INPUTS:
+            raise LiveError(f"Live twin: {len(self.names)} signals; at most {MOST_NAMES} are served.")
+        self._input_names, self._streamed = names, streamed
+        self._modes = {code_of(name): str(name) for name in CONTROLLERS}
+        self._row = np.zeros(MOST_NAMES)
+        self._kept = self.session.keep()
+        self.late = self.overrun = self.missed = self.refused = 0
+        self.worst = 0.0
+        self._flags = Flag(0)
+        self._stale: frozenset[str] = frozenset()
+        self._told = -math.inf
+        self._told_late = 0
+        self._worst_untold = 0.0
+
+    def run(self) -> None:
+        """Until the end: rows, events and states on the board, and the last state in its file."""
+        saved = self._resumed()
+        kept = self.session.keep()
+        self.session.step(cycles=WARM_UP)
+        self._values()
+        self.session.go_back(kept)
+        scheduling = ask_for_real_time() if self.task.real_time else ordinary()
+        cycle, parent = self.session.cycle, os.getppid()
+        modes = {name: code for code, name in self._modes.items()}
+        face = Face(
+            self.names, self._input_names, self._streamed, cycle, modes, scheduling.line, scheduling.real_time
+        )
+        self.board.faces.add(face.to_json())
+        self._tell("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        deadlines = Deadlines(cycle)
+        if saved is not None:
+            self.inputs.resume(saved.inputs, deadlines.at(0))
+        n, kept_at, save = 0, 0, round(SAVE_EVERY / cycle)
+        self._kept = self.session.keep()
+        while not self.board.stopping:
+            lateness = deadlines.wait(n)
+            if lateness > CATCH_UP:
+                left_out = int(lateness / cycle)
+                n, self.missed = n + left_out, self.missed + left_out
+                self._flags |= Flag.MISSED
+                self._tell("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
+                lateness = deadlines.lateness(n)
+            self._cycle(n, deadlines, lateness)
+            if n - kept_at >= save:
+                self._kept, kept_at = self.session.keep(), n
+                self.board.states.add(self._state(deadlines.at(n)))
+                gc.collect(0)
+            n += 1
+            if n % PARENT_EVERY == 0 and os.getppid() != parent:
+                break
+        data = self._state(deadlines.at(n))
+        self.board.states.add(data)
+        if self.task.state is not None:
+            write_state(self.task.state, data)
+        self._tell("stopped", f"At {self.session.time:.2f} s of the winch, {self.late} late cycles.", self.session.time)
+
+    def _resumed(self) -> LiveState | None:
+        """Go on from the saved state where there is one. Errors: LiveError, SimulationError."""
+        path = self.task.state
+        if path is None or not path.exists():
+            return None
+        saved = LiveState.from_bytes(path)
+        try:
+            self.session.restore(saved.session)
+        except SimulationError as problem:
+            reason = str(problem).removeprefix("saved state: ")
+            raise LiveError(f"{path}: {reason} Or start without it: move the file away.") from None
+        return saved
+
+    def _cycle(self, n: int, deadlines: Deadlines, lateness: float) -> None:
+        """One cycle and its row."""
+        now, utc = deadlines.at(n), time.time()
+        self.inputs.read()
+        for name, value in self.inputs.due(now, utc - time.monotonic()).items():
+            self._set(name, value)
+        self._step(self.inputs.motion(now + self.session.cycle))
+        if self.inputs.partial:
+            self._flags |= Flag.PARTIAL
+        self._tell_stale()
+        self.late += lateness > LATE
+        if lateness > LATE:
+            self._flags |= Flag.LATE
+        self.worst = max(self.worst, lateness)
+        values = self._values()
+        done = deadlines.lateness(n)
+        if done > self.session.cycle:
+            self.overrun += 1
+            self._flags |= Flag.OVERRUN
+        flags = int(self._flags)
+        counts = (self.late, self.overrun, self.missed, self.worst, len(self._stale), self.refused)
+        ages = self.inputs.age, self.inputs.source_delay
+        status = (n, self.session.time, utc, lateness, done - lateness, flags, *counts, *ages)
+        self._row[: len(self.names)] = (*status, *values)
+        self.board.rows.publish(self._row)
+        self._flags = Flag(0)
+        self._tell_late(lateness, now)
+
+    def _step(self, motion: dict[str, float]) -> None:
+        """One cycle of the winch. A motion that no tip makes is forgotten, and the cycle goes without it; from a state
+        that is no number the twin goes back to the last one that was kept."""
+        for name, value in motion.items():
+            if not abs(value) <= MOST_MOTION[name]:
+                self.inputs.refuse(MOTION)
+                self._refuse(f"{name} = {value:g}: give a value within +-{MOST_MOTION[name]:g}.")
+                motion = {}
+                break
+        try:
+            self.session.step(motion or None)
+        except SimulationError as problem:
+            self._tell("reset", f"{problem} The twin went back to an earlier state.")
+            self.session.go_back(self._kept)
+            self._flags |= Flag.RESET
+
+    def _set(self, name: str, value: float) -> None:
+        """Hold an input or change a setting; what the winch does not take is refused and counted."""
+        try:
+            self.session.set(name, self._modes.get(value, value) if name == MODE else value)
+        except SimulationError as problem:
+            self._refuse(str(problem))
+
+    def _values(self) -> list[float]:
+        """The winch's numbers at the present time."""
+        get = self.session.get
+        return [get(name) for name in self._read]
+
+    def _state(self, now: float) -> bytes:
+        return LiveState(self.session.save(), self.inputs.saved(now)).to_bytes()
+
+    # Events
+
+    def _tell(self, name: str, text: str, value: float = math.nan) -> None:
+        self.board.events.add(event("kernel", name, text, value).to_json().encode())
+
+    def _refuse(self, reason: str) -> None:
+        self.refused += 1
+        self._flags |= Flag.REFUSED
+        self._tell("refused-input", reason)
+
+    def _tell_stale(self) -> None:
+        """Say which inputs went stale, and which are back."""
+        now = self.inputs.stale
+        if now:
+            self._flags |= Flag.STALE
+        if gone := sorted(now - self._stale):
+            text = f"{', '.join(gone)}: nothing came for {self.task.timeout:g} s."
+            self._tell("stale", text, self.inputs.age)
+        if back := sorted(self._stale - now):
+            self._tell("fresh", f"{', '.join(back)}: comes again.")
+        self._stale = now
+
+    def _tell_late(self, lateness: float, now: float) -> None:
+        """Say how many cycles were late since the last such event, at most once in `QUIET`."""
+        if lateness > LATE:
+            self._worst_untold = max(self._worst_untold, lateness)
+        if self.late > self._told_late and now - self._told >= QUIET:
+            count = self.late - self._told_late
+            worst = 1e3 * self._worst_untold
+            self._tell("late", f"{count} late cycles, the latest by {worst:.1f} ms.", self._worst_untold)
+            self._told, self._told_late, self._worst_untold = now, self.late, 0.0
