@@ -110,9 +110,7 @@ class Kernel:
         scheduling = ask_for_real_time() if self.task.real_time else ordinary()
         cycle, parent = self.session.cycle, os.getppid()
         modes = {name: code for code, name in self._modes.items()}
-        face = Face(
-            self.names, self._input_names, self._streamed, cycle, modes, scheduling.line, scheduling.real_time
-        )
+        face = Face(self.names, self._input_names, self._streamed, cycle, modes, scheduling.line, scheduling.real_time)
         self.board.faces.add(face.to_json())
         self._tell("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
         gc.collect()

@@ -69,7 +69,8 @@ class Ring:
         copy = cells.copy()
         if copy[0] != done or cells[0] != done or copy[1] != _check(copy[SLOT:], n):
             return None
-        return copy[SLOT:].view(np.float64)
+        row: FloatArray = copy[SLOT:].view(np.float64)
+        return row
 
     def latest(self) -> tuple[int, FloatArray] | None:
         """Number and copy of the newest complete row; None while there is none.

@@ -158,9 +158,13 @@ class LiveTwin:
         """Why the kernel's process did not start."""
         _, records, _ = self._board.events.records(self._event)
         refused = [e.text for e in map(Event.from_json, records) if e.name == "refused"]
-        return refused[-1] if refused else (
-            f"Live twin: the kernel's process ended with {self._process.exitcode} before it was ready. Its message is on"
-            " standard error."
+        return (
+            refused[-1]
+            if refused
+            else (
+                f"Live twin: the kernel's process ended with {self._process.exitcode} before it was ready. Its message"
+                " is on standard error."
+            )
         )
 
     def _restart(self, state: bytes | None) -> None:
@@ -168,7 +172,9 @@ class LiveTwin:
         if self.restarts >= RESTARTS:
             raise LiveError(f"Live twin: the kernel's process ended {RESTARTS + 1} times, last with {code}.")
         self.restarts += 1
-        self.tell(event("twin", "kernel-died", f"The kernel's process ended with {code} and is started again.", code or 0))
+        self.tell(
+            event("twin", "kernel-died", f"The kernel's process ended with {code} and is started again.", code or 0)
+        )
         if state is not None and self.task.state is not None:
             write_state(self.task.state, state)
         self._start()

@@ -1,0 +1,156 @@
+"""`stillhook live`: the twin beside a PLC in real time."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Json, SubjectArgument, case_of
+from stillhook.errors import LiveError
+from stillhook.report.terminal import print_json, print_table, say
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from stillhook.live.demo import Moment
+    from stillhook.live.runtime.doctor import Diagnosis, Lateness
+
+USUAL = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 9 s", "mode": "ssc"}
+"""What a twin runs where a case file says nothing else."""
+CRANE = "nov-250t"
+LINE_EVERY = 5.0
+"""Time between two lines of the demonstration where nobody watches on a terminal [s]."""
+SHOWN_EVENTS = 6
+
+
+def doctor(
+    subject: SubjectArgument = CRANE,
+    duration: Annotated[str, typer.Option(help="Length of each measurement.")] = "30 s",
+    json: Json = False,
+) -> None:
+    """Measure how late this machine wakes a twin, before anyone trusts it: with the real-time class and without.
+
+    99.9 % of the cycles may begin 2 ms late and none more than 10 ms. Exit code 1 if this machine does not keep that.
+    It says what was measured under the load of that time: let the machine do what it will do beside the twin.
+
+    Example: stillhook live doctor --duration "60 s"
+    """
+    from stillhook.formats.case_file import load_subject
+    from stillhook.live.runtime.doctor import diagnose
+    from stillhook.units import parse
+
+    of = load_subject(subject)
+    seconds = parse(duration, "time", "--duration")
+    found = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
+    if json:
+        measured = [m._asdict() for m in found.measured]
+        print_json({**found._asdict(), "measured": measured, "good": found.good, "reason": found.reason})
+    else:
+        _print_diagnosis(found)
+    raise typer.Exit(0 if found.good else 1)
+
+
+def _print_diagnosis(found: Diagnosis) -> None:
+    header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
+    print_table(header, [_row(m) for m in found.measured], title="Lateness and cost of a cycle [ms]")
+    print(f"Cycle {1e3 * found.cycle:g} ms, of which the machine code takes {1e6 * found.kernel:.0f} us.")
+    print(f"{found.system}, {found.processors} processors, load {found.load:.1f}.")
+    if not found.measured[0].real_time:
+        print(found.measured[0].scheduling)
+    print(found.reason)
+
+
+def _row(m: Lateness) -> list[str]:
+    ms = [f"{1e3 * x:.2f}" for x in (m.p50, m.p99, m.p999, m.worst, m.cost_p50, m.cost_p99)]
+    return ["real-time" if m.real_time else "ordinary", str(m.cycles), *ms, str(m.late), str(m.overrun)]
+
+
+def demo(
+    duration: Annotated[str, typer.Option(help="Length of the demonstration.")] = "60 s",
+    json: Json = False,
+) -> None:
+    """A soft PLC with its crane, the twin beside it, and an alarm when the crane's friction grows: in the terminal,
+    without a network. What is not a terminal gets lines. Exit code 1 if no alarm came.
+
+    Example: stillhook live demo --duration "20 s"
+    """
+    from stillhook.library import load_crane
+    from stillhook.live.demo import SHORTEST, demonstrate
+    from stillhook.units import parse
+
+    seconds = parse(duration, "time", "--duration")
+    if seconds < SHORTEST:
+        raise LiveError(
+            f"--duration {seconds:g} s: too short for waves on both sides of the change. Give {SHORTEST:g} s or more."
+        )
+    with _watched(quiet=json) as show:
+        outcome = demonstrate(load_crane(CRANE), seconds, show)
+    if json:
+        print_json(outcome._asdict())
+    else:
+        print(outcome.scheduling)
+        print(outcome.reason)
+    raise typer.Exit(0 if outcome.alarm == outcome.alarm else 1)
+
+
+@contextmanager
+def _watched(*, quiet: bool) -> Iterator[Callable[[Moment], None]]:
+    """What shows a moment: a table that is drawn again, or lines where nobody watches."""
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console()
+    if quiet:
+        yield lambda moment: None
+    elif not console.is_terminal:
+        yield _Lines().show
+    else:
+        with Live(console=console, auto_refresh=False) as live:
+            events: list[str] = []
+
+            def show(moment: Moment) -> None:
+                events.extend(f"{e.source}: {e.text}" for e in moment.events)
+                if moment.events or round(moment.time * 10) % 3 == 0:
+                    live.update(_table(moment, events[-SHOWN_EVENTS:]), refresh=True)
+
+            yield show
+
+
+class _Lines:
+    """Moments as lines: every event, and the deviations now and then."""
+
+    def __init__(self) -> None:
+        self._next = 0.0
+
+    def show(self, moment: Moment) -> None:
+        from stillhook.live.deviation import shown
+
+        for happened in moment.events:
+            print(f"{moment.time:6.1f} s  {happened.source}: {happened.text}", flush=True)
+        if moment.time >= self._next:
+            self._next = moment.time + LINE_EVERY
+            parts = [f"{d.name} {shown(d.name, d.measured - d.simulated)} {d.status}" for d in moment.deviations]
+            print(f"{moment.time:6.1f} s  PLC less twin: {', '.join(parts)}", flush=True)
+
+
+def _table(moment: Moment, events: list[str]) -> Any:
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    from stillhook.live.deviation import shown
+
+    status = moment.status
+    title = (
+        f"{moment.time:5.1f} s   cycle {status['cycle_number']:.0f}   late {status['late_cycles']:.0f}"
+        f"   worst {1e3 * status['worst_lateness']:.2f} ms"
+    )
+    table = Table(title=title, title_justify="left")
+    for name in ("signal", "crane of the PLC", "twin", "rms deviation", "limit", "status"):
+        table.add_column(name, justify="left" if name in ("signal", "status") else "right")
+    for d in moment.deviations:
+        cells = [d.name, *(shown(d.name, x) for x in (d.measured, d.simulated, d.rms, d.limit))]
+        table.add_row(*cells, Text(d.status, style="bold red" if d.alarm else "green"))
+    return Group(table, *(Text(line) for line in events))
