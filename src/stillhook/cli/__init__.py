@@ -73,7 +73,7 @@ COMMANDS: dict[str, Entry | Group] = {
     ),
     "live": Group(
         "Live twin: beside a PLC in real time; how well this machine keeps time; a log as if it happened now.",
-        {name: Entry("live", name) for name in ("doctor", "demo")},
+        {name: Entry("live", name) for name in ("run", "doctor", "replay", "demo")},
     ),
     "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",

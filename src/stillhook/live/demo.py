@@ -28,7 +28,7 @@ MOTION = ("s_tip", "v_tip", "a_tip")
 SHORTEST = 15.0
 """Shortest demonstration [s]."""
 LIMIT_P = 4.0e5
-"""Alarm for pressure p_a: tighter than for a real crane, whose friction laws leave 10 bar open [Pa]."""
+"""Alarm for pressures: tighter than for a real crane, whose friction has another law than its file [Pa]."""
 
 
 class Moment(NamedTuple):
@@ -81,7 +81,7 @@ def demonstrate(crane: Crane, duration: float, watch: Callable[[Moment], None]) 
     case = Scenario(**SCENARIO)
     cranes = {"as filed": Session(crane, case), "grown": Session(with_friction(crane, GROWN), case)}
     window = min(WINDOW, SHARE * duration)
-    deviations = Deviations({**LIMITS, "p_a": LIMIT_P}, window=window, every=EVERY)
+    deviations = Deviations({**LIMITS, "p_a": LIMIT_P, "p_b": LIMIT_P}, window=window, every=EVERY)
     alarms: dict[str, float] = {}
     false_alarms = plc_late = 0
     with LiveTwin(Task(crane, case)) as twin:

@@ -74,10 +74,12 @@ class Received(NamedTuple):
 class Inputs:
     """Inputs as the kernel's process sees them.
 
-    Parameters: ring of the board; names: streamed ones first; streamed: how many of them are; timeout [s].
+    Parameters: ring of the board; names: streamed ones first; streamed: how many of them are; timeout [s]; speed: the
+    winch's time over that of the wall. Ages are in the winch's time.
     """
 
-    def __init__(self, ring: Ring, names: Sequence[str], streamed: int, timeout: float) -> None:
+    def __init__(self, ring: Ring, names: Sequence[str], streamed: int, timeout: float, speed: float = 1.0) -> None:
+        self._speed = speed
         self._ring, self._names, self._timeout = ring, tuple(names), timeout
         self._streamed = set(self._names[:streamed])
         self._seen = ring.count
@@ -111,7 +113,7 @@ class Inputs:
         if delays := [delay for delay in stamped if math.isfinite(delay)]:
             self.source_delay = max(delays)
         self._changed.clear()
-        ages = {name: now - self._values[name].arrival for name in self._values.keys() & self._streamed}
+        ages = {name: self._speed * (now - self._values[name].arrival) for name in self._values.keys() & self._streamed}
         self.age = max(ages.values(), default=0.0)
         self.stale = frozenset(name for name, age in ages.items() if age > self._timeout)
         if OPERATOR in self.stale:
@@ -132,7 +134,7 @@ class Inputs:
         if not all(name in self._values for name in MOTION):
             return {}
         samples = [self._values[name] for name in MOTION]
-        age = now - min(sample.arrival for sample in samples)
+        age = self._speed * (now - min(sample.arrival for sample in samples))
         return dict(zip(MOTION, carried(Motion(*(sample.value for sample in samples)), age), strict=True))
 
     def refuse(self, names: Sequence[str]) -> None:
@@ -142,13 +144,13 @@ class Inputs:
 
     def saved(self, now: float) -> dict[str, tuple[float, float]]:
         """Streamed values with their age [s], for a saved state."""
-        return {n: (r.value, now - r.arrival) for n, r in self._values.items() if n in self._streamed}
+        return {n: (r.value, self._speed * (now - r.arrival)) for n, r in self._values.items() if n in self._streamed}
 
     def resume(self, saved: Mapping[str, tuple[float, float]], now: float) -> None:
         """Go on with saved values at the ages that they had."""
         for name, (value, age) in saved.items():
             if name in self._streamed:
-                self._values[name] = Received(value, now - age)
+                self._values[name] = Received(value, now - age / self._speed)
 
 
 def ordered(inputs: Sequence[str], parameters: Sequence[str]) -> tuple[tuple[str, ...], int]:

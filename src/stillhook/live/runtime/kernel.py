@@ -49,7 +49,8 @@ class Task(NamedTuple):
     """What a kernel's process runs.
 
     crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end;
-    timeout of streamed inputs [s]; real_time: whether to ask for that class.
+    timeout of streamed inputs [s]; real_time: whether to ask for that class; speed: the winch's time over that of the
+    wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never.
     """
 
     crane: Crane
@@ -58,6 +59,8 @@ class Task(NamedTuple):
     state: Path | None = None
     timeout: float = TIMEOUT
     real_time: bool = True
+    speed: float = 1.0
+    cycles: int | None = None
 
 
 def run_kernel(task: Task, memory: str) -> None:
@@ -82,13 +85,14 @@ class Kernel:
         self.task, self.board = task, board
         self.session = Session(task.crane, task.scenario, step=task.step)
         names, streamed = ordered(self.session.inputs, self.session.parameters)
-        self.inputs = Inputs(board.inputs, names, streamed, task.timeout)
+        self.inputs = Inputs(board.inputs, names, streamed, task.timeout, task.speed)
         held = tuple(name for name in names if name not in self.session.signals)
         self._read = (*self.session.signals, *held)
         self.names = (*STATUS, *self._read)
         if len(self.names) > MOST_NAMES or len(names) > MOST_INPUTS:
             raise LiveError(f"Live twin: {len(self.names)} signals; at most {MOST_NAMES} are served.")
         self._input_names, self._streamed = names, streamed
+        self._wall = self.session.cycle / task.speed
         self._modes = {code_of(name): str(name) for name in CONTROLLERS}
         self._row = np.zeros(MOST_NAMES)
         self._kept = self.session.keep()
@@ -108,9 +112,17 @@ class Kernel:
         self._values()
         self.session.go_back(kept)
         scheduling = ask_for_real_time() if self.task.real_time else ordinary()
-        cycle, parent = self.session.cycle, os.getppid()
+        cycle, parent = self._wall, os.getppid()
         modes = {name: code for code, name in self._modes.items()}
-        face = Face(self.names, self._input_names, self._streamed, cycle, modes, scheduling.line, scheduling.real_time)
+        face = Face(
+            self.names,
+            self._input_names,
+            self._streamed,
+            self.session.cycle,
+            modes,
+            scheduling.line,
+            scheduling.real_time,
+        )
         self.board.faces.add(face.to_json())
         self._tell("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
         gc.collect()
@@ -135,6 +147,8 @@ class Kernel:
                 self.board.states.add(self._state(deadlines.at(n)))
                 gc.collect(0)
             n += 1
+            if n == self.task.cycles:
+                self.board.stop()
             if n % PARENT_EVERY == 0 and os.getppid() != parent:
                 break
         data = self._state(deadlines.at(n))
@@ -162,7 +176,7 @@ class Kernel:
         self.inputs.read()
         for name, value in self.inputs.due(now, utc - time.monotonic()).items():
             self._set(name, value)
-        self._step(self.inputs.motion(now + self.session.cycle))
+        self._step(self.inputs.motion(now + self._wall))
         if self.inputs.partial:
             self._flags |= Flag.PARTIAL
         self._tell_stale()
@@ -172,7 +186,7 @@ class Kernel:
         self.worst = max(self.worst, lateness)
         values = self._values()
         done = deadlines.lateness(n)
-        if done > self.session.cycle:
+        if done > self._wall:
             self.overrun += 1
             self._flags |= Flag.OVERRUN
         flags = int(self._flags)

@@ -81,6 +81,11 @@ class LiveTwin:
         """Whether the kernel's process runs."""
         return self._process.is_alive()
 
+    @property
+    def ended(self) -> bool:
+        """Whether the kernel's process came to its end as it was asked to."""
+        return self._board.stopping and not self.alive
+
     def latest(self) -> Row | None:
         """The newest cycle; None before the first."""
         newest = self._board.rows.latest()
@@ -122,7 +127,7 @@ class LiveTwin:
     def wait_for_end(self, duration: float = math.inf) -> None:
         """Pump until the kernel's process ends or the time is over [s]."""
         end = time.monotonic() + duration
-        while time.monotonic() < end and (self.alive or not self._board.stopping):
+        while time.monotonic() < end and not self.ended:
             self.pump()
             time.sleep(10 * LOOK)
 

@@ -11,7 +11,6 @@ Who may see the numbers without security, on this machine alone, has to say so (
 from __future__ import annotations
 
 import asyncio
-import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
@@ -24,6 +23,7 @@ from stillhook._version import __version__
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
+from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.model import Model, build
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, is_loopback
 from stillhook.live.servers.trust import TrustFolder, fingerprint
@@ -41,8 +41,6 @@ OLD = 1.0
 """Age of the newest row from which values are no longer good [s]."""
 CLIENTS = 32
 """Connections at most."""
-QUIET = 1.0
-"""Least time between two events on malformed messages [s]."""
 SOURCE = "opcua"
 
 
@@ -71,18 +69,18 @@ class OpcUaServer:
         check_address(settings.host, settings.port, "opcua")
         if settings.insecure and not is_loopback(settings.host):
             raise LiveError(
-                f"opcua: without security on {settings.host}: allowed on {LOOPBACK} alone. Leave --insecure out, and copy"
-                " the client's certificate into trusted/."
+                f"opcua: without security on {settings.host}: allowed on {LOOPBACK} alone. Leave --insecure out, and"
+                " copy the client's certificate into trusted/."
             )
         self._served, self._crane, self._streamed, self._settings = served, crane, streamed, settings
         self.trust = TrustFolder(settings.folder)
-        self._told_malformed = -math.inf
-        self._untold = 0
         self._last = -1
         self._admitted: dict[str, bytes] = {}
 
     async def __aenter__(self) -> OpcUaServer:
-        self._log = _Warnings(self._malformed)
+        but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
+        tell = lambda text: self.refuse("malformed", text)
+        self._log = LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell)
         self._log.attach()
         try:
             await self._start()
@@ -102,7 +100,7 @@ class OpcUaServer:
     @property
     def url(self) -> str:
         """Address for clients."""
-        return f"opc.tcp://{self._settings.host}:{self._server.bserver.port}/stillhook"  # type: ignore[union-attr]
+        return f"opc.tcp://{self._settings.host}:{self._server.bserver.port}/stillhook"
 
     async def publish(self) -> None:
         """The newest row to all nodes, once; with a bad status where the kernel is gone or its row is old."""
@@ -194,13 +192,6 @@ class OpcUaServer:
             return str(problem)
         return ""
 
-    def _malformed(self, text: str) -> None:
-        """An event on messages that the library could not read, at most one in `QUIET`."""
-        self._untold += 1
-        if time.monotonic() - self._told_malformed >= QUIET:
-            self.refuse("malformed", f"{self._untold} messages were dropped, the last: {text}")
-            self._told_malformed, self._untold = time.monotonic(), 0
-
 
 def client(url: str, own: TrustFolder, server_certificate: Path) -> Awaitable[Client]:
     """A client with security, whose certificate is that of its own folder, and which trusts this server's alone. To be
@@ -238,7 +229,7 @@ def _internal_server(owner: OpcUaServer) -> Any:
     from asyncua.server.internal_server import InternalServer
     from asyncua.server.internal_session import InternalSession
 
-    class Session(InternalSession):
+    class Session(InternalSession):  # type: ignore[misc]  # untyped library
         """A session of a trusted certificate, bound to its channel."""
 
         def activate_session(self, params: Any, peer_certificate: bytes | None) -> Any:
@@ -259,7 +250,7 @@ def _internal_server(owner: OpcUaServer) -> Any:
                 return [ua.StatusCode(ua.StatusCodes.BadUserAccessDenied) for _ in params.NodesToWrite]
             return await _write(self, owner, params, user, super().write)
 
-    class Internal(InternalServer):
+    class Internal(InternalServer):  # type: ignore[misc]
         """Makes such sessions, and hands none over to another channel."""
 
         def create_session(self, name: str, user: Any = User(), external: bool = False) -> Any:  # noqa: B008
@@ -287,7 +278,9 @@ async def _write(session: Any, owner: OpcUaServer, params: Any, user: str | None
         value = _number(item.Value)
         if name is None or item.AttributeId != ua.AttributeIds.Value:
             results[i] = ua.StatusCode(codes.BadUserAccessDenied)
-            owner.refuse("refused-write", f"Write refused to client {user}: {item.NodeId.Identifier!s:.60} is no input.")
+            owner.refuse(
+                "refused-write", f"Write refused to client {user}: {item.NodeId.Identifier!s:.60} is no input."
+            )
         elif value is None:
             results[i] = ua.StatusCode(codes.BadTypeMismatch)
             owner.refuse("refused-write", f"Write refused to client {user}: {name} is one finite number.")
@@ -331,37 +324,3 @@ def _seconds(stamp: datetime) -> float:
         return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
     except (OverflowError, ValueError, OSError):
         return math.nan
-
-
-class _Warnings(logging.Handler):
-    """What the library warns of, as short texts in place of its tracebacks on standard error."""
-
-    LOGGERS = ("asyncua", "asyncuagds")
-
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        super().__init__(logging.WARNING)
-        self._tell = tell
-        self._before: dict[str, bool] = {}
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Pass a warning of a connection on."""
-        if not record.name.startswith("asyncua.server"):
-            return
-        reason = record.exc_info[1] if record.exc_info else None
-        text = " ".join((record.getMessage() if reason is None else f"{type(reason).__name__}: {reason}").split())
-        self._tell(text[:160])
-
-    def attach(self) -> None:
-        """Take the loggers over."""
-        for name in self.LOGGERS:
-            logger = logging.getLogger(name)
-            self._before[name] = logger.propagate
-            logger.propagate = False
-            logger.addHandler(self)
-
-    def detach(self) -> None:
-        """Give them back."""
-        for name, before in self._before.items():
-            logger = logging.getLogger(name)
-            logger.propagate = before
-            logger.removeHandler(self)

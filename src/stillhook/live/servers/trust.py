@@ -50,7 +50,9 @@ class TrustFolder:
         from cryptography import x509
 
         if os.name == "posix" and (mode := self.key.stat().st_mode & 0o077):
-            raise LiveError(f"{self.key}: others may read it (rights {mode:03o}). Take them away: chmod 600 {self.key}.")
+            raise LiveError(
+                f"{self.key}: others may read it (rights {mode:03o}). Take them away: chmod 600 {self.key}."
+            )
         try:
             certificate = x509.load_der_x509_certificate(self.certificate.read_bytes())
         except (ValueError, OSError):
@@ -97,7 +99,10 @@ def make_certificate(certificate: Path, key: Path, uri: str, name: str, days: in
     names = [x509.UniformResourceIdentifier(uri), x509.DNSName(socket.gethostname()), x509.DNSName("localhost")]
     uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     made = cert_gen.generate_self_signed_app_certificate(private, name, {}, names, uses, days)
-    for path, data in ((key, cert_gen.dump_private_key_as_pem(private)), (certificate, made.public_bytes(Encoding.DER))):
+    for path, data in (
+        (key, cert_gen.dump_private_key_as_pem(private)),
+        (certificate, made.public_bytes(Encoding.DER)),
+    ):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
