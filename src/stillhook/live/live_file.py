@@ -139,8 +139,11 @@ mode = "ssc"
 
 
 def example_live(out: Path) -> list[Path]:
-    """Write a live file, its case and its register map into a folder without them. Errors: SimulationError."""
+    """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
+    SimulationError."""
     texts = {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()}
+    if there := [name for name in texts if (out / name).exists()]:
+        raise LiveError(f"{out / there[0]}: is there already. Choose another folder.")
     check_folder(out, tuple(texts))
     with atomic_folder(out) as part:
         for name, text in texts.items():

@@ -66,7 +66,7 @@ def longest_stretch(log: Log) -> Stretch:
         raise LiveError(
             f"{log.source}: no s_tip: the twin has nothing to move with. Map the column of the tip's height."
         )
-    t = log.t
+    t = log.t if log.at is None else log.at
     cuts = [0, *(int(np.searchsorted(t, end - 1e-9)) for _, end in log.gaps), len(t)]
     first, end = max(pairwise(cuts), key=lambda part: part[1] - part[0])
     if end - first < 2 or t[end - 1] - t[first] < SHORTEST:

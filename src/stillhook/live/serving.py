@@ -50,6 +50,7 @@ async def _serve(
             udp = await stack.enter_async_context(UdpServer(served, plan.udp))
             ready(f"UDP {plan.udp.host}:{udp.port} to {plan.udp.to_host}:{plan.udp.to_port}")
             tasks.append(asyncio.create_task(udp.serve(lambda: over)))
+        twin.pump()
         twin.tell(event("twin", "serving", "Servers are ready."))
         try:
             while not done():

@@ -85,6 +85,7 @@ class Inputs:
         self._seen = ring.count
         self._values: dict[str, Received] = {}
         self._stamps: dict[str, float] = {}
+        self._refused: dict[str, float] = {}
         self._changed: list[str] = []
         self._stopped = False
         self.stale: frozenset[str] = frozenset()
@@ -100,7 +101,11 @@ class Inputs:
         for i, name in enumerate(self._names):
             value, arrival, stamp = cells[INPUT_CELLS * i : INPUT_CELLS * (i + 1)].tolist()
             before = self._values.get(name)
-            if arrival and (before is None or arrival != before.arrival or value != before.value):
+            if (
+                arrival
+                and arrival != self._refused.get(name)
+                and (before is None or arrival != before.arrival or value != before.value)
+            ):
                 self._values[name] = Received(value, arrival)
                 self._changed.append(name)
                 self._stamps[name] = stamp
@@ -140,7 +145,8 @@ class Inputs:
     def refuse(self, names: Sequence[str]) -> None:
         """Forget values that the winch does not take."""
         for name in names:
-            self._values.pop(name, None)
+            if (received := self._values.pop(name, None)) is not None:
+                self._refused[name] = received.arrival
 
     def saved(self, now: float) -> dict[str, tuple[float, float]]:
         """Streamed values with their age [s], for a saved state."""

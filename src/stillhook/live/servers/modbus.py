@@ -15,7 +15,7 @@ from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.registers import Access, Register, read_registers
-from stillhook.live.servers.served import LOOPBACK, Served, check_address
+from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free
 
 if TYPE_CHECKING:
     from pymodbus.constants import ExcCodes
@@ -55,6 +55,7 @@ class ModbusServer:
         from pymodbus.server import ModbusTcpServer
         from pymodbus.simulator import DataType, SimData, SimDevice
 
+        check_free(self._settings.host, self._settings.port, SOURCE)
         tell = lambda text: self._served.tell(event(SOURCE, "malformed", text))
         self._log = LibraryLog(("pymodbus.logging",), "pymodbus", (), tell)
         self._log.attach()
@@ -64,9 +65,9 @@ class ModbusServer:
         self._server: ModbusTcpServer = ModbusTcpServer(device, address=(settings.host, settings.port))
         try:
             await self._server.serve_forever(background=True)
-        except (RuntimeError, OSError):
+        except BaseException:
             self._log.detach()
-            raise LiveError(f"modbus: cannot listen on {settings.host}:{settings.port}. Choose another port.") from None
+            raise
         return self
 
     async def __aexit__(

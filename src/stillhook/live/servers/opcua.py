@@ -25,7 +25,7 @@ from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.model import Model, build
-from stillhook.live.servers.served import LOOPBACK, Served, check_address, is_loopback
+from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free, is_loopback
 from stillhook.live.servers.trust import TrustFolder, fingerprint
 
 if TYPE_CHECKING:
@@ -78,17 +78,16 @@ class OpcUaServer:
         self._admitted: dict[str, bytes] = {}
 
     async def __aenter__(self) -> OpcUaServer:
+        check_free(self._settings.host, self._settings.port, SOURCE)
         but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
         tell = lambda text: self.refuse("malformed", text)
         self._log = LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell)
         self._log.attach()
         try:
             await self._start()
-        except OSError as problem:
+        except BaseException:
             self._log.detach()
-            raise LiveError(
-                f"opcua: {self._settings.host}:{self._settings.port}: {problem.strerror}. Choose another port."
-            ) from None
+            raise
         return self
 
     async def __aexit__(
