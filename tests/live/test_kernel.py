@@ -15,7 +15,7 @@ import stillhook
 from stillhook.errors import LiveError
 from stillhook.live.runtime import Flag, LiveTwin, Task
 from stillhook.live.runtime.board import Board
-from stillhook.live.runtime.kernel import CATCH_UP, LATE, Kernel
+from stillhook.live.runtime.kernel import CATCH_UP, LATE, SAVE_EVERY, Kernel
 from stillhook.live.runtime.state import LiveState
 
 CRANE = stillhook.load_crane("nov-250t")
@@ -109,6 +109,35 @@ class Ran(NamedTuple):
 
     end: float
     rows: list[dict[str, float]]
+
+
+def test_a_fault_that_comes_back_ends_at_the_state_of_the_start(kernel: Kernel):
+    kernel._was_reset = False
+    kernel._kept = kernel.session.keep()
+    kept, broken = kernel.session.time, kernel.session._names.index(".x.winch.p_a")
+    for time_after in (kept, 0.0):
+        kernel.session._A[broken] = float("nan")
+        kernel._cycle(0, Clock([]), 0.0)
+        assert rows_of(kernel, 1)[0]["time"] == pytest.approx(time_after)
+
+
+@pytest.mark.thorough
+def test_a_kernel_that_was_killed_goes_on_from_its_newest_state(tmp_path: Path):
+    with LiveTwin(Task(CRANE, CASE, state=tmp_path / "state.bin")) as twin:
+        wait_for_row(twin, 130)
+        twin.pump()
+        before = twin.latest().values["time"]
+        os.kill(twin.pid, signal.SIGKILL)
+        while twin.alive:
+            time.sleep(0.01)
+        twin.pump()
+        count = twin.latest().number
+        wait_for_row(twin, count + 5)
+        twin.pump()
+        _, rows, _ = twin._board.rows.since(count + 1)
+        first = dict(zip(twin.names, rows[0].tolist(), strict=False))
+        assert before - SAVE_EVERY - 0.1 < first["time"] <= before + 1.0
+        assert [e.name for e in twin.events if e.source == "twin"] == ["kernel-died"]
 
 
 @pytest.fixture(scope="module")

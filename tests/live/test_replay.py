@@ -37,7 +37,7 @@ def write_log(path: Path, crane: stillhook.Crane, *, leave_out: slice | None = N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("factor", "alarm"), [(1.0, False), (3.0, True)])
+@pytest.mark.parametrize(("factor", "alarm"), [(1.0, False), pytest.param(3.0, True, marks=pytest.mark.thorough)])
 def test_the_twin_of_a_crane_does_not_deviate_from_its_log_and_another_does(factor: float, alarm: bool, tmp_path: Path):
     log = read_log(write_log(tmp_path / "log.csv", with_friction(CRANE, factor)))
     moments: list[Moment] = []

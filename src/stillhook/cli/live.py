@@ -62,7 +62,8 @@ def doctor(
 def _print_diagnosis(found: Diagnosis) -> None:
     header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
     print_table(header, [_row(m) for m in found.measured], title="Lateness and cost of a cycle [ms]")
-    print(f"Cycle {1e3 * found.cycle:g} ms, of which the machine code takes {1e6 * found.kernel:.0f} us.")
+    costs = f"machine code {1e6 * found.kernel:.0f} us, the session around it {1e6 * found.session:.0f} us"
+    print(f"Cycle {1e3 * found.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
     print(f"{found.system}, {found.processors} processors, load {found.load:.1f}.")
     if not found.measured[0].real_time:
         print(found.measured[0].scheduling)
@@ -88,7 +89,7 @@ def run(
 ) -> None:
     """Run the twin in real time beside a PLC, with the servers of a live file, until it is stopped (Ctrl-C, SIGTERM).
 
-    Its state is saved when it ends and every ten seconds, and the next start resumes it. Events go to events.jsonl in
+    Its state is saved when it ends and every second, and the next start resumes it. Events go to events.jsonl in
     the file's folder and to standard error; late cycles are counted, and the clock is never stretched.
 
     Example: stillhook live run live.toml --duration "60 s"

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.engine.arguments import SERIES_STEP
+from stillhook.engine.session import Session
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiveError
 from stillhook.live.runtime.kernel import LATE, Task
@@ -57,12 +59,13 @@ class Lateness(NamedTuple):
 class Diagnosis(NamedTuple):
     """What the doctor found.
 
-    measured: with the real-time class first, where it is allowed; kernel: machine code of a cycle [s]; cycle [s];
-    processors; load: processes that wanted to run in the last minute; system: its name.
+    measured: with the real-time class first, where it is allowed; kernel, session: cost of a cycle in machine code, and
+    of `Session.step` around it, both without a clock and in the ordinary class [s]; cycle [s]; processors; load: processes that wanted to run in the last minute; system: its name.
     """
 
     measured: tuple[Lateness, ...]
     kernel: float
+    session: float
     cycle: float
     processors: int
     load: float
@@ -109,8 +112,8 @@ def diagnose(
             f"--duration {duration:g} s: {duration / cycle:.0f} cycles, of which none is one in a thousand. Give"
             f" {FEWEST * cycle:g} s or more."
         )
-    tell("Machine code of a cycle.")
-    kernel = kernel_cost(crane, scenario)
+    tell("Cost of a cycle.")
+    kernel, session = kernel_cost(crane, scenario), session_cost(crane, scenario)
     measured = []
     for real_time in (True, False):
         tell(f"{duration:g} s {'in the real-time class' if real_time else 'without it'}.")
@@ -120,7 +123,7 @@ def diagnose(
         measured = measured[:1]
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     system = f"{platform.system()} {platform.release()}"
-    return Diagnosis(tuple(measured), kernel, cycle, os.cpu_count() or 1, load, system)
+    return Diagnosis(tuple(measured), kernel, session, cycle, os.cpu_count() or 1, load, system)
 
 
 def measure(task: Task, duration: float) -> Lateness:
@@ -148,12 +151,22 @@ def kernel_cost(crane: Crane, scenario: Scenario) -> float:
         times = []
         for _ in range(2):
             begun = time.perf_counter()
-            simulate(crane, case)
+            simulate(crane, case, step=f"{SERIES_STEP!r} s")
             times.append(time.perf_counter() - begun)
         return min(times)
 
     quickest(SHORT)
     return max(0.0, quickest(LONG) - quickest(SHORT)) / ((LONG - SHORT) / crane.control.t_cycle)
+
+
+def session_cost(crane: Crane, scenario: Scenario) -> float:
+    """A cycle of `Session.step` [s]: median."""
+    session, times = Session(crane, scenario), []
+    for _ in range(FEWEST):
+        begun = time.perf_counter()
+        session.step()
+        times.append(time.perf_counter() - begun)
+    return float(np.median(times))
 
 
 class _Column:

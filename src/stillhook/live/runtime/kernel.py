@@ -33,8 +33,11 @@ LATE = 2.0e-3
 """Lateness from which a cycle is counted as late [s]."""
 CATCH_UP = 10.0
 """Longest stall that is made up for [s]."""
-SAVE_EVERY = 10.0
+SAVE_EVERY = 1.0
 """Time between two states that are handed over for the file [s]."""
+KEEP_EVERY = 10.0
+"""Time between two states that are kept to go back to [s]. A state that was kept too late leads to the next fault: a
+second one within this time goes back to the state of the start."""
 WARM_UP = 50
 """Cycles before the first deadline, taken back again: first calls are slow."""
 QUIET = 1.0
@@ -95,7 +98,8 @@ class Kernel:
         self._wall = self.session.cycle / task.speed
         self._modes = {code_of(name): str(name) for name in CONTROLLERS}
         self._row = np.zeros(MOST_NAMES)
-        self._kept = self.session.keep()
+        self._kept = self._first = self.session.keep()
+        self._was_reset = False
         self.late = self.overrun = self.missed = self.refused = 0
         self.worst = 0.0
         self._flags = Flag(0)
@@ -131,8 +135,9 @@ class Kernel:
         deadlines = Deadlines(cycle)
         if saved is not None:
             self.inputs.resume(saved.inputs, deadlines.at(0))
-        n, kept_at, save = 0, 0, round(SAVE_EVERY / cycle)
-        self._kept = self.session.keep()
+        n, save, keep = 0, round(SAVE_EVERY / cycle), round(KEEP_EVERY / cycle)
+        self._kept = self._first = self.session.keep()
+        self.board.states.add(self._state(deadlines.at(0)))
         while not self.board.stopping:
             lateness = deadlines.wait(n)
             if lateness > CATCH_UP:
@@ -142,12 +147,13 @@ class Kernel:
                 self._tell("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
                 lateness = deadlines.lateness(n)
             self._cycle(n, deadlines, lateness)
-            if n - kept_at >= save:
-                self._kept, kept_at = self.session.keep(), n
+            n += 1
+            if n % save == 0:
                 self.board.states.add(self._state(deadlines.at(n)))
                 gc.collect(0)
-            n += 1
-            if n == self.task.cycles:
+            if n % keep == 0:
+                self._kept, self._was_reset = self.session.keep(), False
+            if self.task.cycles is not None and n >= self.task.cycles:
                 self.board.stop()
             if n % PARENT_EVERY == 0 and os.getppid() != parent:
                 break
@@ -211,7 +217,8 @@ class Kernel:
             self.session.step(motion or None)
         except SimulationError as problem:
             self._tell("reset", f"{problem} The twin went back to an earlier state.")
-            self.session.go_back(self._kept)
+            self.session.go_back(self._first if self._was_reset else self._kept)
+            self._was_reset = True
             self._flags |= Flag.RESET
 
     def _set(self, name: str, value: float) -> None:

@@ -145,4 +145,4 @@ class Records(Ring):
 
 def _check(cells: np.ndarray[tuple[int], np.dtype[np.int64]], n: int) -> int:
     """Check word of the numbers of row n."""
-    return zlib.crc32(np.ascontiguousarray(cells), n & 0xFFFFFFFF)
+    return zlib.crc32(cells.tobytes(), n & 0xFFFFFFFF)

@@ -117,12 +117,10 @@ class LiveTwin:
         """Pass new rows and events to the sinks, keep the file of the state fresh, and start a kernel again that died.
         To be called several times a second."""
         self._pass_on()
-        newest = self._board.states.newest()
-        if newest is not None and newest[0] >= self._state and self.task.state is not None and self.alive:
-            self._state = newest[0] + 1
-            write_state(self.task.state, newest[1])
-        if not self.alive and not self._board.stopping and not self._ending:
-            self._restart(None if newest is None else newest[1])
+        dead = not self.alive and not self._board.stopping and not self._ending
+        self._save()
+        if dead:
+            self._restart()
 
     def wait_for_end(self, duration: float = math.inf) -> None:
         """Pump until the kernel's process ends or the time is over [s]."""
@@ -138,6 +136,7 @@ class LiveTwin:
         self._board.stop()
         self._process.join(STOP)
         self._pass_on()
+        self._save()
         self._end()
         for sink in self.sinks:
             sink.close()
@@ -172,7 +171,15 @@ class LiveTwin:
             )
         )
 
-    def _restart(self, state: bytes | None) -> None:
+    def _save(self) -> None:
+        """Write the newest state that the kernel handed over. Also after its end: what is written here last must not be
+        older than what the kernel itself wrote then."""
+        newest = self._board.states.newest()
+        if newest is not None and newest[0] >= self._state and self.task.state is not None:
+            self._state = newest[0] + 1
+            write_state(self.task.state, newest[1])
+
+    def _restart(self) -> None:
         code = self._process.exitcode
         if self.restarts >= RESTARTS:
             raise LiveError(f"Live twin: the kernel's process ended {RESTARTS + 1} times, last with {code}.")
@@ -180,8 +187,6 @@ class LiveTwin:
         self.tell(
             event("twin", "kernel-died", f"The kernel's process ended with {code} and is started again.", code or 0)
         )
-        if state is not None and self.task.state is not None:
-            write_state(self.task.state, state)
         self._start()
 
     def _pass_on(self) -> None:
