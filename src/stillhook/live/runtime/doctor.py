@@ -60,7 +60,8 @@ class Diagnosis(NamedTuple):
     """What the doctor found.
 
     measured: with the real-time class first, where it is allowed; kernel, session: cost of a cycle in machine code, and
-    of `Session.step` around it, both without a clock and in the ordinary class [s]; cycle [s]; processors; load: processes that wanted to run in the last minute; system: its name.
+    of `Session.step` around it, both without a clock and in the ordinary class [s]; cycle [s]; processors; load:
+    processes that wanted to run in the last minute; system: its name.
     """
 
     measured: tuple[Lateness, ...]
