@@ -81,4 +81,4 @@ class ExportError(StillhookError):
 
 
 class LiveError(StillhookError):
-    """A live twin, one of its servers, its files or a log for it that cannot be used."""
+    """A live twin, its bus or its history that cannot be used, or a request that it cannot answer."""

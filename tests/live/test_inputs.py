@@ -7,7 +7,7 @@ import math
 import pytest
 
 from stillhook.live.runtime.board import INPUT_CELLS, MOST_INPUTS
-from stillhook.live.runtime.inputs import CARRIED, COAST, Inputs, InputWriter, Motion, carried
+from stillhook.live.runtime.inputs import CARRIED, COAST, RATES, Inputs, InputWriter, Motion, carried
 from stillhook.live.runtime.ring import Ring
 
 NAMES = ("s_tip", "v_tip", "a_tip", "v_op", "mode", "K_p")
@@ -70,16 +70,19 @@ def test_streamed_inputs_go_stale_and_settings_do_not(both: tuple[InputWriter, I
     assert inputs.stale == frozenset()
 
 
-def test_a_silent_operator_lets_go_of_the_joystick(both: tuple[InputWriter, Inputs]):
-    writer, inputs = both
-    writer.write({"v_op": 0.3}, 10.0)
+@pytest.mark.parametrize("name", RATES)
+def test_a_silent_operator_or_plc_lets_go_of_the_winch(name: str):
+    slots, width = 4, INPUT_CELLS * MOST_INPUTS
+    of = Ring(memoryview(bytearray(Ring.size(slots, width))), slots, width)
+    writer, inputs = InputWriter(of, RATES), Inputs(of, RATES, len(RATES), TIMEOUT)
+    writer.write({name: 0.3}, 10.0)
     inputs.read()
-    assert inputs.due(10.0, 0.0) == {"v_op": 0.3}
-    assert inputs.due(11.1, 0.0) == {"v_op": 0.0}
+    assert inputs.due(10.0, 0.0) == {name: 0.3}
+    assert inputs.due(11.1, 0.0) == {name: 0.0}
     assert inputs.due(11.2, 0.0) == {}
-    writer.write({"v_op": 0.3}, 12.0)
+    writer.write({name: 0.3}, 12.0)
     inputs.read()
-    assert inputs.due(12.0, 0.0) == {"v_op": 0.3}
+    assert inputs.due(12.0, 0.0) == {name: 0.3}
 
 
 def test_the_delay_of_the_source_is_by_its_own_stamp(both: tuple[InputWriter, Inputs]):

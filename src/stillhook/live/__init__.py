@@ -1,1 +1,1 @@
-"""The live twin: beside a PLC in real time, its servers, its history, and what it learns."""
+"""The twin beside its crane: history, estimates, running in real time, servers, hardware in the loop, condition."""

@@ -5,7 +5,7 @@ time-out. Settings (mode, gains) are written once and hold.
 
 The tip's motion is carried from its arrival to the cycle by its own speed and acceleration, for at most `CARRIED`; then
 it coasts to rest with the time constant `COAST`, so that a lost connection does not shake the wire. The operator's
-speed goes to zero at the time-out, so that nobody hoists for ever. Every other input is held.
+speed and the pumps' command go to zero at the time-out, so that nobody hoists for ever. Every other input is held.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from stillhook.live.runtime.board import INPUT_CELLS, MOST_INPUTS
 from stillhook.live.runtime.ring import Ring
 
 MOTION = ("s_tip", "v_tip", "a_tip")
-OPERATOR = "v_op"
+RATES = ("v_op", "u_p")
+"""Inputs that move the winch as long as they hold: they go to zero at the time-out."""
 MODE = "mode"
 TIMEOUT = 1.0
 """Age at which a streamed input is stale where nothing else is given [s]."""
@@ -87,7 +88,7 @@ class Inputs:
         self._stamps: dict[str, float] = {}
         self._refused: dict[str, float] = {}
         self._changed: list[str] = []
-        self._stopped = False
+        self._stopped: frozenset[str] = frozenset()
         self.stale: frozenset[str] = frozenset()
         self.age = 0.0
         self.source_delay = 0.0
@@ -121,12 +122,9 @@ class Inputs:
         ages = {name: self._speed * (now - self._values[name].arrival) for name in self._values.keys() & self._streamed}
         self.age = max(ages.values(), default=0.0)
         self.stale = frozenset(name for name, age in ages.items() if age > self._timeout)
-        if OPERATOR in self.stale:
-            if not self._stopped:
-                changed[OPERATOR] = 0.0
-            self._stopped = True
-        else:
-            self._stopped = False
+        stopping = self.stale.intersection(RATES)
+        changed |= dict.fromkeys(stopping - self._stopped, 0.0)
+        self._stopped = stopping
         return changed
 
     @property

@@ -41,6 +41,9 @@ OLD = 1.0
 """Age of the newest row from which values are no longer good [s]."""
 CLIENTS = 32
 """Connections at most."""
+SUBSCRIPTIONS, QUEUE, UNACKNOWLEDGED = 128, 1000, 100
+"""Subscriptions, values that wait for a client by node, and messages that it has not acknowledged, at most: the
+library's own limits let one client that acknowledges nothing take some 250 MB."""
 SOURCE = "opcua"
 
 
@@ -149,6 +152,8 @@ class OpcUaServer:
         internal = self._server.iserver
         internal.min_session_timeout_ms = internal.max_session_timeout_ms = 1e3 * SESSION
         internal.max_connections = CLIENTS
+        internal.max_unacked_messages_per_subscription = UNACKNOWLEDGED
+        internal.max_subscriptions, internal.max_monitored_item_queue_size = SUBSCRIPTIONS, QUEUE
         served = self._served
         model = await build(self._server, self._crane, __version__, served.names, served.inputs, self._streamed)
         self._keep(model)
