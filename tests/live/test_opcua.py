@@ -320,6 +320,30 @@ def test_an_address_that_does_not_do_is_refused_in_one_line(settings: dict[str, 
     assert "\n" not in str(problem.value)
 
 
+@pytest.mark.thorough
+def test_without_security_on_request_everyone_on_this_machine_reads_and_a_stranger_with_security_does_not(
+    room: Room, tmp_path: Path
+):
+    from asyncua import Client, ua
+
+    served = Counting()
+    server = OpcUaServer(served, "nov-250t", 4, OpcUaSettings(tmp_path / "own", port=0, insecure=True))
+
+    async def both() -> float:
+        async with server:
+            await server.publish()
+            async with Client(server.url, timeout=30.0) as plain:
+                space = await plain.get_namespace_index(NAMESPACE)
+                value = await plain.get_node(f"ns={space};s=s_w").read_value()
+            with pytest.raises(ua.uaerrors.BadUserAccessDenied):
+                async with await client(server.url, room.stranger, server.trust.certificate):
+                    pass
+            return value
+
+    assert room.loop.run_until_complete(both()) == served.count
+    assert len(served.told("refused-session")) == 1
+
+
 def test_a_port_in_use_is_refused_in_one_line(room: Room, tmp_path: Path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
+import re
+import socket
+import struct
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.live.test_modbus import read_request, write_request
 
 import stillhook
 from stillhook.errors import LiveError
+from stillhook.formats.case_file import CaseFile
 from stillhook.live.demo import with_friction
 from stillhook.live.deviation import LIMITS
+from stillhook.live.live_file import LivePlan
 from stillhook.live.replay import Moment, longest_stretch, replay, scenario_of
+from stillhook.live.servers.modbus import ModbusSettings
 from stillhook.logs.log import read_log
 
 CRANE = stillhook.load_crane("nov-250t")
@@ -36,12 +47,58 @@ def write_log(path: Path, crane: stillhook.Crane, *, leave_out: slice | None = N
     return path
 
 
+MAP = "".join(
+    f'[[register]]\nname = "{name}"\naddress = {10 * i}\ntype = "float64"\n'
+    for i, name in enumerate(("s_w", "measured.s_w", "alarm.p_a"))
+)
+
+
+class Onlooker(threading.Thread):
+    """A Modbus client that reads registers of the map as long as there is a server, and tries to write once."""
+
+    def __init__(self, line: str) -> None:
+        super().__init__()
+        self.port = int(re.search(r":(\d+), writes", line)[1])
+        self.seen: list[tuple[float, ...]] = []
+        self.refused = b""
+
+    def run(self) -> None:
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), timeout=10.0) as of:
+            self.refused = self.ask(of, write_request(0, [0, 0, 0, 0]))
+            while True:
+                values = [struct.unpack(">d", self.ask(of, read_request(3, 10 * i, 4))[9:])[0] for i in range(3)]
+                self.seen.append(tuple(values))
+                time.sleep(0.02)
+
+    def ask(self, of: socket.socket, frame: bytes) -> bytes:
+        of.sendall(struct.pack(">HHHB", 1, 0, len(frame) + 1, 1) + frame)
+        answer = of.recv(64)
+        if not answer:
+            raise OSError
+        return answer
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("factor", "alarm"), [(1.0, False), pytest.param(3.0, True, marks=pytest.mark.thorough)])
 def test_the_twin_of_a_crane_does_not_deviate_from_its_log_and_another_does(factor: float, alarm: bool, tmp_path: Path):
     log = read_log(write_log(tmp_path / "log.csv", with_friction(CRANE, factor)))
     moments: list[Moment] = []
-    found = replay(CRANE, CASE, log, SPEED, moments.append)
+    onlookers: list[Onlooker] = []
+    (tmp_path / "map.toml").write_text(MAP)
+    modbus = ModbusSettings(tmp_path / "map.toml", port=0, writes=True)
+    plan = LivePlan(CaseFile(CRANE, CASE, None, None), tmp_path, 1.0, None, modbus, None)
+
+    def ready(line: str) -> None:
+        onlookers.append(Onlooker(line))
+        onlookers[-1].start()
+
+    found = replay(CRANE, CASE, log, SPEED, moments.append, plan=plan, ready=ready)
+    (onlooker,) = onlookers
+    onlooker.join()
+    assert onlooker.refused[7] & 0x80
+    both = [(simulated, measured) for simulated, measured, _ in onlooker.seen if math.isfinite(measured)]
+    assert len(both) > 3
+    assert any(alarmed == 1.0 for *_, alarmed in onlooker.seen) is alarm
     assert found.compared == pytest.approx(CASE.duration - 10.0, abs=1.0)
     assert len(moments) == pytest.approx(found.compared / log.every, abs=1.5)
     assert set(found.rms) == set(LIMITS)

@@ -22,13 +22,14 @@ SEED, GARBAGE = 39, 300
 class Link:
     """A server and its receiver."""
 
-    def __init__(self, *, writes: bool = True, form: UdpFormat = UdpFormat.JSON) -> None:
+    def __init__(self, *, writes: bool = True, form: UdpFormat = UdpFormat.JSON, to_host: str = "localhost") -> None:
         self.loop, self.served = asyncio.new_event_loop(), Counting()
         self.receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.receiver.bind(("127.0.0.1", 0))
         self.receiver.settimeout(5.0)
         port = self.receiver.getsockname()[1]
-        self.server = UdpServer(self.served, UdpSettings(port=0, to_port=port, form=form, writes=writes))
+        settings = UdpSettings(port=0, to_host=to_host, to_port=port, form=form, writes=writes)
+        self.server = UdpServer(self.served, settings)
         self.loop.run_until_complete(self.server.__aenter__())
 
     def send(self, data: bytes) -> None:

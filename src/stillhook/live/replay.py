@@ -216,8 +216,8 @@ class _Beside:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """None: the log drives the twin."""
-        return ()
+        """Those of the twin, so that register maps fit; every write is refused, for the log drives the twin."""
+        return self.twin.inputs
 
     @property
     def alive(self) -> bool:

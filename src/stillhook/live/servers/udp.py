@@ -71,6 +71,7 @@ class UdpServer:
                 f" {LOOPBACK}."
             )
         self._served, self._settings = served, settings
+        self._to = LOOPBACK if settings.to_host == "localhost" else settings.to_host
         self._refused, self._told = 0, -QUIET
         self._named = -math.inf
 
@@ -108,7 +109,7 @@ class UdpServer:
         row = self._served.latest()
         if row is None:
             return
-        to = self._settings.to_host, self._settings.to_port
+        to = self._to, self._settings.to_port
         names = self._served.names
         if self._settings.form is UdpFormat.JSON:
             finite = {n: v if math.isfinite(v) else None for n, v in row.values.items()}
@@ -124,7 +125,7 @@ class UdpServer:
         """A message with inputs: all of it is taken, or nothing."""
         if not self._settings.writes:
             return self._refuse("started without --allow-writes")
-        if peer[0] != self._settings.to_host:
+        if peer[0] != self._to:
             return self._refuse(f"from {peer[0]}, not the receiver")
         if len(data) > MOST_BYTES:
             return self._refuse(f"{len(data)} bytes, at most {MOST_BYTES} are read")
