@@ -147,33 +147,34 @@ def test_a_stranger_gets_no_session_and_the_attempt_is_in_the_log(room: Room):
     assert str(kept[0]) in text
 
 
-def test_a_stranger_cannot_take_over_a_trusted_session(room: Room):
-    """The library would hand a live session to any channel that names its number, before it looks at trust."""
+def test_a_stranger_cannot_write_through_a_trusted_session(room: Room):
+    """The library hands a live session to any channel that names its number, before it looks at trust: without our own
+    `lookup_external_session` this write reached the twin."""
     from asyncua import ua
 
-    async def attack(of: Any, node: Any) -> str:
-        victim = next(iter(room.server._server.iserver._external_sessions))
+    async def attack(of: Any, node: Any) -> list[str]:
+        item = ua.WriteValue(node("Inputs.s_tip").nodeid, ua.AttributeIds.Value, Value=ua.DataValue(ua.Variant(9.9)))
+        write, activate = ua.WriteRequest(), ua.ActivateSessionRequest()
+        write.Parameters.NodesToWrite = [item]
+        activate.Parameters.ClientSignature.Signature = b"x"
         thief = await client(room.server.url, room.stranger, room.server.trust.certificate)
         await thief.connect_socket()
         await thief.send_hello()
         await thief.open_secure_channel()
-        protocol = thief.uaclient.protocol
-        protocol.authentication_token = victim
-        reasons = []
-        request = ua.ActivateSessionRequest()
-        request.Parameters.ClientSignature.Signature = thief.security_policy.asymmetric_cryptography.signature(b"x")
-        for each in (request, ua.ReadRequest()):
+        thief.uaclient.protocol.authentication_token = next(iter(room.server._server.iserver._external_sessions))
+        answers = []
+        for request in (activate, write):
             try:
-                await protocol.send_request(each)
-                reasons.append("answered")
+                await thief.uaclient.protocol.send_request(request)
+                answers.append("answered")
             except ua.UaError as problem:
-                reasons.append(type(problem).__name__)
+                answers.append(type(problem).__name__)
         thief.disconnect_socket()
-        return " ".join(reasons)
+        return answers
 
-    told = len(room.served.told("refused-session"))
-    answer = room.run(attack)
-    assert "answered" not in answer
+    before, told = len(room.served.written), len(room.served.told("refused-session"))
+    assert "answered" not in room.run(attack)
+    assert len(room.served.written) == before
     assert "another channel's session" in " ".join(room.served.told("refused-session")[told:])
 
 
