@@ -50,24 +50,24 @@ def doctor(
 
     of = load_subject(subject)
     seconds = parse(duration, "time", "--duration")
-    found = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
+    diagnosis = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
     if json:
-        measured = [m._asdict() for m in found.measured]
-        print_json({**found._asdict(), "measured": measured, "good": found.good, "reason": found.reason})
+        measured = [m._asdict() for m in diagnosis.measured]
+        print_json({**diagnosis._asdict(), "measured": measured, "good": diagnosis.good, "reason": diagnosis.reason})
     else:
-        _print_diagnosis(found)
-    raise typer.Exit(0 if found.good else 1)
+        _print_diagnosis(diagnosis)
+    raise typer.Exit(0 if diagnosis.good else 1)
 
 
-def _print_diagnosis(found: Diagnosis) -> None:
+def _print_diagnosis(diagnosis: Diagnosis) -> None:
     header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
-    print_table(header, [_row(m) for m in found.measured], title="Lateness and cost of a cycle [ms]")
-    costs = f"machine code {1e6 * found.kernel:.0f} us, the session around it {1e6 * found.session:.0f} us"
-    print(f"Cycle {1e3 * found.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
-    print(f"{found.system}, {found.processors} processors, load {found.load:.1f}.")
-    if not found.measured[0].real_time:
-        print(found.measured[0].scheduling)
-    print(found.reason)
+    print_table(header, [_row(m) for m in diagnosis.measured], title="Lateness and cost of a cycle [ms]")
+    costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
+    print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
+    print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
+    if not diagnosis.measured[0].real_time:
+        print(diagnosis.measured[0].scheduling)
+    print(diagnosis.reason)
 
 
 def _row(m: Lateness) -> list[str]:
@@ -102,7 +102,7 @@ def run(
     end = _ending(duration)
     case = plan.case
     task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
-    with LiveTwin(task, (EventLog(plan.folder / EVENTS_FILE), _Said())) as twin:
+    with LiveTwin(task, (EventLog(plan.folder / EVENTS_FILE), _EventLines())) as twin:
         serve(twin, twin, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
         last = twin.latest()
     if last is not None:
@@ -123,7 +123,7 @@ def _ending(duration: str | None) -> float:
     return time.monotonic() + seconds
 
 
-class _Said:
+class _EventLines:
     """A sink that prints events on standard error."""
 
     def rows(self, first: int, names: object, rows: object) -> None:
@@ -173,15 +173,15 @@ def replay(
     read = read_log(log, None if mapping is None else read_mapping(mapping))
     plan = None if live is None else read_live_file(live)
     lines = _Lines(quiet=json)
-    found = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
+    result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
     if json:
-        print_json(found._asdict())
+        print_json(result._asdict())
     else:
-        _print_replayed(found)
-    raise typer.Exit(1 if found.alarms else 0)
+        _print_replayed(result)
+    raise typer.Exit(1 if result.alarms else 0)
 
 
-def _print_replayed(found: Replayed) -> None:
+def _print_replayed(result: Replayed) -> None:
     from stillhook.live.deviation import LIMITS, shown
 
     rows = [
@@ -189,11 +189,11 @@ def _print_replayed(found: Replayed) -> None:
             name,
             shown(name, rms),
             shown(name, LIMITS[name]),
-            f"ALARM from {found.alarms[name]:.1f} s" if name in found.alarms else "ok",
+            f"ALARM from {result.alarms[name]:.1f} s" if name in result.alarms else "ok",
         ]
-        for name, rms in found.rms.items()
+        for name, rms in result.rms.items()
     ]
-    title = f"Measured less simulated over {found.compared:.0f} s"
+    title = f"Measured less simulated over {result.compared:.0f} s"
     print_table(["signal", "rms", "limit of 20 s", "status"], rows, title=title)
 
 

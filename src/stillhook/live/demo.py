@@ -102,8 +102,8 @@ def demonstrate(crane: Crane, duration: float, watch: Callable[[Moment], None]) 
             twin.write({name: plc.get(name) for name in MOTION}, "plc", time.time())
             if n % per_sample == 0 and (row := twin.latest()) is not None:
                 twin.pump()
-                found = deviations.add({name: plc.get(name) for name in COMPARED}, row.values)
-                for d in found:
+                now = deviations.add({name: plc.get(name) for name in COMPARED}, row.values)
+                for d in now:
                     if d.alarm and d.name not in alarms:
                         alarms[d.name] = n * cycle
                         false_alarms += not grown
@@ -112,7 +112,7 @@ def demonstrate(crane: Crane, duration: float, watch: Callable[[Moment], None]) 
                         twin.tell(event("twin", "alarm", text, d.rms))
                     elif not d.alarm and not grown:
                         alarms.pop(d.name, None)
-                watch(Moment(n * cycle, row.values, found, twin.events[seen:]))
+                watch(Moment(n * cycle, row.values, now, twin.events[seen:]))
                 seen = len(twin.events)
             n += 1
         last = twin.latest()

@@ -94,7 +94,7 @@ def shown(name: str, value: float) -> str:
     """A value with its unit."""
     if not math.isfinite(value):
         return "-"
-    kind = {"s_w": "length", "p_a": "pressure", "p_b": "pressure"}.get(name)
-    if kind == "length":
+    quantity = {"s_w": "length", "p_a": "pressure", "p_b": "pressure"}.get(name)
+    if quantity == "length":
         return f"{value:.3f} m"
-    return show(value, kind) if kind else f"{value:.4f}"
+    return show(value, quantity) if quantity else f"{value:.4f}"

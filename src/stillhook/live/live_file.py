@@ -90,9 +90,9 @@ def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = F
 
 
 def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
-    file, here = table.read(LiveTables), table.path.parent
+    file, place = table.read(LiveTables), table.path.parent
     case = load_case(table.relative_file(file.case, "case"))
-    folder = here / file.folder
+    folder = place / file.folder
     of_opcua = of_modbus = of_udp = None
     if file.opcua is not None:
         of_opcua = OpcUaSettings(folder / "opcua", file.opcua.host, file.opcua.port, insecure)
@@ -142,8 +142,8 @@ def example_live(out: Path) -> list[Path]:
     """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
     SimulationError."""
     texts = {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()}
-    if there := [name for name in texts if (out / name).exists()]:
-        raise LiveError(f"{out / there[0]}: is there already. Choose another folder.")
+    if present := [name for name in texts if (out / name).exists()]:
+        raise LiveError(f"{out / present[0]}: is there already. Choose another folder.")
     check_folder(out, tuple(texts))
     with atomic_folder(out) as part:
         for name, text in texts.items():

@@ -106,16 +106,16 @@ def scenario_of(stretch: Stretch, base: Scenario, source: str) -> Scenario:
 
 def _modes(t: FloatArray, codes: FloatArray, source: str) -> list[tuple[str, Mode]]:
     """Modes with the times from which they hold. Errors: LiveError for a number that is no mode."""
-    found: list[tuple[str, Mode]] = []
+    changes: list[tuple[str, Mode]] = []
     for time, code in zip(t.tolist(), np.round(codes).tolist(), strict=True):
         if not math.isfinite(code):
             continue
         if not 0 <= code < len(Mode):
             raise LiveError(f"{source}: mode {code:g}: give the numbers of modes, 0 to {len(Mode) - 1}.")
         mode = mode_of_code(code)
-        if not found or found[-1][1] is not mode:
-            found.append((f"{time!r} s", mode))
-    return found
+        if not changes or changes[-1][1] is not mode:
+            changes.append((f"{time!r} s", mode))
+    return changes
 
 
 def _stick(t: FloatArray, v: FloatArray) -> tuple[tuple[str, str], ...]:
@@ -252,9 +252,9 @@ class _Beside:
         if self._stretch.t[i] < SETTLE:
             return
         measured = {name: float(self._stretch.signals[name][i]) for name in self._names}
-        found = self._deviations.add(measured, simulated)
+        deviations = self._deviations.add(measured, simulated)
         self.compared += self._stretch.every
-        for d in found:
+        for d in deviations:
             difference = d.measured - d.simulated
             if math.isfinite(difference):
                 self._sums[d.name] += difference**2
@@ -266,5 +266,5 @@ class _Beside:
                 self.tell(
                     event("replay", "alarm", f"{d.name} deviates by {d.rms:.3g} rms, limit {d.limit:.3g}.", d.rms)
                 )
-        self._watch(Moment(simulated["time"], found, self._events))
+        self._watch(Moment(simulated["time"], deviations, self._events))
         self._events = []

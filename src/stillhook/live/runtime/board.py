@@ -98,11 +98,11 @@ class Board:
             Records.bytes_of(STATES, STATE_BYTES),
             Records.bytes_of(1, FACE_BYTES),
         ]
-        self._own = name is None
-        self._memory = SharedMemory(name, create=self._own, size=sum(sizes))
+        self._creator = name is None
+        self._memory = SharedMemory(name, create=self._creator, size=sum(sizes))
         buffer = self._memory.buf
         assert buffer is not None
-        if self._own:
+        if self._creator:
             buffer[:] = bytes(len(buffer))
         ends = np.cumsum(sizes).tolist()
         parts = [buffer[end - size : end] for end, size in zip(ends, sizes, strict=True)]
@@ -141,6 +141,6 @@ class Board:
         for part in self._parts:
             part.release()
         self._memory.close()
-        if self._own:
+        if self._creator:
             with contextlib.suppress(FileNotFoundError):
                 self._memory.unlink()

@@ -86,18 +86,18 @@ class Diagnosis(NamedTuple):
     def reason(self) -> str:
         """The verdict in one sentence."""
         x = self.judged
-        found = (
+        measured = (
             f"99.9 % of {x.cycles} cycles begin within {1e3 * x.p999:.2f} ms, the worst after {1e3 * x.worst:.2f} ms"
         )
         allowed = f"allowed are {1e3 * ALLOWED_P999:g} and {1e3 * ALLOWED_WORST:g} ms"
         if self.good:
-            return f"This machine keeps time: {found}; {allowed}."
+            return f"This machine keeps time: {measured}; {allowed}."
         advice = (
             "Stop what else runs on it, or use a machine with a real-time kernel."
             if x.real_time
             else "Allow the real-time class first."
         )
-        return f"This machine does not keep time: {found}; {allowed}. {advice}"
+        return f"This machine does not keep time: {measured}; {allowed}. {advice}"
 
 
 def diagnose(

@@ -104,9 +104,9 @@ class Kernel:
         self.worst = 0.0
         self._flags = Flag(0)
         self._stale: frozenset[str] = frozenset()
-        self._told = -math.inf
-        self._told_late = 0
-        self._worst_untold = 0.0
+        self._reported = -math.inf
+        self._reported_late = 0
+        self._worst_unreported = 0.0
 
     def run(self) -> None:
         """Until the end: rows, events and states on the board, and the last state in its file."""
@@ -128,7 +128,7 @@ class Kernel:
             scheduling.real_time,
         )
         self.board.faces.add(face.to_json())
-        self._tell("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
+        self._event("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
         gc.collect()
         gc.freeze()
         gc.disable()
@@ -144,7 +144,7 @@ class Kernel:
                 left_out = int(lateness / cycle)
                 n, self.missed = n + left_out, self.missed + left_out
                 self._flags |= Flag.MISSED
-                self._tell("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
+                self._event("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
                 lateness = deadlines.lateness(n)
             self._cycle(n, deadlines, lateness)
             n += 1
@@ -161,7 +161,9 @@ class Kernel:
         self.board.states.add(data)
         if self.task.state is not None:
             write_state(self.task.state, data)
-        self._tell("stopped", f"At {self.session.time:.2f} s of the winch, {self.late} late cycles.", self.session.time)
+        self._event(
+            "stopped", f"At {self.session.time:.2f} s of the winch, {self.late} late cycles.", self.session.time
+        )
 
     def _resumed(self) -> LiveState | None:
         """Go on from the saved state where there is one. Errors: LiveError, SimulationError."""
@@ -185,7 +187,7 @@ class Kernel:
         self._step(self.inputs.motion(now + self._wall))
         if self.inputs.partial:
             self._flags |= Flag.PARTIAL
-        self._tell_stale()
+        self._report_stale()
         self.late += lateness > LATE
         if lateness > LATE:
             self._flags |= Flag.LATE
@@ -202,7 +204,7 @@ class Kernel:
         self._row[: len(self.names)] = (*status, *values)
         self.board.rows.publish(self._row)
         self._flags = Flag(0)
-        self._tell_late(lateness, now)
+        self._report_late(lateness, now)
 
     def _step(self, motion: dict[str, float]) -> None:
         """One cycle of the winch. A motion that no tip makes is forgotten, and the cycle goes without it; from a state
@@ -216,7 +218,7 @@ class Kernel:
         try:
             self.session.step(motion or None)
         except SimulationError as problem:
-            self._tell("reset", f"{problem} The twin went back to an earlier state.")
+            self._event("reset", f"{problem} The twin went back to an earlier state.")
             self.session.go_back(self._first if self._was_reset else self._kept)
             self._was_reset = True
             self._flags |= Flag.RESET
@@ -238,32 +240,32 @@ class Kernel:
 
     # Events
 
-    def _tell(self, name: str, text: str, value: float = math.nan) -> None:
+    def _event(self, name: str, text: str, value: float = math.nan) -> None:
         self.board.events.add(event("kernel", name, text, value).to_json().encode())
 
     def _refuse(self, reason: str) -> None:
         self.refused += 1
         self._flags |= Flag.REFUSED
-        self._tell("refused-input", reason)
+        self._event("refused-input", reason)
 
-    def _tell_stale(self) -> None:
+    def _report_stale(self) -> None:
         """Say which inputs went stale, and which are back."""
         now = self.inputs.stale
         if now:
             self._flags |= Flag.STALE
         if gone := sorted(now - self._stale):
             text = f"{', '.join(gone)}: nothing came for {self.task.timeout:g} s."
-            self._tell("stale", text, self.inputs.age)
+            self._event("stale", text, self.inputs.age)
         if back := sorted(self._stale - now):
-            self._tell("fresh", f"{', '.join(back)}: comes again.")
+            self._event("fresh", f"{', '.join(back)}: comes again.")
         self._stale = now
 
-    def _tell_late(self, lateness: float, now: float) -> None:
+    def _report_late(self, lateness: float, now: float) -> None:
         """Say how many cycles were late since the last such event, at most once in `QUIET`."""
         if lateness > LATE:
-            self._worst_untold = max(self._worst_untold, lateness)
-        if self.late > self._told_late and now - self._told >= QUIET:
-            count = self.late - self._told_late
-            worst = 1e3 * self._worst_untold
-            self._tell("late", f"{count} late cycles, the latest by {worst:.1f} ms.", self._worst_untold)
-            self._told, self._told_late, self._worst_untold = now, self.late, 0.0
+            self._worst_unreported = max(self._worst_unreported, lateness)
+        if self.late > self._reported_late and now - self._reported >= QUIET:
+            count = self.late - self._reported_late
+            worst = 1e3 * self._worst_unreported
+            self._event("late", f"{count} late cycles, the latest by {worst:.1f} ms.", self._worst_unreported)
+            self._reported, self._reported_late, self._worst_unreported = now, self.late, 0.0

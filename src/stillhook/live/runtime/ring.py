@@ -134,8 +134,8 @@ class Records(Ring):
 
     def newest(self) -> tuple[int, bytes] | None:
         """Number and content of the newest record; None while there is none."""
-        found = self.latest()
-        return None if found is None else (found[0], self._bytes(found[1]))
+        newest = self.latest()
+        return None if newest is None else (newest[0], self._bytes(newest[1]))
 
     @staticmethod
     def _bytes(row: FloatArray) -> bytes:

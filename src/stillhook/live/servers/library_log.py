@@ -24,7 +24,7 @@ class LibraryLog(logging.Handler):
         super().__init__(logging.WARNING)
         self._loggers, self._of, self._but, self._tell = tuple(loggers), of, tuple(but), tell
         self._before: dict[str, bool] = {}
-        self._told, self._count = -math.inf, 0
+        self._reported, self._count = -math.inf, 0
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a warning on: the first at once, later ones counted."""
@@ -33,9 +33,9 @@ class LibraryLog(logging.Handler):
         if not record.name.startswith(self._of) or any(each in text for each in self._but):
             return
         self._count += 1
-        if time.monotonic() - self._told >= QUIET:
+        if time.monotonic() - self._reported >= QUIET:
             self._tell(f"{self._count} messages were dropped or answered with an error, the last: {text[:LONGEST]}")
-            self._told, self._count = time.monotonic(), 0
+            self._reported, self._count = time.monotonic(), 0
 
     def attach(self) -> None:
         """Take the loggers over."""

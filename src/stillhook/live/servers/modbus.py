@@ -49,7 +49,7 @@ class ModbusServer:
         check_address(settings.host, settings.port, "modbus")
         self._served, self._settings = served, settings
         self.registers = read_registers(settings.registers, served.names, served.inputs)
-        self._refused, self._told = 0, -QUIET
+        self._refused, self._reported = 0, -QUIET
 
     async def __aenter__(self) -> ModbusServer:
         from pymodbus.server import ModbusTcpServer
@@ -127,8 +127,8 @@ class ModbusServer:
     def _refuse(self, code: ExcCodes, reason: str) -> ExcCodes:
         """The answer to a write that is refused, and an event: the first at once, later ones counted."""
         self._refused += 1
-        if time.monotonic() - self._told >= QUIET:
+        if time.monotonic() - self._reported >= QUIET:
             text = f"{self._refused} writes refused, the last {reason}."
             self._served.tell(event(SOURCE, "refused-write", text, self._refused))
-            self._refused, self._told = 0, time.monotonic()
+            self._refused, self._reported = 0, time.monotonic()
         return code

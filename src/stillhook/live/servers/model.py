@@ -75,10 +75,10 @@ async def build(
     server: Server, crane: str, version: str, names: Sequence[str], inputs: Sequence[str], streamed: int
 ) -> Model:
     """Add the crane's objects and their variables to a server."""
-    own, di, machinery, robotics, cranes = [
+    ours, di, machinery, robotics, cranes = [
         await server.register_namespace(uri) for uri in (NAMESPACE, DI, MACHINERY, ROBOTICS, CRANES)
     ]
-    maker = _Maker(own)
+    maker = _Maker(ours)
     machines = await maker.folder(server.nodes.objects, machinery, "Machines")
     machine = await maker.object(machines, cranes, crane)
     identification = await maker.object(machine, di, "Identification", "machine")
@@ -96,18 +96,18 @@ async def build(
             values.append((number, await maker.number(parameters, robotics, name, f"HoistAxis.{name}", number)))
     if LOAD in names:
         load = await maker.object(axis, cranes, "ActualLoad")
-        values.append((LOAD, await maker.number(load, own, LOAD, "HoistAxis.ActualLoad", LOAD)))
+        values.append((LOAD, await maker.number(load, ours, LOAD, "HoistAxis.ActualLoad", LOAD)))
     components = await maker.object(machine, machinery, "Components")
-    parts = {part: await maker.object(components, own, part) for part in (*COMPONENTS, DRIVE)}
+    parts = {part: await maker.object(components, ours, part) for part in (*COMPONENTS, DRIVE)}
     for name in names:
         parent = operational if name in STATUS else parts[component_of(name)]
-        values.append((name, await maker.number(parent, own, name, name, name)))
-    received = await maker.object(machine, own, "Inputs")
+        values.append((name, await maker.number(parent, ours, name, name, name)))
+    received = await maker.object(machine, ours, "Inputs")
     configuration = await maker.object(machine, di, "Configuration", "machine")
     written: dict[str, Node] = {}
     for i, name in enumerate(inputs):
         parent, place = (received, "Inputs") if i < streamed else (configuration, "Configuration")
-        node = await maker.number(parent, own, name, f"{place}.{name}", name)
+        node = await maker.number(parent, ours, name, f"{place}.{name}", name)
         await node.set_writable()
         written[name] = node
     return Model(values, written)
@@ -116,8 +116,8 @@ async def build(
 class _Maker:
     """Makes nodes whose identifiers say where they are."""
 
-    def __init__(self, own: int) -> None:
-        self._own = own
+    def __init__(self, ours: int) -> None:
+        self._space = ours
 
     async def object(self, parent: Node, space: int, name: str, of: str = "") -> Node:
         return await parent.add_object(self._id(f"{of}.{name}" if of else name), self._name(space, name))
@@ -133,18 +133,18 @@ class _Maker:
         from asyncua import ua
 
         unit, meaning = about(of)
-        nodeid = ua.NodeId(identifier, self._own)
+        nodeid = ua.NodeId(identifier, self._space)
         node = await parent.add_variable(nodeid, self._name(space, name), 0.0, ua.VariantType.Double)
         described = ua.DataValue(ua.Variant(ua.LocalizedText(meaning)))
         await node.write_attribute(ua.AttributeIds.Description, described)
         eu = ua.QualifiedName("EngineeringUnits", 0)
-        await node.add_property(ua.NodeId(f"{identifier}.unit", self._own), eu, engineering_units(unit))
+        await node.add_property(ua.NodeId(f"{identifier}.unit", self._space), eu, engineering_units(unit))
         return node
 
     def _id(self, name: str) -> ua.NodeId:
         from asyncua import ua
 
-        return ua.NodeId(f"object.{name}", self._own)
+        return ua.NodeId(f"object.{name}", self._space)
 
     def _name(self, space: int, name: str) -> ua.QualifiedName:
         from asyncua import ua

@@ -13,7 +13,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -197,23 +197,19 @@ class OpcUaServer:
         return ""
 
 
-def client(url: str, own: TrustFolder, server_certificate: Path) -> Awaitable[Client]:
-    """A client with security, whose certificate is that of its own folder, and which trusts this server's alone. To be
-    awaited, then used as an asynchronous context. Time-outs are `SESSION` and `WATCHDOG`."""
-    return _client(url, own, server_certificate)
-
-
-async def _client(url: str, own: TrustFolder, server_certificate: Path) -> Client:
+async def client(url: str, trust: TrustFolder, server_certificate: Path) -> Client:
+    """A client with security, not connected yet: an asynchronous context. It has the certificate of a folder of its own
+    and trusts this server's alone; its time-outs are `SESSION` and `WATCHDOG`."""
     from asyncua import Client, ua
     from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 
     made = Client(url, timeout=SESSION, watchdog_intervall=WATCHDOG)
-    made.application_uri = own.uri
+    made.application_uri = trust.uri
     made.session_timeout = round(1e3 * SESSION)
     await made.set_security(
         SecurityPolicyBasic256Sha256,
-        certificate=own.certificate,
-        private_key=own.key,
+        certificate=trust.certificate,
+        private_key=trust.key,
         server_certificate=server_certificate,
         mode=ua.MessageSecurityMode.SignAndEncrypt,
     )

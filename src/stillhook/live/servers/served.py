@@ -57,9 +57,9 @@ class Served(Protocol):
 def about(name: str) -> tuple[str, str]:
     """Unit and meaning of a number."""
     if "." in name:
-        kind, _, of = name.partition(".")
-        unit, meaning = about(of)
-        return ("1" if kind == "alarm" else unit), f"{kind}: {meaning}"
+        side, _, signal = name.partition(".")
+        unit, meaning = about(signal)
+        return ("1" if side == "alarm" else unit), f"{side}: {meaning}"
     if name in STATUS:
         return STATUS[name].unit, STATUS[name].meaning
     if name in BY_NAME:

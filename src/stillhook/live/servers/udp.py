@@ -72,7 +72,7 @@ class UdpServer:
             )
         self._served, self._settings = served, settings
         self._to = LOOPBACK if settings.to_host == "localhost" else settings.to_host
-        self._refused, self._told = 0, -QUIET
+        self._refused, self._reported = 0, -QUIET
         self._named = -math.inf
 
     async def __aenter__(self) -> UdpServer:
@@ -146,10 +146,10 @@ class UdpServer:
     def _refuse(self, reason: str) -> None:
         """An event: the first at once, later ones counted."""
         self._refused += 1
-        if time.monotonic() - self._told >= QUIET:
+        if time.monotonic() - self._reported >= QUIET:
             text = f"{self._refused} messages refused, the last: {reason}."
             self._served.tell(event(SOURCE, "refused-write", text, self._refused))
-            self._refused, self._told = 0, time.monotonic()
+            self._refused, self._reported = 0, time.monotonic()
 
 
 class _Receiver(asyncio.DatagramProtocol):
