@@ -105,7 +105,7 @@ def lateness(p999: float, worst: float, *, real_time: bool = True, missed: int =
     ],
 )
 def test_the_verdict_is_that_of_the_class_in_which_a_twin_would_run(measured: Lateness, good: bool, text: str):
-    found = Diagnosis((measured, lateness(1.0, 1.0, real_time=False)), 2e-5, 2e-4, 0.01, 2, 0.5, "Linux")
+    found = Diagnosis((measured, lateness(1.0, 1.0, real_time=False)), 2e-5, 2e-4, 0.01, 2, 0.5, 0.0, "Linux")
     assert found.good is good
     assert text in found.reason
 

@@ -65,6 +65,10 @@ def _print_diagnosis(diagnosis: Diagnosis) -> None:
     costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
     print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
     print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
+    if diagnosis.stolen > 0.0:
+        print(
+            f"A virtual machine: its host took {diagnosis.stolen:.2%} of the processors' time, which no class prevents."
+        )
     if not diagnosis.measured[0].real_time:
         print(diagnosis.measured[0].scheduling)
     print(diagnosis.reason)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +26,8 @@ ALLOWED_P999, ALLOWED_WORST = LATE, 10.0e-3
 """Lateness that a machine may show: 99.9 % of the cycles, and the worst of them [s]."""
 SHORT, LONG = 20.0, 80.0
 """Two runs whose difference is the machine code's time of a cycle [s]."""
+STEAL = 8
+"""Place of the stolen time in the first line of /proc/stat."""
 FEWEST = 1000
 """Cycles from which one in a thousand is a cycle at all."""
 
@@ -61,7 +65,8 @@ class Diagnosis(NamedTuple):
 
     measured: with the real-time class first, where it is allowed; kernel, session: cost of a cycle in machine code, and
     of `Session.step` around it, both without a clock and in the ordinary class [s]; cycle [s]; processors; load:
-    processes that wanted to run in the last minute; system: its name.
+    processes that wanted to run in the last minute; stolen: time per processor that the host of a virtual machine took
+    during the measurements, over theirs, NaN where the system does not say; system: its name.
     """
 
     measured: tuple[Lateness, ...]
@@ -70,6 +75,7 @@ class Diagnosis(NamedTuple):
     cycle: float
     processors: int
     load: float
+    stolen: float
     system: str
 
     @property
@@ -116,6 +122,7 @@ def diagnose(
     tell("Cost of a cycle.")
     kernel, session = kernel_cost(crane, scenario), session_cost(crane, scenario)
     measured = []
+    taken, begun = stolen_time(), time.monotonic()
     for real_time in (True, False):
         tell(f"{duration:g} s {'in the real-time class' if real_time else 'without it'}.")
         one = measure(Task(crane, scenario, real_time=real_time), duration)
@@ -123,8 +130,20 @@ def diagnose(
     if not measured[0].real_time:
         measured = measured[:1]
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    processors = os.cpu_count() or 1
+    stolen = (stolen_time() - taken) / processors / (time.monotonic() - begun)
     system = f"{platform.system()} {platform.release()}"
-    return Diagnosis(tuple(measured), kernel, session, cycle, os.cpu_count() or 1, load, system)
+    return Diagnosis(tuple(measured), kernel, session, cycle, processors, load, stolen, system)
+
+
+def stolen_time() -> float:
+    """Time that the host of a virtual machine took from its processors since the start [s]; NaN where the system does
+    not say."""
+    try:
+        fields = Path("/proc/stat").read_text(encoding="ascii").split("\n", 1)[0].split()
+        return int(fields[STEAL]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError, AttributeError):
+        return math.nan
 
 
 def measure(task: Task, duration: float) -> Lateness:
