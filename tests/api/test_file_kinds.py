@@ -34,6 +34,8 @@ TEXTS = {
     FileKind.MAPPING: MAPPING,
     FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
+    FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',
+    FileKind.REGISTERS: '[[register]]\nname = "s_w"\naddress = 0\n',
 }
 READERS = {
     FileKind.LIFT: ("lower",),

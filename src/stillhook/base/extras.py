@@ -14,6 +14,8 @@ EXTRAS = {
     "asammdf": "logs",
     "nptdms": "logs",
     "openpyxl": "logs",
+    "asyncua": "live",
+    "pymodbus": "live",
     "duckdb": "live",
 }
 """Name of a library as it is imported, and the extra that it belongs to."""

@@ -71,6 +71,10 @@ COMMANDS: dict[str, Entry | Group] = {
         "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; check such a text.",
         {"export": Entry("export", "plc_export"), "check": Entry("export", "plc_check")},
     ),
+    "live": Group(
+        "Live twin: beside a PLC in real time; how well this machine keeps time; a log as if it happened now.",
+        {name: Entry("live", name) for name in ("run", "doctor", "replay", "demo")},
+    ),
     "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",
         {name: Entry("weather", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},

@@ -14,12 +14,13 @@ from stillhook.errors import CommandError
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
 from stillhook.units import quote, show
 
-PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = "plan", "sea-trials", "friction-tests", "motor-map"
+PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP, LIVE = "plan", "sea-trials", "friction-tests", "motor-map", "live"
 EXAMPLES = {
     PLAN: "the example plan, to edit",
     SEA_TRIALS: "SYNTHETIC logs of a crane's tests, for validate",
     FRICTION_TESTS: "SYNTHETIC logs of friction tests, for identify friction",
     MOTOR_MAP: "a SYNTHETIC supplier's map, for identify motor",
+    LIVE: "a live twin with its register map, for live run",
 }
 WHAT_HELP = "; ".join(f"{name}: {text}" for name, text in EXAMPLES.items()) + "."
 
@@ -204,7 +205,8 @@ def example(
     """
     if what not in EXAMPLES:
         raise CommandError(f"example {quote(what)}: choose {', '.join(EXAMPLES)}.")
-    answer, lines = _plan(out) if what == PLAN else _map(out) if what == MOTOR_MAP else _campaign(what, out)
+    write = {PLAN: _plan, MOTOR_MAP: _map, LIVE: _live}.get(what, lambda folder: _campaign(what, folder))
+    answer, lines = write(out)
     if json:
         print_json(answer)
         return
@@ -228,6 +230,17 @@ def _map(out: Path) -> tuple[dict[str, Any], list[str]]:
 
     path = example_map(out)
     return {"map": str(path)}, [f"written: {path}, a SYNTHETIC map", f"next: stillhook identify motor {path}"]
+
+
+def _live(out: Path) -> tuple[dict[str, Any], list[str]]:
+    from stillhook.live.live_file import example_live
+
+    first, *rest = example_live(out)
+    written = [str(path) for path in (first, *rest)]
+    return {"live": str(first), "files": written}, [
+        f"written: {', '.join(written)}",
+        f"next: stillhook live run {first}",
+    ]
 
 
 def _campaign(what: str, out: Path) -> tuple[dict[str, Any], list[str]]:

@@ -40,6 +40,8 @@ class FileKind(Enum):
     MAPPING = auto()
     COLUMNS = auto()
     WEATHER = auto()
+    LIVE = auto()
+    REGISTERS = auto()
 
     @property
     def noun(self) -> str:

@@ -1,0 +1,295 @@
+"""`stillhook live`: the twin beside a PLC in real time."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Json, Load, SubjectArgument, case_of
+from stillhook.errors import LiveError
+from stillhook.report.terminal import print_json, print_table, say
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from stillhook.live.demo import Moment
+    from stillhook.live.replay import Moment as ReplayMoment
+    from stillhook.live.replay import Replayed
+    from stillhook.live.runtime import Event
+    from stillhook.live.runtime.doctor import Diagnosis, Lateness
+
+USUAL = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 9 s", "mode": "ssc"}
+"""What a twin runs where a case file says nothing else."""
+CRANE = "nov-250t"
+LINE_EVERY = 5.0
+"""Time between two lines of the demonstration where nobody watches on a terminal [s]."""
+SHOWN_EVENTS = 6
+STATE_FILE, EVENTS_FILE = "state.bin", "events.jsonl"
+"""In the folder of a live file."""
+
+
+def doctor(
+    subject: SubjectArgument = CRANE,
+    duration: Annotated[str, typer.Option(help="Length of each measurement.")] = "30 s",
+    json: Json = False,
+) -> None:
+    """Measure how late this machine wakes a twin, before anyone trusts it: with the real-time class and without.
+
+    99.9 % of the cycles may begin 2 ms late and none more than 10 ms. Exit code 1 if this machine does not keep that.
+    It says what was measured under the load of that time: let the machine do what it will do beside the twin.
+
+    Example: stillhook live doctor --duration "60 s"
+    """
+    from stillhook.formats.case_file import load_subject
+    from stillhook.live.runtime.doctor import diagnose
+    from stillhook.units import parse
+
+    of = load_subject(subject)
+    seconds = parse(duration, "time", "--duration")
+    diagnosis = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
+    if json:
+        measured = [m._asdict() for m in diagnosis.measured]
+        print_json({**diagnosis._asdict(), "measured": measured, "good": diagnosis.good, "reason": diagnosis.reason})
+    else:
+        _print_diagnosis(diagnosis)
+    raise typer.Exit(0 if diagnosis.good else 1)
+
+
+def _print_diagnosis(diagnosis: Diagnosis) -> None:
+    header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
+    print_table(header, [_row(m) for m in diagnosis.measured], title="Lateness and cost of a cycle [ms]")
+    costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
+    print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
+    print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
+    if diagnosis.stolen > 0.0:
+        print(
+            f"A virtual machine: its host took {diagnosis.stolen:.2%} of the processors' time, which no class prevents."
+        )
+    if not diagnosis.measured[0].real_time:
+        print(diagnosis.measured[0].scheduling)
+    print(diagnosis.reason)
+
+
+def _row(m: Lateness) -> list[str]:
+    ms = [f"{1e3 * x:.2f}" for x in (m.p50, m.p99, m.p999, m.worst, m.cost_p50, m.cost_p99)]
+    return ["real-time" if m.real_time else "ordinary", str(m.cycles), *ms, str(m.late), str(m.overrun)]
+
+
+def run(
+    live_file: Annotated[
+        Path, typer.Argument(metavar="LIVE.toml", help="Live file: case, folder and servers (stillhook example live).")
+    ],
+    duration: Annotated[str | None, typer.Option(help="Length of the run; without it until it is stopped.")] = None,
+    allow_writes: Annotated[
+        bool, typer.Option("--allow-writes", help="Take inputs over Modbus and UDP, which know no security.")
+    ] = False,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="OPC UA also without security, on this machine alone.")
+    ] = False,
+) -> None:
+    """Run the twin in real time beside a PLC, with the servers of a live file, until it is stopped (Ctrl-C, SIGTERM).
+
+    Its state is saved when it ends and every second, and the next start resumes it. Events go to events.jsonl in
+    the file's folder and to standard error; late cycles are counted, and the clock is never stretched.
+
+    Example: stillhook live run live.toml --duration "60 s"
+    """
+    from stillhook.live.live_file import read_live_file
+    from stillhook.live.runtime import EventLog, LiveTwin, Task
+    from stillhook.live.serving import serve
+
+    plan = read_live_file(live_file, writes=allow_writes, insecure=insecure)
+    end = _ending(duration)
+    case = plan.case
+    task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
+    with LiveTwin(task, (EventLog(plan.folder / EVENTS_FILE), _EventLines())) as twin:
+        serve(twin, twin, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
+        last = twin.latest()
+    if last is not None:
+        v = last.values
+        counts = f"{v['late_cycles']:.0f} late, {v['overrun_cycles']:.0f} overrun, {v['missed_cycles']:.0f} missed"
+        print(f"{v['cycle_number'] + 1:.0f} cycles, {counts}; worst lateness {1e3 * v['worst_lateness']:.2f} ms.")
+
+
+def _ending(duration: str | None) -> float:
+    """When to end, on the monotonic clock [s]."""
+    from stillhook.units import parse
+
+    if duration is None:
+        return float("inf")
+    seconds = parse(duration, "time", "--duration")
+    if not seconds > 0.0:
+        raise LiveError(f"--duration {seconds:g} s: give a time above 0, or leave it out.")
+    return time.monotonic() + seconds
+
+
+class _EventLines:
+    """A sink that prints events on standard error."""
+
+    def rows(self, first: int, names: object, rows: object) -> None:
+        """Not printed."""
+
+    def event(self, happened: Event) -> None:
+        """One line."""
+        say(f"{happened.source}: {happened.text}")
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a crane (CSV, Parquet, MDF4, TDMS, MAT).")],
+    crane: Annotated[
+        str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file with load, water and sensors.")
+    ] = CRANE,
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
+    ] = None,
+    load: Load = None,
+    speed: Annotated[float, typer.Option(help="Times as fast as it happened, 0.1 to 20.")] = 1.0,
+    live: Annotated[
+        Path | None, typer.Option("--serve", help="Live file whose servers show twin, log and deviations.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Drive the twin with a log as if it happened now, and compare s_w, p_a, p_b and u_p with what was measured.
+
+    The longest stretch without a gap is replayed; tip, wire out, modes and joystick are those of the log. Exit code 1
+    if a deviation was an alarm: its rms over 20 s above 5 cm, 20 bar, 20 bar, 3 %.
+
+    Example: stillhook live replay log.csv --mapping mapping.toml --load "82 t" --speed 10
+    """
+    from stillhook.formats.case_file import load_subject
+    from stillhook.live.live_file import read_live_file
+    from stillhook.live.replay import replay as run_replay
+    from stillhook.logs.log import read_log
+    from stillhook.logs.mapping import read_mapping
+
+    of = load_subject(crane)
+    if load is None and "load" not in of.scenario:
+        raise LiveError('--load: missing: pressures follow from it. Give it, such as --load "82 t", or a case file.')
+    usual = {"load": load or "0 t", "s_w": "100 m", "tip": "still"}
+    base = case_of(of, usual, load=load)
+    read = read_log(log, None if mapping is None else read_mapping(mapping))
+    plan = None if live is None else read_live_file(live)
+    lines = _Lines(quiet=json)
+    result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
+    if json:
+        print_json(result._asdict())
+    else:
+        _print_replayed(result)
+    raise typer.Exit(1 if result.alarms else 0)
+
+
+def _print_replayed(result: Replayed) -> None:
+    from stillhook.live.deviation import LIMITS, shown
+
+    rows = [
+        [
+            name,
+            shown(name, rms),
+            shown(name, LIMITS[name]),
+            f"ALARM from {result.alarms[name]:.1f} s" if name in result.alarms else "ok",
+        ]
+        for name, rms in result.rms.items()
+    ]
+    title = f"Measured less simulated over {result.compared:.0f} s"
+    print_table(["signal", "rms", "limit of 20 s", "status"], rows, title=title)
+
+
+def demo(
+    duration: Annotated[str, typer.Option(help="Length of the demonstration.")] = "60 s",
+    json: Json = False,
+) -> None:
+    """A soft PLC with its crane, the twin beside it, and an alarm when the crane's friction grows: in the terminal,
+    without a network. What is not a terminal gets lines. Exit code 1 if no alarm came.
+
+    Example: stillhook live demo --duration "20 s"
+    """
+    from stillhook.library import load_crane
+    from stillhook.live.demo import SHORTEST, demonstrate
+    from stillhook.units import parse
+
+    seconds = parse(duration, "time", "--duration")
+    if seconds < SHORTEST:
+        raise LiveError(
+            f"--duration {seconds:g} s: too short for waves on both sides of the change. Give {SHORTEST:g} s or more."
+        )
+    with _watched(quiet=json) as show:
+        outcome = demonstrate(load_crane(CRANE), seconds, show)
+    if json:
+        print_json(outcome._asdict())
+    else:
+        print(outcome.scheduling)
+        print(outcome.reason)
+    raise typer.Exit(0 if outcome.alarm == outcome.alarm else 1)
+
+
+@contextmanager
+def _watched(*, quiet: bool) -> Iterator[Callable[[Moment], None]]:
+    """What shows a moment: a table that is drawn again, or lines where nobody watches."""
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console()
+    if quiet:
+        yield lambda moment: None
+    elif not console.is_terminal:
+        yield _Lines().show
+    else:
+        with Live(console=console, auto_refresh=False) as live:
+            events: list[str] = []
+
+            def show(moment: Moment) -> None:
+                events.extend(f"{e.source}: {e.text}" for e in moment.events)
+                if moment.events or round(moment.time * 10) % 3 == 0:
+                    live.update(_table(moment, events[-SHOWN_EVENTS:]), refresh=True)
+
+            yield show
+
+
+class _Lines:
+    """Moments as lines: every event, and the deviations now and then."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._next = 0.0
+        self._quiet = quiet
+
+    def show(self, moment: Moment | ReplayMoment) -> None:
+        """Print a moment where it is time for it."""
+        from stillhook.live.deviation import shown
+
+        if self._quiet:
+            return
+
+        for happened in moment.events:
+            print(f"{moment.time:6.1f} s  {happened.source}: {happened.text}", flush=True)
+        if moment.time >= self._next:
+            self._next = moment.time + LINE_EVERY
+            parts = [f"{d.name} {shown(d.name, d.measured - d.simulated)} {d.status}" for d in moment.deviations]
+            print(f"{moment.time:6.1f} s  measured less twin: {', '.join(parts)}", flush=True)
+
+
+def _table(moment: Moment, events: list[str]) -> Any:
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    from stillhook.live.deviation import shown
+
+    status = moment.status
+    title = (
+        f"{moment.time:5.1f} s   cycle {status['cycle_number']:.0f}   late {status['late_cycles']:.0f}"
+        f"   worst {1e3 * status['worst_lateness']:.2f} ms"
+    )
+    table = Table(title=title, title_justify="left")
+    for name in ("signal", "crane of the PLC", "twin", "rms deviation", "limit", "status"):
+        table.add_column(name, justify="left" if name in ("signal", "status") else "right")
+    for d in moment.deviations:
+        cells = [d.name, *(shown(d.name, x) for x in (d.measured, d.simulated, d.rms, d.limit))]
+        table.add_row(*cells, Text(d.status, style="bold red" if d.alarm else "green"))
+    return Group(table, *(Text(line) for line in events))

@@ -1,0 +1,151 @@
+"""Live files: a twin, where its state is kept, and which servers it has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
+
+from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.errors import LiveError, SpecError
+from stillhook.formats.case_file import CaseFile, load_case
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind
+from stillhook.live.runtime.inputs import TIMEOUT
+from stillhook.live.servers import modbus, opcua, udp
+from stillhook.live.servers.modbus import ModbusSettings
+from stillhook.live.servers.opcua import OpcUaSettings
+from stillhook.live.servers.registers import example_registers
+from stillhook.live.servers.served import LOOPBACK
+from stillhook.live.servers.udp import UdpFormat, UdpSettings
+from stillhook.tables.table import Spec, Text
+from stillhook.units import Time
+
+Port = Annotated[int, Field(strict=True, ge=0, le=65_535)]
+SHORTEST, LONGEST = 0.05, 3600.0
+"""Time-out of inputs at least and at most [s]."""
+FASTEST = 0.01
+"""Time between two rows over UDP at least [s]."""
+
+
+class OpcUaTable(Spec):
+    """The table [opcua]."""
+
+    host: Text = Field(default=LOOPBACK, description="address to listen on")
+    port: Port = Field(default=opcua.PORT, description="port; 0: a free one")
+
+
+class ModbusTable(Spec):
+    """The table [modbus]."""
+
+    registers: Text = Field(description="register map, seen from this file")
+    host: Text = Field(default=LOOPBACK, description="address to listen on")
+    port: Port = Field(default=modbus.PORT, description="port; 0: a free one")
+
+
+class UdpTable(Spec):
+    """The table [udp]."""
+
+    host: Text = Field(default=LOOPBACK, description="own address")
+    port: Port = Field(default=udp.PORT, description="own port; 0: a free one")
+    to_host: Text = Field(default=LOOPBACK, description="address of the receiver")
+    to_port: Port = Field(default=udp.RECEIVER, description="port of the receiver")
+    format: UdpFormat = Field(default=UdpFormat.JSON, description="json or packed")
+    every: Annotated[Time, Field(ge=FASTEST, le=LONGEST)] = Field(default=udp.EVERY, description="time between rows")
+
+
+class LiveTables(Spec):
+    """A live file."""
+
+    case: Text = Field(description="case file with crane and scenario, seen from this file")
+    folder: Text = Field(description="folder for state, certificates and events, seen from this file")
+    timeout: Annotated[Time, Field(ge=SHORTEST, le=LONGEST)] = Field(default=TIMEOUT, description="age of stale inputs")
+    opcua: OpcUaTable | None = Field(default=None, description="OPC UA server; without the table there is none")
+    modbus: ModbusTable | None = Field(default=None, description="Modbus server; without the table there is none")
+    udp: UdpTable | None = Field(default=None, description="UDP sender; without the table there is none")
+
+
+class LivePlan(NamedTuple):
+    """What a live file says: crane and scenario, folder, time-out of inputs [s], and the servers' settings."""
+
+    case: CaseFile
+    folder: Path
+    timeout: float
+    opcua: OpcUaSettings | None
+    modbus: ModbusSettings | None
+    udp: UdpSettings | None
+
+
+def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:
+    """Read a live file; writes: whether Modbus and UDP take inputs; insecure: OPC UA also without security.
+
+    Errors: StillhookError of one line.
+    """
+    read = lambda table: _plan(table, writes=writes, insecure=insecure)
+    try:
+        return read_toml(path, FileKind.LIVE, LiveError, read, start="Copy one: stillhook example live FOLDER.")
+    except SpecError as problem:
+        raise LiveError(str(problem)) from None
+
+
+def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
+    file, place = table.read(LiveTables), table.path.parent
+    case = load_case(table.relative_file(file.case, "case"))
+    folder = place / file.folder
+    of_opcua = of_modbus = of_udp = None
+    if file.opcua is not None:
+        of_opcua = OpcUaSettings(folder / "opcua", file.opcua.host, file.opcua.port, insecure)
+    if file.modbus is not None:
+        registers = table.relative_file(file.modbus.registers, "modbus", "registers")
+        of_modbus = ModbusSettings(registers, file.modbus.host, file.modbus.port, writes)
+    if file.udp is not None:
+        u = file.udp
+        of_udp = UdpSettings(u.host, u.port, u.to_host, u.to_port, u.format, u.every, writes)
+    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp)
+
+
+LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"
+EXAMPLE = f"""\
+# A live twin: stillhook live run {LIVE_FILE}
+case = "{CASE_FILE}"
+folder = "twin"             # saved state, certificates (opcua/trusted holds those of clients), events
+timeout = "1 s"             # an input that did not come for so long is stale
+
+[opcua]                     # leave a table out, and there is no such server
+host = "{LOOPBACK}"          # this machine alone; give the address of a network to be reached from there
+port = {opcua.PORT}
+
+[modbus]                    # no security: keep it on this machine, or in a network of its own
+registers = "{REGISTERS_FILE}"
+host = "{LOOPBACK}"
+port = {modbus.PORT}
+
+[udp]
+to_host = "{LOOPBACK}"
+to_port = {udp.RECEIVER}
+format = "json"             # or "packed"
+every = "0.1 s"
+"""
+EXAMPLE_CASE = """\
+crane = "nov-250t"
+
+[scenario]                  # what holds until a PLC writes something else
+load = "100 t"
+s_w = "100 m"
+tip = "still"
+mode = "ssc"
+"""
+
+
+def example_live(out: Path) -> list[Path]:
+    """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
+    SimulationError."""
+    texts = {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()}
+    if present := [name for name in texts if (out / name).exists()]:
+        raise LiveError(f"{out / present[0]}: is there already. Choose another folder.")
+    check_folder(out, tuple(texts))
+    with atomic_folder(out) as part:
+        for name, text in texts.items():
+            (part / name).write_text(text, encoding="utf-8")
+    return [out / name for name in texts]

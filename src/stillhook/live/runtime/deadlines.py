@@ -1,0 +1,63 @@
+"""Absolute deadlines on a clock that never jumps, the scheduling class of a process, and how late it wakes."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import NamedTuple
+
+PRIORITY = 50
+"""Priority within SCHED_FIFO: above ordinary real-time work of a system, below its interrupt threads."""
+NS = 1_000_000_000
+CONSEQUENCE = (
+    "another process can delay a cycle by tens of milliseconds, and late cycles are counted. Give the program"
+    " CAP_SYS_NICE, or its user an rtprio of 50 in limits.conf"
+)
+
+
+class Scheduling(NamedTuple):
+    """The scheduling class that a process got."""
+
+    real_time: bool
+    line: str
+
+
+def ask_for_real_time() -> Scheduling:
+    """Put this process into the real-time class SCHED_FIFO where that is allowed."""
+    if not hasattr(os, "sched_setscheduler"):
+        return Scheduling(False, f"No real-time class: this system has no SCHED_FIFO; {CONSEQUENCE}.")
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except OSError as problem:
+        return Scheduling(False, f"No real-time class ({problem.strerror}): {CONSEQUENCE}.")
+    return Scheduling(True, f"Real-time class SCHED_FIFO, priority {PRIORITY}.")
+
+
+def ordinary() -> Scheduling:
+    """What a process has that did not ask."""
+    return Scheduling(False, f"Ordinary class, as requested: {CONSEQUENCE}.")
+
+
+class Deadlines:
+    """Deadlines at whole cycles after a start, so that a late cycle delays none of the later ones.
+
+    Parameters: cycle [s].
+    """
+
+    def __init__(self, cycle: float) -> None:
+        self._cycle = round(cycle * NS)
+        self._start = time.monotonic_ns() + self._cycle
+
+    def at(self, n: int) -> float:
+        """Deadline n on the monotonic clock [s]."""
+        return (self._start + n * self._cycle) / NS
+
+    def lateness(self, n: int) -> float:
+        """Time that has gone since deadline n, negative before it [s]."""
+        return (time.monotonic_ns() - self._start - n * self._cycle) / NS
+
+    def wait(self, n: int) -> float:
+        """Sleep until deadline n, and return how late it is then [s]."""
+        while (ahead := -self.lateness(n)) > 0.0:
+            time.sleep(ahead)
+        return self.lateness(n)

@@ -1,0 +1,271 @@
+"""The process of the kernel: a winch that is stepped at absolute deadlines, whoever watches.
+
+A cycle that begins late is counted with its size, and the next deadline stays where it is. After a stall the cycles
+that are due are calculated one after another, each with its own number and marked, so that the twin's time is that of
+the wall again. A stall beyond `CATCH_UP` is not made up for: its cycles are counted as missed, their numbers are left
+out, and the winch's own time stays behind by as much.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import os
+import signal
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.control.registry import CONTROLLERS, code_of
+from stillhook.engine.session import Session
+from stillhook.errors import LiveError, SimulationError
+from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, STATUS, Board, Face, Flag
+from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary
+from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
+from stillhook.live.runtime.sink import event
+from stillhook.live.runtime.state import LiveState, write_state
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+
+LATE = 2.0e-3
+"""Lateness from which a cycle is counted as late [s]."""
+CATCH_UP = 10.0
+"""Longest stall that is made up for [s]."""
+SAVE_EVERY = 1.0
+"""Time between two states that are handed over for the file [s]."""
+KEEP_EVERY = 10.0
+"""Time between two states that are kept to go back to [s]. A state that was kept too late leads to the next fault: a
+second one within this time goes back to the state of the start."""
+WARM_UP = 50
+"""Cycles before the first deadline, taken back again: first calls are slow."""
+QUIET = 1.0
+"""Least time between two events on lateness [s]."""
+MOST_MOTION = {"s_tip": 100.0, "v_tip": 50.0, "a_tip": 100.0}
+"""Motion of a crane tip at most [m, m/s, m/s^2]."""
+PARENT_EVERY = 100
+"""Cycles between two looks whether the parent is still there."""
+
+
+class Task(NamedTuple):
+    """What a kernel's process runs.
+
+    crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end;
+    timeout of streamed inputs [s]; real_time: whether to ask for that class; speed: the winch's time over that of the
+    wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never.
+    """
+
+    crane: Crane
+    scenario: Scenario
+    step: str | None = None
+    state: Path | None = None
+    timeout: float = TIMEOUT
+    real_time: bool = True
+    speed: float = 1.0
+    cycles: int | None = None
+
+
+def run_kernel(task: Task, memory: str) -> None:
+    """The process: until it is asked to stop, by the board, by SIGTERM, or because its parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the parent asks for the stop
+    board = Board(memory)
+    signal.signal(signal.SIGTERM, lambda *_: board.stop())
+    try:
+        Kernel(task, board).run()
+    except (SimulationError, LiveError) as problem:
+        board.events.add(event("kernel", "refused", str(problem)).to_json().encode())
+        board.stop()
+        raise SystemExit(2) from None
+    finally:
+        board.close()
+
+
+class Kernel:
+    """One run of the loop."""
+
+    def __init__(self, task: Task, board: Board) -> None:
+        self.task, self.board = task, board
+        self.session = Session(task.crane, task.scenario, step=task.step)
+        names, streamed = ordered(self.session.inputs, self.session.parameters)
+        self.inputs = Inputs(board.inputs, names, streamed, task.timeout, task.speed)
+        held = tuple(name for name in names if name not in self.session.signals)
+        self._read = (*self.session.signals, *held)
+        self.names = (*STATUS, *self._read)
+        if len(self.names) > MOST_NAMES or len(names) > MOST_INPUTS:
+            raise LiveError(f"Live twin: {len(self.names)} signals; at most {MOST_NAMES} are served.")
+        self._input_names, self._streamed = names, streamed
+        self._wall = self.session.cycle / task.speed
+        self._modes = {code_of(name): str(name) for name in CONTROLLERS}
+        self._row = np.zeros(MOST_NAMES)
+        self._kept = self._first = self.session.keep()
+        self._was_reset = False
+        self.late = self.overrun = self.missed = self.refused = 0
+        self.worst = 0.0
+        self._flags = Flag(0)
+        self._stale: frozenset[str] = frozenset()
+        self._reported = -math.inf
+        self._reported_late = 0
+        self._worst_unreported = 0.0
+
+    def run(self) -> None:
+        """Until the end: rows, events and states on the board, and the last state in its file."""
+        saved = self._resumed()
+        kept = self.session.keep()
+        self.session.step(cycles=WARM_UP)
+        self._values()
+        self.session.go_back(kept)
+        scheduling = ask_for_real_time() if self.task.real_time else ordinary()
+        cycle, parent = self._wall, os.getppid()
+        modes = {name: code for code, name in self._modes.items()}
+        face = Face(
+            self.names,
+            self._input_names,
+            self._streamed,
+            self.session.cycle,
+            modes,
+            scheduling.line,
+            scheduling.real_time,
+        )
+        self.board.faces.add(face.to_json())
+        self._event("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        deadlines = Deadlines(cycle)
+        if saved is not None:
+            self.inputs.resume(saved.inputs, deadlines.at(0))
+        n, save, keep = 0, round(SAVE_EVERY / cycle), round(KEEP_EVERY / cycle)
+        self._kept = self._first = self.session.keep()
+        self.board.states.add(self._state(deadlines.at(0)))
+        while not self.board.stopping:
+            lateness = deadlines.wait(n)
+            if lateness > CATCH_UP:
+                left_out = int(lateness / cycle)
+                n, self.missed = n + left_out, self.missed + left_out
+                self._flags |= Flag.MISSED
+                self._event("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
+                lateness = deadlines.lateness(n)
+            self._cycle(n, deadlines, lateness)
+            n += 1
+            if n % save == 0:
+                self.board.states.add(self._state(deadlines.at(n)))
+                gc.collect(0)
+            if n % keep == 0:
+                self._kept, self._was_reset = self.session.keep(), False
+            if self.task.cycles is not None and n >= self.task.cycles:
+                self.board.stop()
+            if n % PARENT_EVERY == 0 and os.getppid() != parent:
+                break
+        data = self._state(deadlines.at(n))
+        self.board.states.add(data)
+        if self.task.state is not None:
+            write_state(self.task.state, data)
+        self._event(
+            "stopped", f"At {self.session.time:.2f} s of the winch, {self.late} late cycles.", self.session.time
+        )
+
+    def _resumed(self) -> LiveState | None:
+        """Go on from the saved state where there is one. Errors: LiveError, SimulationError."""
+        path = self.task.state
+        if path is None or not path.exists():
+            return None
+        saved = LiveState.from_bytes(path)
+        try:
+            self.session.restore(saved.session)
+        except SimulationError as problem:
+            reason = str(problem).removeprefix("saved state: ")
+            raise LiveError(f"{path}: {reason} Or start without it: move the file away.") from None
+        return saved
+
+    def _cycle(self, n: int, deadlines: Deadlines, lateness: float) -> None:
+        """One cycle and its row."""
+        now, utc = deadlines.at(n), time.time()
+        self.inputs.read()
+        for name, value in self.inputs.due(now, utc - time.monotonic()).items():
+            self._set(name, value)
+        self._step(self.inputs.motion(now + self._wall))
+        if self.inputs.partial:
+            self._flags |= Flag.PARTIAL
+        self._report_stale()
+        self.late += lateness > LATE
+        if lateness > LATE:
+            self._flags |= Flag.LATE
+        self.worst = max(self.worst, lateness)
+        values = self._values()
+        done = deadlines.lateness(n)
+        if done > self._wall:
+            self.overrun += 1
+            self._flags |= Flag.OVERRUN
+        flags = int(self._flags)
+        counts = (self.late, self.overrun, self.missed, self.worst, len(self._stale), self.refused)
+        ages = self.inputs.age, self.inputs.source_delay
+        status = (n, self.session.time, utc, lateness, done - lateness, flags, *counts, *ages)
+        self._row[: len(self.names)] = (*status, *values)
+        self.board.rows.publish(self._row)
+        self._flags = Flag(0)
+        self._report_late(lateness, now)
+
+    def _step(self, motion: dict[str, float]) -> None:
+        """One cycle of the winch. A motion that no tip makes is forgotten, and the cycle goes without it; from a state
+        that is no number the twin goes back to the last one that was kept."""
+        for name, value in motion.items():
+            if not abs(value) <= MOST_MOTION[name]:
+                self.inputs.refuse(MOTION)
+                self._refuse(f"{name} = {value:g}: give a value within +-{MOST_MOTION[name]:g}.")
+                motion = {}
+                break
+        try:
+            self.session.step(motion or None)
+        except SimulationError as problem:
+            self._event("reset", f"{problem} The twin went back to an earlier state.")
+            self.session.go_back(self._first if self._was_reset else self._kept)
+            self._was_reset = True
+            self._flags |= Flag.RESET
+
+    def _set(self, name: str, value: float) -> None:
+        """Hold an input or change a setting; what the winch does not take is refused and counted."""
+        try:
+            self.session.set(name, self._modes.get(value, value) if name == MODE else value)
+        except SimulationError as problem:
+            self._refuse(str(problem))
+
+    def _values(self) -> list[float]:
+        """The winch's numbers at the present time."""
+        get = self.session.get
+        return [get(name) for name in self._read]
+
+    def _state(self, now: float) -> bytes:
+        return LiveState(self.session.save(), self.inputs.saved(now)).to_bytes()
+
+    # Events
+
+    def _event(self, name: str, text: str, value: float = math.nan) -> None:
+        self.board.events.add(event("kernel", name, text, value).to_json().encode())
+
+    def _refuse(self, reason: str) -> None:
+        self.refused += 1
+        self._flags |= Flag.REFUSED
+        self._event("refused-input", reason)
+
+    def _report_stale(self) -> None:
+        """Say which inputs went stale, and which are back."""
+        now = self.inputs.stale
+        if now:
+            self._flags |= Flag.STALE
+        if gone := sorted(now - self._stale):
+            text = f"{', '.join(gone)}: nothing came for {self.task.timeout:g} s."
+            self._event("stale", text, self.inputs.age)
+        if back := sorted(self._stale - now):
+            self._event("fresh", f"{', '.join(back)}: comes again.")
+        self._stale = now
+
+    def _report_late(self, lateness: float, now: float) -> None:
+        """Say how many cycles were late since the last such event, at most once in `QUIET`."""
+        if lateness > LATE:
+            self._worst_unreported = max(self._worst_unreported, lateness)
+        if self.late > self._reported_late and now - self._reported >= QUIET:
+            count = self.late - self._reported_late
+            worst = 1e3 * self._worst_unreported
+            self._event("late", f"{count} late cycles, the latest by {worst:.1f} ms.", self._worst_unreported)
+            self._reported, self._reported_late, self._worst_unreported = now, self.late, 0.0

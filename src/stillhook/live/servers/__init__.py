@@ -1,0 +1,1 @@
+"""How others reach the live twin: OPC UA, Modbus TCP, UDP."""

@@ -1,0 +1,101 @@
+"""What a server needs of the twin, and what it says of a signal."""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+import socket
+from collections.abc import Mapping
+from typing import Protocol
+
+from stillhook.errors import LiveError
+from stillhook.live.runtime.board import STATUS
+from stillhook.live.runtime.sink import Event
+from stillhook.live.runtime.twin import Row
+from stillhook.units import quote
+from stillhook.variables import BY_NAME
+
+LOOPBACK = "127.0.0.1"
+SETTINGS: Mapping[str, tuple[str, str]] = {
+    "s_op": ("m", "hoisting positive: integral of the operator's speed"),
+    "f_pump": ("1", "share of the pumps that run"),
+    "alpha_ns": ("1", "displacement of the motors at normal speed"),
+    "alpha_hs": ("1", "displacement of the motors at high speed"),
+    "alpha_swl": ("1", "least displacement of the motors that holds the SWL"),
+    "t_lead": ("s", "lead of the feedforward"),
+    "t_bumpless": ("s", "time of a change of mode"),
+    "tau_F": ("s", "time constant of the load's filter"),
+}
+"""Unit and meaning of inputs and settings that are no signals."""
+
+
+class Served(Protocol):
+    """The twin as servers have it: a `LiveTwin`, or what stands for one."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers of a row."""
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names that may be written."""
+
+    @property
+    def alive(self) -> bool:
+        """Whether the kernel's process runs."""
+
+    def latest(self) -> Row | None:
+        """The newest cycle."""
+
+    def write(self, values: Mapping[str, float], source: str, stamp: float = math.nan) -> None:
+        """Hand inputs over. Errors: LiveError."""
+
+    def tell(self, happened: Event) -> None:
+        """Pass an event on."""
+
+
+def about(name: str) -> tuple[str, str]:
+    """Unit and meaning of a number."""
+    if "." in name:
+        side, _, signal = name.partition(".")
+        unit, meaning = about(signal)
+        return ("1" if side == "alarm" else unit), f"{side}: {meaning}"
+    if name in STATUS:
+        return STATUS[name].unit, STATUS[name].meaning
+    if name in BY_NAME:
+        v = BY_NAME[name]
+        return v.unit or "1", f"{v.meaning}; {v.sign}" if v.sign else v.meaning
+    return SETTINGS.get(name, ("1", ""))
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address is this machine's own alone."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def check_free(host: str, port: int, where: str) -> None:
+    """Errors: LiveError where another program listens there already, or the address is not this machine's."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as problem:
+            raise LiveError(f"{where}: {host}:{port}: {problem.strerror}. Choose another address or port.") from None
+
+
+def check_address(host: str, port: int, where: str) -> None:
+    """Errors: LiveError for what is no address to listen on. Port 0 takes a free one."""
+    try:
+        ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
+    except ValueError:
+        raise LiveError(
+            f'{where}: host = {quote(host)}: give the address of one of this machine\'s networks, such as "{LOOPBACK}".'
+        ) from None
+    if not 0 <= port <= 65535:
+        raise LiveError(f"{where}: port = {port}: give 1 to 65535, or 0 for a free one.")
