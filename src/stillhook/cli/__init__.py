@@ -72,8 +72,11 @@ COMMANDS: dict[str, Entry | Group] = {
         {"export": Entry("export", "plc_export"), "check": Entry("export", "plc_check")},
     ),
     "live": Group(
-        "Live twin: beside a PLC in real time; how well this machine keeps time; a log as if it happened now.",
-        {name: Entry("live", name) for name in ("run", "doctor", "replay", "demo")},
+        "Live twin: beside a PLC in real time, with its history; how well this machine keeps time; a log played back.",
+        {
+            **{name: Entry("live.twin", name) for name in ("run", "doctor", "replay", "demo")},
+            "history": Entry("live.history", "history"),
+        },
     ),
     "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",

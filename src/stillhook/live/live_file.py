@@ -8,10 +8,12 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.extras import need
 from stillhook.errors import LiveError, SpecError
 from stillhook.formats.case_file import CaseFile, load_case
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.live.history import Budget
 from stillhook.live.runtime.inputs import TIMEOUT
 from stillhook.live.servers import modbus, opcua, udp
 from stillhook.live.servers.modbus import ModbusSettings
@@ -27,6 +29,8 @@ SHORTEST, LONGEST = 0.05, 3600.0
 """Time-out of inputs at least and at most [s]."""
 FASTEST = 0.01
 """Time between two rows over UDP at least [s]."""
+LEAST_SIZE, MOST_SIZE, MOST_DAYS = 0.1, 1.0e5, 3.65e4
+"""Of a history [GB, days]."""
 
 
 class OpcUaTable(Spec):
@@ -55,6 +59,20 @@ class UdpTable(Spec):
     every: Annotated[Time, Field(ge=FASTEST, le=LONGEST)] = Field(default=udp.EVERY, description="time between rows")
 
 
+class HistoryTable(Spec):
+    """The table [history]."""
+
+    every: Annotated[Time, Field(ge=0.0, le=LONGEST)] = Field(
+        default=0.1, description="time between two rows; 0: every cycle"
+    )
+    days: Annotated[float, Field(gt=0.0, le=MOST_DAYS)] | None = Field(
+        default=None, description="days that are kept; without it as the size allows"
+    )
+    size: Annotated[float, Field(ge=LEAST_SIZE, le=MOST_SIZE)] = Field(
+        default=20.0, description="largest size in GB; the oldest hours go first"
+    )
+
+
 class LiveTables(Spec):
     """A live file."""
 
@@ -64,10 +82,12 @@ class LiveTables(Spec):
     opcua: OpcUaTable | None = Field(default=None, description="OPC UA server; without the table there is none")
     modbus: ModbusTable | None = Field(default=None, description="Modbus server; without the table there is none")
     udp: UdpTable | None = Field(default=None, description="UDP sender; without the table there is none")
+    history: HistoryTable | None = Field(default=None, description="history; without the table there is none")
 
 
 class LivePlan(NamedTuple):
-    """What a live file says: crane and scenario, folder, time-out of inputs [s], and the servers' settings."""
+    """What a live file says: crane and scenario, folder, time-out of inputs [s], settings of the servers, and the
+    history: PLC cycles from row to row, and what it may hold."""
 
     case: CaseFile
     folder: Path
@@ -75,6 +95,7 @@ class LivePlan(NamedTuple):
     opcua: OpcUaSettings | None
     modbus: ModbusSettings | None
     udp: UdpSettings | None
+    history: tuple[int, Budget] | None
 
 
 def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:
@@ -102,7 +123,13 @@ def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
     if file.udp is not None:
         u = file.udp
         of_udp = UdpSettings(u.host, u.port, u.to_host, u.to_port, u.format, u.every, writes)
-    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp)
+    kept = None
+    if file.history is not None:
+        need("duckdb", "[history]", LiveError)
+        h = file.history
+        every = max(1, round(h.every / case.crane.control.t_cycle))
+        kept = every, Budget(bytes=round(1e9 * h.size), days=h.days)
+    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept)
 
 
 LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"
@@ -126,6 +153,10 @@ to_host = "{LOOPBACK}"
 to_port = {udp.RECEIVER}
 format = "json"             # or "packed"
 every = "0.1 s"
+
+[history]                   # in folder/history; stillhook live history prints what it holds
+every = "0.1 s"
+size = 20                   # GB; the oldest hours go first; days = 30 as well
 """
 EXAMPLE_CASE = """\
 crane = "nov-250t"

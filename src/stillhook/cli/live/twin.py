@@ -28,7 +28,7 @@ CRANE = "nov-250t"
 LINE_EVERY = 5.0
 """Time between two lines of the demonstration where nobody watches on a terminal [s]."""
 SHOWN_EVENTS = 6
-STATE_FILE, EVENTS_FILE = "state.bin", "events.jsonl"
+STATE_FILE, EVENTS_FILE, HISTORY = "state.bin", "events.jsonl", "history"
 """In the folder of a live file."""
 
 
@@ -98,15 +98,20 @@ def run(
 
     Example: stillhook live run live.toml --duration "60 s"
     """
+    from stillhook.live.history import HistorySink
     from stillhook.live.live_file import read_live_file
-    from stillhook.live.runtime import EventLog, LiveTwin, Task
+    from stillhook.live.runtime import STATUS, EventLog, LiveTwin, Sink, Task
     from stillhook.live.serving import serve
 
     plan = read_live_file(live_file, writes=allow_writes, insecure=insecure)
     end = _ending(duration)
     case = plan.case
     task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
-    with LiveTwin(task, (EventLog(plan.folder / EVENTS_FILE), _EventLines())) as twin:
+    sinks: list[Sink] = [EventLog(plan.folder / EVENTS_FILE), _EventLines()]
+    if plan.history is not None:
+        every, budget = plan.history
+        sinks.append(HistorySink(plan.folder / HISTORY, STATUS, every=every, budget=budget))
+    with LiveTwin(task, sinks) as twin:
         serve(twin, twin, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
         last = twin.latest()
     if last is not None:
