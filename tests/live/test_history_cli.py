@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow  # each waits for the disk several times
 
 def ask(*words: str | Path) -> Any:
     """The exit code of the command."""
-    return build("history", Entry("history", "history"))([str(word) for word in words], standalone_mode=False)
+    return build("history", Entry("live.history", "history"))([str(word) for word in words], standalone_mode=False)
 
 
 @pytest.fixture

@@ -95,7 +95,7 @@ class LivePlan(NamedTuple):
     opcua: OpcUaSettings | None
     modbus: ModbusSettings | None
     udp: UdpSettings | None
-    history: tuple[int, Budget] | None
+    history: tuple[int, Budget] | None = None
 
 
 def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:

@@ -164,6 +164,6 @@ def describe(found: Overview) -> list[str]:
         f" {found.files} files ({number(found.file_bytes / 1e6)} MB), {found.rows_in_journal} in the journal"
         f" ({number(found.journal_bytes / 1e6)} MB)",
         f"budget: {' and '.join(bounds) or 'none'}, {found.budget.events} events; {found.removed_rows} rows removed",
-        f"{found.events} events; saved states of {', '.join(found.states) or 'nothing'}",
+        f"{found.events} events; {'saved states of ' + ', '.join(found.states) if found.states else 'no saved states'}",
         f"{len(found.columns)} columns: {shown}",
     ]
