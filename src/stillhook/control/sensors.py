@@ -83,6 +83,9 @@ _MEASURED = {
     "s_w": ("m", "length", "paid out positive", "wire paid out as the PLC reads it"),
     "F": ("N", "force", "", "wire tension as the PLC reads it"),
     "alpha_m": ("1", "", "", "displacement of the active motors as the PLC reads it"),
+    "omega_m": ("rad/s", "rotation", "hoisting positive", "motor speed as the PLC reads it"),
+    "p_a": ("Pa", "pressure", "gauge", "pressure of line A as the PLC reads it"),
+    "p_b": ("Pa", "pressure", "gauge", "pressure of line B as the PLC reads it"),
     "dp": ("Pa", "pressure", "hoisting positive", "pressure of line A less B as the PLC reads it"),
     "p_hp": ("Pa", "pressure", "", "accumulator pressure as the PLC reads it"),
 }

@@ -8,11 +8,11 @@ record, which is carried from cycle to cycle. A kernel without sensors holds not
 
 import functools
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
-from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, Demand, Sensed
+from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, QUANTITIES, Demand, Sensed
 from stillhook.control.plc import ActuatorCommands, command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.control.sensors import SENSORS, Sensor, measured
@@ -23,10 +23,10 @@ from stillhook.winches.records import Tick
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
-    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense) is
-    what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives
-    what the controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives
-    the actuators' commands, the PLC's memory and the new record."""
+    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense,
+    lines) is what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives what the
+    controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives the
+    actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
     sensors: tuple[str, ...]
@@ -83,7 +83,9 @@ def control_laws(
         names: tuple[str, ...] = LawRecord._fields
         return LawRecord(*[values[name] for name in names])
 
-    read_by = functools.partial(sensing, names=sensors, LawRecord=LawRecord)
+    def read_by(sense: Callable[..., Any], lines: bool) -> Callable[..., Any]:
+        return sensing(sense, lines, sensors, LawRecord)
+
     return ControlLaws(LawRecord, sensors, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
@@ -185,10 +187,11 @@ def blank_parts(names: tuple[str, ...], settings: dict[str, Any]) -> dict[str, A
     return {part: made.get(part) or cls(*(0.0,) * len(cls._fields)) for part, cls in parts_of(names).items()}
 
 
-def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -> Callable[..., Any]:
+def sensing(sense: Callable[..., Any], lines: bool, names: tuple[str, ...], LawRecord: Any) -> Callable[..., Any]:
     """A scalar function (x, y, q, m, tick, geo, laws, p) -> (sensed, tick, laws) around the `sense` of a winch type:
     what the PLC reads, the tick with the signals of motion unit, encoder and load cell, and the record with the
-    memories of the sensors. A memory begins at the value that is read when no controller was in force yet."""
+    memories of the sensors. A memory begins at the value that is read when no controller was in force yet. lines:
+    whether dp is the difference of p_a and p_b, so that it follows what is read of them."""
     if not names:
 
         @scalar
@@ -198,31 +201,42 @@ def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -
         return ideal
     used: dict[str, Any] = {"sense": sense}
     pairs = [(SENSORS[name], quantity) for name in names for quantity in SENSORS[name].quantities]
+    pairs.sort(key=lambda pair: QUANTITIES.index(pair[1]))
     memories = [
         (sensor.memory_field(quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory
     ]
-    lines = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
+    text = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
     for kind, holder, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
-        new = {}
+        new: dict[str, str] = {}
         for i, (sensor, quantity) in enumerate(pairs):
             if quantity not in kind:
                 continue
             place = PLACES.get(quantity, quantity)
             true = TRUE.get(quantity, f"{holder}.{place}")
-            lines += _reading(i, sensor, quantity, true, used)
+            if quantity == "dp":
+                true = _difference(new) if lines else true
+            text += _reading(i, sensor, quantity, true, used)
             new[place] = f"tick.{place} + (r_{i} - {true})" if quantity in TRUE else f"r_{i}"
+        if lines and holder == "sensed" and "dp" not in new and ("p_a" in new or "p_b" in new):
+            new["dp"] = _difference(new)
         if new:
             used[f"with_{holder}"] = replace(of, *new)
-            lines.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
+            text.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
         if holder == "tick":
-            lines.append("    sensed = sense(x, y, q, m, tick, geo, p)")
+            text.append("    sensed = sense(x, y, q, m, tick, geo, p)")
     if memories:
         used["with_laws"] = replace(LawRecord, *(field for field, _ in memories))
-        lines.append(f"    laws = with_laws(laws, {', '.join(value for _, value in memories)})")
-    lines.append("    return sensed, tick, laws\n")
-    define("\n".join(lines), used, f"<sensing of {sense.__module__} {LawRecord.__module__}>")
+        text.append(f"    laws = with_laws(laws, {', '.join(value for _, value in memories)})")
+    text.append("    return sensed, tick, laws\n")
+    define("\n".join(text), used, f"<sensing of {sense.__module__} {LawRecord.__module__} {lines}>")
     made: Callable[..., Any] = scalar(used["sensing"])
     return made
+
+
+def _difference(read: Mapping[str, str]) -> str:
+    """dp as it follows from the pressures that are read: the true one where none is read by a sensor."""
+    parts = [f" {sign} ({read[p]} - sensed.{p})" for sign, p in (("+", "p_a"), ("-", "p_b")) if p in read]
+    return f"(sensed.dp{''.join(parts)})" if parts else "sensed.dp"
 
 
 def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, Any]) -> list[str]:

@@ -11,6 +11,8 @@ from stillhook._version import __version__
 from stillhook.base.choice import choice
 from stillhook.control.guard import (
     FINITE,
+    LAW_FAULT,
+    MEMORY_FAULT,
     GuardMemory,
     GuardSettings,
     check,
@@ -39,7 +41,8 @@ STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
 MEASURED = {"e_c": "e_c_measured"}
 """Outputs that results call otherwise: the PLC knows the tip as its motion unit measures it."""
 GUARD_OUTPUTS = {
-    "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced; 16384 memory, 32768 law: no number",
+    "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced;"
+    f" {MEMORY_FAULT:.0f} memory, {LAW_FAULT:.0f} law: no number",
     "cause": "alarm with which the winch was stopped, 0 while it is not",
     "state": "0 healthy, 1 an input is replaced or the joystick must be released, 2 stopped until the reset",
 }

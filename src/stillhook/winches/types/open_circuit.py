@@ -202,15 +202,16 @@ def settle(x, q, u, tick, geo, p):
     return still(x.p_b + q.F_w * geo.r_eff / p.A.D_m, x.p_b, p.A.pump.p_standby, x.p_b)
 
 
-with_pressures = replace(Sensed, "f_pump", "dp", "dp_load")
+with_pressures = replace(Sensed, "f_pump", "dp", "dp_load", "p_a", "p_b")
 
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
-    """What the PLC reads: motors of fixed displacement; every pump counts, as the pumps follow the load by
-    themselves."""
+    """What the PLC reads: motors of fixed displacement, lines A and B at them; every pump counts, as the pumps follow
+    the load by themselves."""
     r = shaft.sense(x, y, q, m, tick, geo, p)
-    return with_pressures(r, 1.0, line_pressure(x.p_a) - line_pressure(x.p_b), r.F * geo.r_eff / p.A.D_m)
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
+    return with_pressures(r, 1.0, p_a - p_b, r.F * geo.r_eff / p.A.D_m, p_a, p_b)
 
 
 @scalar

@@ -237,7 +237,7 @@ with_pressures = replace(Sensed, "f_pump", "dp", "dp_load", "p_hp")
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads. dp pressure that would give the units' torque at full displacement, dp_load that for the load
     [Pa]: their difference says whether the units carry it, before the brake opens. Lost pumps do not slow the units,
-    so f_pump is 1."""
+    so f_pump is 1. There are no lines A and B: p_a and p_b are 0, the rail is p_hp."""
     R, r = p.rail, shaft.sense(x, y, q, m, tick, geo, p)
     p_o = accumulator_pressure(x.V_o, R.accumulator)
     dp = displacement(x.alpha_s, R.motor_servo) * (p_o - R.settings.p_lp)
