@@ -55,7 +55,7 @@ class Sensed(NamedTuple):
 class Reading(NamedTuple):
     """What a controller senses in a cycle."""
 
-    y: Sensed  # the tip's motion already extrapolated by t_lead
+    y: Sensed  # the tip's position already extrapolated by t_lead, its speed by t_lead_ff
     e_c: float  # control error: wire that is missing against the measured tip [m]
     F: float  # load cell, low-pass filtered [N]
     u_ff: float  # feedforward of the tip's and the operator's speed [-]

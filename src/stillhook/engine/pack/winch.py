@@ -274,6 +274,7 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
         tau_p=c.tau_acc,
         t_bumpless=c.t_bumpless,
         t_lead=c.t_lead or 0.0,
+        t_lead_ff=c.feedforward_lead,
         t_compute=c.computing,
         power=PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane)),
         brake=_brake(crane),

@@ -68,7 +68,7 @@ class PlcSegment:
 
     def foreseen(self) -> PlcInputs:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        later = ahead(self.seen.sensed, self.plc.t_lead)
+        later = ahead(self.seen.sensed, self.plc.t_lead, self.plc.t_lead_ff)
         return self.seen._replace(s_tip=later.s_tip, v_tip=later.v_tip)
 
 
