@@ -22,6 +22,7 @@ from stillhook.control.commands import (
     within_stroke,
 )
 from stillhook.control.interface import Reading, Sensed
+from stillhook.control.plant import PlantParameters
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar
 
@@ -33,7 +34,8 @@ class Plc(NamedTuple):
     """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
     t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion
     unit's signals are extrapolated for the control error, t_lead_ff that for the feedforward [s]; t_compute time from
-    reading to writing, after which a cycle's commands take effect [s]."""
+    reading to writing, after which a cycle's commands take effect [s]; plant what is known of the
+    crane."""
 
     gains: AhcGains
     motors: MotorSettings
@@ -46,6 +48,7 @@ class Plc(NamedTuple):
     t_compute: float
     power: PowerLimit
     brake: BrakeSettings
+    plant: PlantParameters
 
 
 class Memory(NamedTuple):

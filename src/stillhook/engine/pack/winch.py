@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from stillhook.base.identity import remembered
 from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
+from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.gas import gas_record
@@ -278,6 +279,25 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
         t_compute=c.computing,
         power=PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane)),
         brake=_brake(crane),
+        plant=plant_parameters(crane),
+    )
+
+
+def plant_parameters(crane: Crane) -> PlantParameters:
+    """What controllers may know of a crane."""
+    drum, inertia, h = drum_record(crane), inertia_record(crane), crane.plant.type.hydraulics(crane)
+    return PlantParameters(
+        **{name: float(value) for name, value in h._asdict().items()},
+        i_hD=crane.i_hD,
+        r_drum=0.5 * drum.d,
+        d_max=drum.d_max,
+        d_wire=drum.d_wire,
+        layers=drum.layers,
+        turns=drum.turns,
+        m_wire=drum.m_wire,
+        SWL=crane.SWL * G,
+        m_hook=crane.hook_mass,
+        J=inertia.J_motor + inertia.J_gear + inertia.J_drum * inertia.i_i2,
     )
 
 

@@ -23,6 +23,7 @@ from stillhook.control.guard import (
     sound_demand,
 )
 from stillhook.control.interface import Sensed
+from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
 from stillhook.control.registry import MANUAL_MODE, Mode
 from stillhook.engine.pack.guard import guard_settings, motor_control
@@ -92,7 +93,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
     parts += [("own", law.record, own)] if law.record is not None else []
     cls: Any = NamedTuple("Settings", [(name, t) for name, t, _ in parts])  # type: ignore[misc]
     about = f"Settings of {mode.value} on {crane.name}, SI units. Change them here or in the block's input `settings`."
-    notes = {law.record: own_notes(law)} if law.record is not None else {}
+    notes = {PlantParameters: field_notes(PlantParameters)}
+    notes |= {law.record: own_notes(law)} if law.record is not None else {}
     whole = library.structure(cls, cls(*(value for _, _, value in parts)), about, notes)
     names = Names()
     inputs = tuple(
@@ -301,9 +303,14 @@ def flat(record: Any) -> list[float]:
 
 
 def sensed_notes() -> dict[str, str]:
-    """What each input is, with its unit: the comments beside the fields of `Sensed`."""
-    source = inspect.getsource(Sensed)
-    return {f: plain_text(re.search(rf"^    {f}: float  # (.*)$", source, re.M)[1]) for f in Sensed._fields}  # type: ignore[index]
+    """What each input is, with its unit."""
+    return field_notes(Sensed)
+
+
+def field_notes(cls: Any) -> dict[str, str]:
+    """The comments beside the fields of a record."""
+    source = inspect.getsource(cls)
+    return {f: plain_text(re.search(rf"^    {f}: float  # (.*)$", source, re.M)[1]) for f in cls._fields}  # type: ignore[index]
 
 
 def own_notes(law: Any) -> dict[str, str]:

@@ -47,6 +47,7 @@ from stillhook.winches.circuits.cylinder import (
     full_speed,
     full_wire_speed,
     gas_pressure_set,
+    hydraulics,
     lag,
     motors,
     notes,

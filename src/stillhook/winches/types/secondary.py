@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
+from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
@@ -362,6 +363,11 @@ def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def pump_flows(crane: Any) -> tuple[float, float]:
     """Full flow of the pumps that move the drum, of which there are none, and of the rail's [m^3/s]."""
     return 0.0, crane.secondary.pump.Q_max
+
+
+def hydraulics(crane: Any) -> Hydraulics:
+    """What controllers may know: the units turn the drum, the pumps feed the rail, lines A and B there are none."""
+    return Hydraulics(D_m=crane.secondary.unit.D_total, Q_pp=crane.secondary.pump.Q_max)
 
 
 def pump_speed(crane: Any) -> float:
