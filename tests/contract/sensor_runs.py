@@ -26,6 +26,7 @@ def wheel(**settings: object) -> stillhook.Crane:
     return with_sensors(measuring_wheel=settings or {"slip": SLIP, "tau": "30 ms"})
 
 
+SHORT = {"load": "50 t", "s_w": "100 m", "duration": "30 s", "warm_up": "5 s"}
 LOWERED = {"profile": [("2 s", "0 m/min"), ("3 s", "-20 m/min"), ("18 s", "-20 m/min"), ("19 s", "0 m/min")]}
 CASE = stillhook.Scenario(
     load="50 t", s_w="100 m", tip="sine 1 m 10 s", mode="ssc", duration="30 s", warm_up="5 s", operator=LOWERED
@@ -76,6 +77,13 @@ def test_a_transmitter_that_reads_more_on_line_a_changes_the_difference_that_the
     assert np.allclose(both.dp_measured, 0.5 * (1.2 * both.p_a - both.p_b), rtol=1e-9, atol=1.0)
     limited = stillhook.simulate(with_sensors(difference={"k": 0.5}), CASE, series=True)
     assert np.allclose(limited.dp_measured, 0.5 * (limited.p_a - limited.p_b), rtol=1e-12)
+
+
+def test_what_a_scenario_adds_comes_behind_the_sensor_of_the_crane() -> None:
+    """The wheel slips, and the scenario's offset is added to what it reads."""
+    off = CASE.model_copy(update={"sensors": stillhook.Scenario(**SHORT, sensors={"s_w": {"offset": "50 mm"}}).sensors})
+    run = series(wheel(slip=SLIP, count="0.001 mm"), off)
+    assert np.allclose(run.s_w_measured[1:], 100.05 + (1.0 + SLIP) * (run.s_w[1:] - 100.0), atol=2e-6)
 
 
 def test_a_winch_without_lines_has_no_difference_that_follows_them() -> None:

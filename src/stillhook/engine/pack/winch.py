@@ -24,6 +24,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
+from stillhook.spec.sensors import error_settings
 from stillhook.spec.settings import sensor_settings
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
@@ -366,7 +367,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     winch = crane.plant.type
     params = winch.pack(crane, case, parts_of(hoist, plc, sensors))
     extra_controllers, settings = controllers_of(crane, modes)
-    read_by = sensor_settings(crane.sensors)
+    read_by = sensor_settings(crane.sensors) | error_settings(case.sensors, winch, plc.t_cycle)
     return Packed(
         winch.module, winch.name, params, memory, case.s_w, extra_controllers, tuple(read_by), settings | read_by
     )
