@@ -10,9 +10,11 @@ from tests.export.plc.cases import CLOSED, block_of
 from stillhook import Scenario, load_crane
 from stillhook.control.plant import Hydraulics, PlantParameters
 from stillhook.engine.pack.winch import motor_speed_max, pack
+from stillhook.errors import SpecError
 from stillhook.export.plc.text import structured_text
 from stillhook.library import cranes
 from stillhook.physics.scalar import G
+from stillhook.winches.checks import check_result
 from stillhook.winches.load_path.load import shaft_inertia_without_wire
 
 
@@ -62,3 +64,11 @@ def test_a_plc_has_them_as_constants_with_their_meaning():
         line = next(line for line in text.splitlines() if line.strip().lower().startswith(f"{field} : lreal".lower()))
         assert float(line.split(":=")[1].split(";")[0]) == getattr(plant, field), field
         assert "(*" in line
+
+
+@pytest.mark.parametrize("given", [(1.0, 2.0), Hydraulics(D_m=-1e-4), Hydraulics(Q_p=math.nan)])
+def test_a_winch_that_says_what_cannot_be_of_its_hydraulics_is_refused_in_one_line(given):
+    module = load_crane("nov-100t-electric").plant.type.module
+    with pytest.raises(SpecError, match="hydraulics gave .*It must give a stillhook.control.plant.Hydraulics") as fault:
+        check_result(module, "hydraulics", lambda crane: given, None)
+    assert "\n" not in str(fault.value)
