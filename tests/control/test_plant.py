@@ -69,6 +69,8 @@ def test_a_plc_has_them_as_constants_with_their_meaning():
 @pytest.mark.parametrize("given", [(1.0, 2.0), Hydraulics(D_m=-1e-4), Hydraulics(Q_p=math.nan)])
 def test_a_winch_that_says_what_cannot_be_of_its_hydraulics_is_refused_in_one_line(given):
     module = load_crane("nov-100t-electric").plant.type.module
-    with pytest.raises(SpecError, match="hydraulics gave .*It must give a stillhook.control.plant.Hydraulics") as fault:
+    with pytest.raises(
+        SpecError, match=r"hydraulics gave .*It must give a stillhook.control.plant.Hydraulics"
+    ) as fault:
         check_result(module, "hydraulics", lambda crane: given, None)
     assert "\n" not in str(fault.value)

@@ -214,8 +214,7 @@ def strongest_gain(
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s", command_delay: str = "0 s") -> Controller:
-    """SSC with the strongest gain, aligned in time, for a motion signal or commands that are late; see
-    `controllers.strong_ssc`.
+    """SSC with the strongest gain, aligned in time, for late signals or commands; see `controllers.strong_ssc`.
 
     Parameters
     ----------
