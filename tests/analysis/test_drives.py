@@ -42,7 +42,7 @@ def gains():
     """Position gains as given, for speed: what the margins allow is the question of other tests."""
     with pytest.MonkeyPatch.context() as patch:
         for module in ("controllers", "drives.sizing"):
-            patch.setattr(f"stillhook.analysis.{module}.strong_gain", lambda crane, mode: (0.2, "as given"))
+            patch.setattr(f"stillhook.analysis.{module}.strong_gain", lambda crane, mode, delay=0.0: (0.2, "as given"))
         yield
 
 

@@ -235,7 +235,7 @@ def test_strong_ssc_keeps_the_margin_wherever_a_place_decides() -> None:
 
 @pytest.mark.slow
 def test_settings_that_the_loop_does_not_know_of_do_not_change_it() -> None:
-    other = changed(CRANE, {"control": {"K_1": "0.9 s/m", "K_p": "0.3 1/m", "t_lead": "20 ms"}})
+    other = changed(CRANE, {"control": {"K_1": "0.9 s/m", "K_p": "0.3 1/m", "t_lead": "20 ms", "t_lead_ff": "40 ms"}})
     assert governing(other, Mode.NS, **SHORT).K_p == governing(CRANE, Mode.NS, **SHORT).K_p
 
 

@@ -104,6 +104,7 @@ def test_the_lead_of_the_rule_is_near_the_best_one(delay: float) -> None:
 
 
 @pytest.mark.parametrize("delay", [-0.1, 2.0, math.nan])
-def test_a_delay_that_is_none_is_refused(delay: float) -> None:
-    with pytest.raises(StillhookError, match="0 up to 1 s"):
-        strong_ssc(CRANE, delay=delay)
+@pytest.mark.parametrize("name", ["delay", "command_delay"])
+def test_a_delay_that_is_none_is_refused(delay: float, name: str) -> None:
+    with pytest.raises(StillhookError, match=f"^{name} = .* 0 up to 1 s"):
+        strong_ssc(CRANE, **{name: delay})

@@ -179,6 +179,22 @@ def test_settings_go_into_a_crane_as_a_crane_file_would_put_them() -> None:
     )
 
 
+def test_a_tuned_lead_of_the_feedforward_is_written_down_even_where_it_is_that_of_the_crane() -> None:
+    """Else it would follow the other lead where that was tuned too."""
+    values = {"t_lead": 0.02, "t_lead_ff": present(CRANE)["t_lead_ff"]}
+    control = tuned_controller(CRANE, controller("ssc"), values, "x").on(CRANE).control
+    assert (control.t_lead, control.t_lead_ff) == (0.02, 0.0)
+    assert with_settings(CRANE, values).control == control
+    later = tuned_controller(CRANE, controller("ssc"), {"t_lead": 0.02}, "x").on(CRANE).control
+    assert later.feedforward_lead == 0.02
+
+
+def test_the_lead_of_the_feedforward_is_tuned_where_it_is_named_alone() -> None:
+    assert "t_lead_ff" not in {s.name for s in space(CRANE, Mode("ssc"))}
+    (setting,) = space(CRANE, Mode("ssc"), ["t_lead_ff"], delay=0.05)
+    assert (setting.low, setting.high) == (0.0, pytest.approx(0.15))
+
+
 @pytest.mark.parametrize("mode", ["ns", "hs", "ssc", "level-1"])
 def test_the_unit_cube_and_the_settings_are_one_to_one(mode: str) -> None:
     settings = space(CRANE, Mode(mode))

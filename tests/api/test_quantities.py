@@ -70,7 +70,7 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any]]] = [
     (lambda **k: analysis.sweep(CRANE, "delay", **k), {"values": ["0 ms", "50 ms"]}),
     (lambda **k: analysis.sweep(CRANE, "damping", **k), {"values": ["2 N m s/rad"], "delay": "10 ms"}),
     (lambda **k: analysis.strongest_gain(CRANE, **k), {"delay": "50 ms", "phase_margin": "60 deg"}),
-    (lambda **k: analysis.strong_ssc(CRANE, **k), {"delay": "100 ms"}),
+    (lambda **k: analysis.strong_ssc(CRANE, **k), {"delay": "100 ms", "command_delay": "20 ms"}),
     (
         lambda **k: analysis.operating_point(CRANE, alpha_m=0.8, **k),
         {"v_w": "60 m/min", "load": "90 t", "s_w": "100 m", "v_tip": "-60 m/min", "V_o": "600 L"},

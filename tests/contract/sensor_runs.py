@@ -32,6 +32,7 @@ def with_cell(k: float) -> stillhook.Crane:
     return with_sensors(measuring_wheel={"tau": "0 s", "count": "0.001 mm"}, cell={"k": k})
 
 
+SHORT = {"load": "50 t", "s_w": "100 m", "duration": "30 s", "warm_up": "5 s"}
 LOWERED = {"profile": [("2 s", "0 m/min"), ("3 s", "-20 m/min"), ("18 s", "-20 m/min"), ("19 s", "0 m/min")]}
 CASE = stillhook.Scenario(
     load="50 t", s_w="100 m", tip="sine 1 m 10 s", mode="ssc", duration="30 s", warm_up="5 s", operator=LOWERED
@@ -44,10 +45,59 @@ def test_sensors_that_read_what_is_true_leave_every_bit_as_it_was(name: str) -> 
     crane = stillhook.load_crane(name)
     case = CASE.with_mode(crane.plant.type.default_mode).model_copy(update={"load": min(50e3, 0.3 * crane.SWL)})
     plain, read = (stillhook.simulate(c, case, series=True) for c in (crane, with_sensors(name, factor={"k": 1.0})))
-    assert len(QUANTITIES) == 8
+    assert len(QUANTITIES) == 11
     for signal in plain.data_vars:
         if plain[signal].dtype.kind == "f":
             assert np.array_equal(plain[signal].values, read[signal].values, equal_nan=True), signal
+
+
+@pytest.mark.parametrize("name", [c if c in QUICK else pytest.param(c, marks=pytest.mark.thorough) for c in cranes()])
+def test_motor_speed_and_line_pressures_are_those_of_the_winch(name: str) -> None:
+    """A cylinder winch has the speed of its drum's motors; one without lines A and B reads 0."""
+    crane = with_sensors(name, factor={"k": 1.0})
+    case = CASE.with_mode(crane.plant.type.default_mode).model_copy(update={"load": min(50e3, 0.3 * crane.SWL)})
+    run = stillhook.simulate(crane, case, series=True)
+    dp = np.asarray(run.dp_measured)
+    if "p_a" in run:
+        assert np.array_equal(run.p_a_measured, run.p_a)
+        assert np.array_equal(run.p_b_measured, run.p_b)
+        assert np.array_equal(dp, run.p_a - run.p_b)
+    else:
+        assert not np.any(run.p_a_measured)
+        assert not np.any(run.p_b_measured)
+    if "omega_m" in run:
+        assert np.array_equal(run.omega_m_measured, run.omega_m)
+    else:
+        radius = run.v_drum / run.omega_m_measured * crane.i_hD
+        turning = np.abs(run.v_drum) > 1e-3
+        assert turning.any()
+        assert np.all(
+            (radius[turning] >= 0.5 * crane.drum.d) & (radius[turning] <= 0.5 * crane.drum.d_max + crane.wire.d)
+        )
+
+
+def test_a_transmitter_that_reads_more_on_line_a_changes_the_difference_that_the_plc_uses() -> None:
+    run = stillhook.simulate(with_sensors(gauge={"k": 1.2}), CASE, series=True)
+    assert np.allclose(run.p_a_measured, 1.2 * run.p_a, rtol=1e-12)
+    both = stillhook.simulate(with_sensors(gauge={"k": 1.2}, difference={"k": 0.5}), CASE, series=True)
+    assert np.allclose(both.dp_measured, 0.5 * (1.2 * both.p_a - both.p_b), rtol=1e-9, atol=1.0)
+    limited = stillhook.simulate(with_sensors(difference={"k": 0.5}), CASE, series=True)
+    assert np.allclose(limited.dp_measured, 0.5 * (limited.p_a - limited.p_b), rtol=1e-12)
+
+
+def test_what_a_scenario_adds_comes_behind_the_sensor_of_the_crane() -> None:
+    """The wheel slips, and the scenario's offset is added to what it reads."""
+    off = CASE.model_copy(update={"sensors": stillhook.Scenario(**SHORT, sensors={"s_w": {"offset": "50 mm"}}).sensors})
+    run = series(wheel(slip=SLIP, count="0.001 mm"), off)
+    assert np.allclose(run.s_w_measured[1:], 100.05 + (1.0 + SLIP) * (run.s_w[1:] - 100.0), atol=2e-6)
+
+
+def test_a_winch_without_lines_has_no_difference_that_follows_them() -> None:
+    """Secondary control reads by dp whether its units carry the load, whatever a transmitter of line A says."""
+    name = next(c for c in cranes() if stillhook.load_crane(c).plant.type.name == "secondary")
+    case = CASE.with_mode("position")
+    plain, read = (stillhook.simulate(with_sensors(name, **t), case) for t in ({}, {"gauge": {"k": 5.0}}))
+    assert float(plain.e_c_pp) == float(read.e_c_pp)
 
 
 def test_a_load_cell_that_reads_more_makes_the_motors_keep_more_displacement() -> None:

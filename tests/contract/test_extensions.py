@@ -65,6 +65,8 @@ def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
         "test_upper_load.py",
         "measuring_wheel.py",
         "our-crane.toml",
+        "ssc_leak.py",
+        "test_ssc_leak.py",
         "test_measuring_wheel.py",
     }
 
@@ -98,7 +100,9 @@ def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive", "shock_absorber", "upper_load", "measuring_wheel"])
+@pytest.mark.parametrize(
+    "name", ["ssc_pi", "ssc_leak", "torque_drive", "shock_absorber", "upper_load", "measuring_wheel"]
+)
 def test_the_tests_of_the_examples_pass(name: str, example: Path) -> None:
     run = python("-m", "pytest", "-q", f"test_{name}.py", extensions=[example / f"{name}.py"], folder=example)
     assert run.returncode == 0, run.stdout

@@ -39,12 +39,18 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "factor.py").write_text(FACTOR, encoding="utf-8")
     cell = FACTOR.replace('"factor", "all', '"cell", "all').replace('by a factor", QUANTITIES', 'by a factor", "F"')
     (tmp_path / "cell.py").write_text(cell, encoding="utf-8")
+    for name, quantity in (("gauge", "p_a"), ("difference", "dp")):
+        (tmp_path / f"{name}.py").write_text(cell.replace('"cell"', f'"{name}"').replace('"F"', f'"{quantity}"'))
     return tmp_path
 
 
 def ran(folder: Path, *arguments: str, known: bool = True) -> subprocess.CompletedProcess[str]:
     """A process that knows the sensors, or none."""
-    modules = [folder / f"{name}.py" for name in ("measuring_wheel", "factor", "cell")] if known else []
+    modules = (
+        [folder / f"{name}.py" for name in ("measuring_wheel", "factor", "cell", "gauge", "difference")]
+        if known
+        else []
+    )
     return python(*arguments, extensions=modules, folder=folder)
 
 

@@ -153,7 +153,7 @@ def test_a_memory_that_is_no_number_is_set_to_rest(field):
 def seen(**changes: float) -> Sensed:
     y = Sensed(
         s_tip=0.0, v_tip=0.0, a_tip=0.0, v_op=0.0, s_op=0.0, mode=5.0, f_pump=1.0, s_w=100.0, F=1e6, alpha_m=1.0,
-        K_wire=1.0, dp=1e7, dp_load=1e7, p_hp=2e7,
+        K_wire=1.0, dp=1e7, dp_load=1e7, p_hp=2e7, omega_m=0.0, p_a=1.2e7, p_b=2e6,
     )  # fmt: skip
     return y._replace(**changes)
 

@@ -18,10 +18,11 @@ from stillhook.control.commands import (
     reduction_linear,
 )
 from stillhook.control.interface import Sensed
-from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass
+from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass, observe
 from stillhook.control.registry import code_of
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.kernels.control_laws import control_laws
+from stillhook.library import changed
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.load_path.drum import K_wire, layer_diameter
 from stillhook.physics.scalar import G
@@ -248,11 +249,31 @@ def test_with_fewer_pumps_the_command_grows_so_that_the_flow_stays(v, e, f):
 def test_a_steadily_accelerating_tip_is_foreseen_and_nothing_else_is_touched(s, v, a, t_lead):
     """Looking ahead and then back by as long gives what was measured; halves make the whole; wire, load and operator are not moved."""
     now = sensed(s_tip=s, v_tip=v, a_tip=a, v_op=0.3, s_op=0.1)
-    then = ahead(now, t_lead)
-    assert tuple(ahead(then, -t_lead)) == pytest.approx(tuple(now), abs=ROUNDING)
-    assert tuple(ahead(ahead(now, 0.5 * t_lead), 0.5 * t_lead)) == pytest.approx(tuple(then), abs=ROUNDING)
+    then = ahead(now, t_lead, t_lead)
+    assert tuple(ahead(then, -t_lead, -t_lead)) == pytest.approx(tuple(now), abs=ROUNDING)
+    assert tuple(ahead(ahead(now, 0.5 * t_lead, 0.5 * t_lead), 0.5 * t_lead, 0.5 * t_lead)) == pytest.approx(
+        tuple(then), abs=ROUNDING
+    )
     assert then._replace(s_tip=s, v_tip=v) == now
     assert then.s_tip - s == pytest.approx(0.5 * (v + then.v_tip) * t_lead, abs=ROUNDING)  # the mean speed of the way
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.5))
+def test_the_error_takes_its_own_lead_and_the_feedforward_takes_the_other(v, a, t_lead, t_lead_ff):
+    now, m = sensed(v_tip=v, a_tip=a), remembered()
+    at_rest = observe(now, m, PLC._replace(t_lead=0.0, t_lead_ff=0.0)).r
+    split = observe(now, m, PLC._replace(t_lead=t_lead, t_lead_ff=t_lead_ff)).r
+    assert split.e_c - at_rest.e_c == pytest.approx(t_lead * (v + 0.5 * t_lead * a), abs=ROUNDING)
+    later = observe(now._replace(v_tip=v + t_lead_ff * a), m, PLC._replace(t_lead=0.0, t_lead_ff=0.0)).r
+    assert split.u_ff == pytest.approx(later.u_ff, abs=ROUNDING)
+    assert split.u_fb == pytest.approx(-PLC.gains.K_p * split.e_c, abs=ROUNDING)
+
+
+def test_both_leads_are_one_unless_a_crane_file_gives_the_second():
+    one = plc_record(changed(CRANE, {"control": {"t_lead": "25 ms"}}))
+    two = plc_record(changed(CRANE, {"control": {"t_lead": "25 ms", "t_lead_ff": "45 ms"}}))
+    assert (one.t_lead, one.t_lead_ff) == (0.025, 0.025)
+    assert two == one._replace(t_lead_ff=0.045)
 
 
 def test_the_load_cell_filter_reaches_63_per_cent_in_its_time_constant():

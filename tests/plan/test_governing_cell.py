@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -382,3 +383,28 @@ def test_options_that_make_no_run_are_refused_beside_a_cell(capsys, options, say
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
+
+
+TABLES = """
+[sensors]
+delay = "50 ms"
+
+[sensors.s_w]
+noise = "1 mm"
+faults = [{ time = "40 s", until = "41 s", kind = "frozen" }]
+
+[sensors.p_a]
+drift = "0.5 bar"
+step = "0.1 bar"
+faults = [{ time = "30 s", until = "31.5 s", kind = "value", value = "3 bar" }]
+
+[operation]"""
+
+
+def test_errors_of_sensors_are_written_as_the_plan_has_them(tmp_path):
+    text = re.sub(r"\[sensors\][^[]*", "", PLAN).replace("[operation]", TABLES.strip())
+    _, run, _ = run_of(planned(tmp_path, text), "landing", "ssc")
+    write_lift(run, tmp_path)
+    written = load_lift(tmp_path / LIFT).lift.sensors
+    assert written == run.lift.sensors
+    assert written.disturbed == ("s_w", "p_a")

@@ -82,6 +82,7 @@ def test_the_compiled_plc_is_the_readable_one():
         x["F_w"][:n],
         x["alpha_m"][:n],
         np.full(n, 1.3),
+        *np.zeros((3, n)),
         np.where(np.arange(n) // 50 == 2, 1.0, 0.0),
         np.full(n, 0.05),
     )

@@ -367,6 +367,9 @@ def sense(x, y, q, m, tick, geo, p):
         dp=x.p_a - x.p_b,
         dp_load=dp_load,
         p_hp=o.p_hp,
+        omega_m=x.omega_m,
+        p_a=x.p_a,
+        p_b=x.p_b,
     )
 
 

@@ -251,31 +251,36 @@ def _controller(table: TomlTable) -> Controller:
     return Controller(table.path.stem, mode, {key: value for key, value in table.data.items() if key != "mode"})
 
 
-def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
+def strong_ssc(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) -> Controller:
     """SSC with the strongest position gain, its reference aligned in time, for a motion signal that is `delay` [s]
-    late.
+    late and commands that are `command_delay` [s] late.
 
     K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 in the
     complete plant with its PLC on the crane's own wire, from the empty hook to the SWL, from short to all wire, slow to
     fast, at the places that decide (`stillhook.analysis.loop_stability.governing`). Slow and loaded the plant may
     oscillate without feedback; no gain has a margin there. The delay of the motion unit is outside the position loop
-    and does not reduce it. t_lead: `lateness`. All else is the crane's
-    own.
+    and does not reduce it; that of the commands is inside and does. t_lead: `lateness` without the commands' delay,
+    t_lead_ff: with it. All else is the crane's own.
 
     Errors: StillhookError for a delay outside 0 to 1 s, and where no gain keeps the margins.
     """
-    return Controller(STRONG, DEFAULT_MODE, strong_changes(crane, delay=delay))
+    return Controller(STRONG, DEFAULT_MODE, strong_changes(crane, delay=delay, command_delay=command_delay))
 
 
-def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
+def strong_changes(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    K_p, _ = strong_gain(crane, DEFAULT_MODE)
+    leads = {"t_lead": lateness(crane, delay=delay)}
+    if command_delay != 0.0:
+        leads["t_lead_ff"] = lateness(crane, delay=delay, command_delay=command_delay)
+    K_p, _ = strong_gain(crane, DEFAULT_MODE, command_delay)
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
-    return {"control": {"K_p": f"{rounded:.4f} 1/m", "t_lead": f"{1e3 * lateness(crane, delay=delay):.4g} ms"}}
+    texts = {name: f"{1e3 * lead:.4g} ms" for name, lead in leads.items()}
+    return {"control": {"K_p": f"{rounded:.4f} 1/m", **texts}}
 
 
-def strong_gain(crane: Crane, mode: Mode) -> tuple[float, str]:
-    """Largest position gain within the margins [1/m], and the loop that holds; kept between sessions.
+def strong_gain(crane: Crane, mode: Mode, delay: float = 0.0) -> tuple[float, str]:
+    """Largest position gain within the margins [1/m], and the loop that holds; kept between sessions. delay: by which
+    commands are late in the loop [s].
 
     Errors: StillhookError where no gain keeps them.
     """
@@ -283,7 +288,7 @@ def strong_gain(crane: Crane, mode: Mode) -> tuple[float, str]:
     def work_out() -> tuple[float, str]:
         from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the complete plant
 
-        holds = governing(crane, mode)
+        holds = governing(crane, mode, delay=delay)
         if holds.K_p <= 0.0:
             raise StillhookError(
                 f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Choose another controller or'
@@ -291,29 +296,33 @@ def strong_gain(crane: Crane, mode: Mode) -> tuple[float, str]:
             )
         return float(holds.K_p), holds.describe()
 
-    return kept(crane, ("strong gain", mode.value), work_out)
+    late = (repr(delay),) if delay else ()
+    return kept(crane, ("strong gain", mode.value, *late), work_out)
 
 
-def lateness(crane: Crane, *, delay: float = 0.0) -> float:
+def lateness(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) -> float:
     r"""Time by which the winch moves later than the measured tip says, once K_2 has made up for the pumps [s].
 
-    .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + t_{compute} + \frac{2 \zeta_0}{\omega_0}
+    .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + t_{compute} + t_{command} + \frac{2 \zeta_0}{\omega_0}
 
     A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 = K_1
     2 zeta_p / omega_np takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function
     1 / (1 + 2 zeta_0 s / omega_0 + s^2 / omega_0^2) lags by 2 zeta_0 / omega_0 at the slow frequencies of waves; here
     at full displacement, where it is least.
 
-    Parameters: crane; delay of the motion signal, which the PLC is taken to know [s].
+    Parameters: crane; delay of the motion signal, which the PLC is taken to know [s]; command_delay by which commands
+    reach the drive later than the PLC writes them, as over a bus [s]. It belongs to the lead of the feedforward alone,
+    t_lead_ff: ahead by it the control error would compare the wire with a tip that the wire has no command for yet.
     Errors: StillhookError for a delay outside 0 to 1 s.
     A winch type without closed circuit has no such term.
     Source: linear model of Moslatt 2020 paper C eqs 8 and 9, paper E eq. 17; the thesis extrapolates nothing.
     Valid: leakage also makes the winch slow, in proportion to speed rather than by a time; that is K_1's to make up
     (`stillhook tune`).
     """
-    if not 0.0 <= delay <= LONGEST_DELAY:
-        raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")
-    late = delay + 0.5 * crane.control.t_cycle + crane.control.computing
+    for name, late in (("delay", delay), ("command_delay", command_delay)):
+        if not 0.0 <= late <= LONGEST_DELAY:
+            raise StillhookError(f"{name} = {late:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")
+    late = delay + 0.5 * crane.control.t_cycle + crane.control.computing + command_delay
     if not crane.plant.type.steady_operation:
         return late
     from stillhook.analysis.loop_stability.stability import eigenfrequency  # heavy: only for strong SSC

@@ -213,8 +213,8 @@ def strongest_gain(
     return strongest_up_to(loop, (gain_margin, phase, sensitivity))
 
 
-def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
-    """SSC with the strongest gain, aligned in time, for a motion signal that is late; see `controllers.strong_ssc`.
+def strong_ssc(crane: Crane, *, delay: str = "0 s", command_delay: str = "0 s") -> Controller:
+    """SSC with the strongest gain, aligned in time, for late signals or commands; see `controllers.strong_ssc`.
 
     Parameters
     ----------
@@ -222,6 +222,8 @@ def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
         The machine.
     delay : str, default "0 s"
         By which the motion signal is late, such as "100 ms".
+    command_delay : str, default "0 s"
+        By which commands reach the drive late, as over a bus: the lead of the feedforward alone is longer by it.
 
     Returns
     -------
@@ -235,7 +237,8 @@ def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
     StillhookError
         As there.
     """
-    return controllers.strong_ssc(crane, delay=parse(delay, "time", "delay"))
+    late = parse(command_delay, "time", "command_delay")
+    return controllers.strong_ssc(crane, delay=parse(delay, "time", "delay"), command_delay=late)
 
 
 def operating_point(

@@ -24,7 +24,7 @@ BOUND = 1.0e6
 FORGOTTEN = 0.1
 """Part of its time by which a signal that is good again works off the time for which it was bad [-]: one that fails
 for more than a tenth of the time stops the winch as one that fails for good. Assumed."""
-MEMORY_FAULT, LAW_FAULT = 2.0**14, 2.0**15
+MEMORY_FAULT, LAW_FAULT = 2.0 ** len(Sensed._fields), 2.0 ** (len(Sensed._fields) + 1)
 """Codes of the alarm behind those of the signals, which are 2^i for field i of `Sensed`: a memory, or a demand of the
 law, that is no number."""
 HEALTHY, SUBSTITUTED, STOPPED = 0.0, 1.0, 2.0
@@ -337,6 +337,9 @@ def check(y, quality, reset, known, m, g, s, plc):
         dp=y.dp if well.dp >= s.t_back else before.dp,
         dp_load=y.dp_load if well.dp_load >= s.t_back else before.dp_load,
         p_hp=y.p_hp if well.p_hp >= s.t_back else before.p_hp,
+        omega_m=y.omega_m if well.omega_m >= s.t_back else before.omega_m,
+        p_a=y.p_a if well.p_a >= s.t_back else before.p_a,
+        p_b=y.p_b if well.p_b >= s.t_back else before.p_b,
     )
 
     # A signal that is used again moves the reference, not the wire.

@@ -47,12 +47,15 @@ class Sensed(NamedTuple):
     dp: float  # p_a - p_b measured [Pa]
     dp_load: float  # dp at which the active motors carry what the passive ones do not [Pa]
     p_hp: float  # accumulator pressure [Pa], 0 without a passive circuit
+    omega_m: float  # motor speed, hoisting positive [rad/s]; of a cylinder winch that of the drum times the gear ratio
+    p_a: float  # pressure of line A, hoisting [Pa]; 0 where the winch has no lines A and B
+    p_b: float  # that of line B, lowering [Pa]; 0 where it has none
 
 
 class Reading(NamedTuple):
     """What a controller senses in a cycle."""
 
-    y: Sensed  # the tip's motion already extrapolated by t_lead
+    y: Sensed  # the tip's position already extrapolated by t_lead, its speed by t_lead_ff
     e_c: float  # control error: wire that is missing against the measured tip [m]
     F: float  # load cell, low-pass filtered [N]
     u_ff: float  # feedforward of the tip's and the operator's speed [-]
@@ -148,8 +151,9 @@ USABLE = ("u_thr", "alpha_min", "alpha_ns", "alpha_hs", "alpha_swl")
 
 BEFORE = ("s_tip", "v_tip", "a_tip", "s_w", "F")
 """Fields of `Sensed` of motion unit, encoder and load cell: their signals are read before the winch uses them."""
-AFTER = ("alpha_m", "dp", "p_hp")
-"""Those of transmitters in the circuits, which the winch type reads by itself."""
+AFTER = ("alpha_m", "omega_m", "p_a", "p_b", "dp", "p_hp")
+"""Those of transmitters in the circuits, which the winch type reads by itself. dp follows what is read of p_a and p_b,
+and is read by its own sensor behind them."""
 QUANTITIES = (*BEFORE, *AFTER)
 """Fields of `stillhook.control.interface.Sensed` that a sensor may read; the others are orders, or calculated."""
 

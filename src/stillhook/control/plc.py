@@ -22,6 +22,7 @@ from stillhook.control.commands import (
     within_stroke,
 )
 from stillhook.control.interface import Reading, Sensed
+from stillhook.control.plant import PlantParameters
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar
 
@@ -32,8 +33,9 @@ MANUAL = 0.0
 class Plc(NamedTuple):
     """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
     t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion
-    unit's signals are extrapolated [s]; t_compute time from reading to writing, after which a cycle's commands take
-    effect [s]."""
+    unit's signals are extrapolated for the control error, t_lead_ff that for the feedforward [s]; t_compute time from
+    reading to writing, after which a cycle's commands take effect [s]; plant what is known of the
+    crane."""
 
     gains: AhcGains
     motors: MotorSettings
@@ -42,9 +44,11 @@ class Plc(NamedTuple):
     tau_p: float
     t_bumpless: float
     t_lead: float
+    t_lead_ff: float
     t_compute: float
     power: PowerLimit
     brake: BrakeSettings
+    plant: PlantParameters
 
 
 class Memory(NamedTuple):
@@ -111,13 +115,15 @@ with_tip, in_mode, hold = replace(Sensed, "s_tip", "v_tip"), replace(Sensed, "mo
 
 
 @scalar
-def ahead(y, t_lead):
-    """The tip's motion as it will be t_lead [s] later, its acceleration held: s + v t + a t^2 / 2, v + a t.
+def ahead(y, t_lead, t_lead_ff):
+    """The tip's motion as it will be later, its acceleration held: position s + v t + a t^2 / 2 after t_lead [s], speed
+    v + a t after t_lead_ff [s].
 
-    It makes up for what the motion signal is late by (sensor, half a cycle), so that reference and wire are compared at
-    one time.
+    The position is compared with the wire: its lead makes up for what the motion signal is late by (sensor, half a
+    cycle), so that reference and wire are compared at one time. The speed is fed forward: its lead makes up besides for
+    what comes behind the PLC, such as a bus on which commands are late.
     """
-    return with_tip(y, y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip), y.v_tip + t_lead * y.a_tip)
+    return with_tip(y, y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip), y.v_tip + t_lead_ff * y.a_tip)
 
 
 @scalar
@@ -150,7 +156,7 @@ def observe(sensed, m, plc):
     missing = sensed.dp_load - sensed.dp
     idle = idle_time(m.idle, stands or (m.brake > 0.0 and sensed.mode == MANUAL and sensed.v_op == 0.0), t_cycle)
     brake = closed_share(m.brake, idle, missing, plc.brake, t_cycle)
-    y = ahead(in_mode(sensed, MANUAL if brake > 0.0 else sensed.mode), plc.t_lead)
+    y = ahead(in_mode(sensed, MANUAL if brake > 0.0 else sensed.mode), plc.t_lead, plc.t_lead_ff)
     datum = reference_datum(y, m)
     e_c = datum + y.s_tip - y.s_op - y.s_w
     F = low_pass(m.F, y.F, plc.tau_F, t_cycle)

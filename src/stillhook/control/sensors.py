@@ -13,7 +13,7 @@ from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Record, Rule, fault
 from stillhook.base.extensions import extensions
 from stillhook.base.variable import Row, Variable
-from stillhook.control import interface
+from stillhook.control import interface, sensor_errors
 from stillhook.control.interface import QUANTITIES, Setting
 from stillhook.control.registry import CONTROLLERS, check_setting, source_of
 from stillhook.units import parse, quote
@@ -64,6 +64,8 @@ def check_module(module: ModuleType) -> None:
     """A module is a sensor. Errors: SpecError of one line with file and attribute."""
     CONTRACTS[hasattr(module, "Memory") or hasattr(module, "begin")].check(module)
     contract.check_values(module, VALUES)
+    if module.NAME in ERROR_SENSORS:
+        raise fault(module, f"NAME = {quote(module.NAME)} is that of a scenario's sensor", "Change NAME")
     if module.NAME in CONTROLLERS:
         raise fault(module, f"NAME = {quote(module.NAME)} is that of a controller", "Change NAME")
     contract.check_record(module, "Settings", Record(mark=Setting, nested=False))
@@ -83,6 +85,9 @@ _MEASURED = {
     "s_w": ("m", "length", "paid out positive", "wire paid out as the PLC reads it"),
     "F": ("N", "force", "", "wire tension as the PLC reads it"),
     "alpha_m": ("1", "", "", "displacement of the active motors as the PLC reads it"),
+    "omega_m": ("rad/s", "rotation", "hoisting positive", "motor speed as the PLC reads it"),
+    "p_a": ("Pa", "pressure", "gauge", "pressure of line A as the PLC reads it"),
+    "p_b": ("Pa", "pressure", "gauge", "pressure of line B as the PLC reads it"),
     "dp": ("Pa", "pressure", "hoisting positive", "pressure of line A less B as the PLC reads it"),
     "p_hp": ("Pa", "pressure", "", "accumulator pressure as the PLC reads it"),
 }
@@ -94,9 +99,8 @@ def measured(quantity: str) -> str:
 
 
 def sensor_rows() -> list[Variable]:
-    """Rows of the signals of all sensors, each name once."""
-    quantities = dict.fromkeys(quantity for sensor in SENSORS.values() for quantity in sensor.quantities)
-    return [Row(*_MEASURED[quantity]).named(measured(quantity)) for quantity in quantities]
+    """Rows of the signals of all sensors, those of scenarios included."""
+    return [Row(*_MEASURED[quantity]).named(measured(quantity)) for quantity in QUANTITIES]
 
 
 H = 0.01
@@ -139,6 +143,34 @@ def _value(setting: Setting) -> float:
     """Its default [SI]."""
     default = setting.default
     return parse(default, setting.kind) if isinstance(default, str) else float(default)
+
+
+def error_sensor(quantity: str) -> Sensor:
+    """The sensor that a scenario gives a quantity, see `stillhook.control.sensor_errors`."""
+    return ERROR_SENSORS[f"errors-{quantity.lower().replace('_', '-')}"]
+
+
+def _error_sensor(quantity: str) -> Sensor:
+    return Sensor(
+        name=f"errors-{quantity.lower().replace('_', '-')}",
+        title=f"errors of {quantity} in a scenario",
+        quantities=(quantity,),
+        reading=sensor_errors.reading,
+        begin=sensor_errors.begin,
+        record=sensor_errors.Settings,
+        memory=sensor_errors.Memory,
+        settings={},
+        file=Path(sensor_errors.__file__),
+    )
+
+
+ERROR_SENSORS: Mapping[str, Sensor] = {sensor.name: sensor for sensor in map(_error_sensor, QUANTITIES)}
+"""Sensors of scenarios by their names."""
+
+
+def sensor_named(name: str) -> Sensor:
+    """A sensor of a crane, or one of a scenario."""
+    return SENSORS[name] if name in SENSORS else ERROR_SENSORS[name]
 
 
 def sensor_of(module: ModuleType) -> Sensor:

@@ -191,7 +191,7 @@ PARAMETERS: Mapping[str, tuple[str, Range]] = {
     **{name: (f"gains.{name}", SETTING) for name in ("K_1", "K_2", "K_p")},
     "u_thr": ("motors.u_thr", SHARE),
     **{name: (f"motors.{name}", (0.001, 1.0)) for name in ("alpha_ns", "alpha_hs", "alpha_swl")},
-    **{name: (name, (0.0, 60.0)) for name in ("t_lead", "t_bumpless", "tau_F")},
+    **{name: (name, (0.0, 60.0)) for name in ("t_lead", "t_lead_ff", "t_bumpless", "tau_F")},
 }
 """Settings of the PLC that may change while it runs: place in `Plc`, and range."""
 FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")

@@ -104,7 +104,11 @@ def _values(record: BaseModel) -> Iterator[tuple[str, Any]]:
     """Fields of a record as a file has them, without what is not there."""
     for name, field in type(record).model_fields.items():
         value = getattr(record, name)
-        if value is not None and value is not False and value not in ("", {}):
+        if isinstance(value, BaseModel):
+            yield name, dict(_values(value))
+        elif isinstance(value, tuple) and value and all(isinstance(row, BaseModel) for row in value):
+            yield name, [dict(_values(row)) for row in value]
+        elif value is not None and value is not False and value not in ("", {}):
             yield name, str(value) if isinstance(value, str) else file_value(value, quantity_of(field))
 
 

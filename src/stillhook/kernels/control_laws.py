@@ -8,14 +8,16 @@ record, which is carried from cycle to cycle. A kernel without sensors holds not
 
 import functools
 import hashlib
-from collections.abc import Callable, Iterable
+import itertools
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
-from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, Demand, Sensed
+from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, QUANTITIES, Demand, Sensed
 from stillhook.control.plc import ActuatorCommands, command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.control.sensors import SENSORS, Sensor, measured
+from stillhook.control.sensors import Sensor, measured, sensor_named
+from stillhook.kernels.lanes import unflatten
 from stillhook.physics.records import define, joined, record, replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.records import Tick
@@ -23,10 +25,10 @@ from stillhook.winches.records import Tick
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
-    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense) is
-    what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives
-    what the controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives
-    the actuators' commands, the PLC's memory and the new record."""
+    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense,
+    lines) is what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives what the
+    controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives the
+    actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
     sensors: tuple[str, ...]
@@ -83,7 +85,9 @@ def control_laws(
         names: tuple[str, ...] = LawRecord._fields
         return LawRecord(*[values[name] for name in names])
 
-    read_by = functools.partial(sensing, names=sensors, LawRecord=LawRecord)
+    def read_by(sense: Callable[..., Any], lines: bool) -> Callable[..., Any]:
+        return sensing(sense, lines, sensors, LawRecord)
+
     return ControlLaws(LawRecord, sensors, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
@@ -164,14 +168,14 @@ def sensors_label(names: tuple[str, ...]) -> str:
     """What the folder of a kernel with these sensors is called: their names and sources; "" for none."""
     if not names:
         return ""
-    digest = hashlib.sha256(b"\0".join(SENSORS[name].file.read_bytes() for name in names))
+    digest = hashlib.sha256(b"\0".join(sensor_named(name).file.read_bytes() for name in names))
     return f"-{'-'.join(names)}-{digest.hexdigest()[:12]}"
 
 
 def parts_of(names: tuple[str, ...]) -> dict[str, Any]:
     """Settings, and a memory for each quantity, of these sensors, by their field in the record of the controllers."""
     parts: dict[str, Any] = {}
-    for sensor in (SENSORS[name] for name in names):
+    for sensor in map(sensor_named, names):
         parts[sensor.settings_field] = sensor.record
         if sensor.memory is not None:
             parts |= {sensor.memory_field(quantity): sensor.memory for quantity in sensor.quantities}
@@ -181,14 +185,16 @@ def parts_of(names: tuple[str, ...]) -> dict[str, Any]:
 def blank_parts(names: tuple[str, ...], settings: dict[str, Any]) -> dict[str, Any]:
     """The parts of these sensors before their first reading, with the settings of each by its name; memories are made
     with the first reading."""
-    made = {SENSORS[name].settings_field: settings[name] for name in names}
-    return {part: made.get(part) or cls(*(0.0,) * len(cls._fields)) for part, cls in parts_of(names).items()}
+    made = {sensor_named(name).settings_field: settings[name] for name in names}
+    return {part: made.get(part) or unflatten(cls, itertools.repeat(0.0)) for part, cls in parts_of(names).items()}
 
 
-def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -> Callable[..., Any]:
+def sensing(sense: Callable[..., Any], lines: bool, names: tuple[str, ...], LawRecord: Any) -> Callable[..., Any]:
     """A scalar function (x, y, q, m, tick, geo, laws, p) -> (sensed, tick, laws) around the `sense` of a winch type:
     what the PLC reads, the tick with the signals of motion unit, encoder and load cell, and the record with the
-    memories of the sensors. A memory begins at the value that is read when no controller was in force yet."""
+    memories of the sensors. A memory begins at the value that is read when no controller was in force yet. lines:
+    whether dp is the difference of p_a and p_b, so that it follows what is read of them. Where two sensors have one
+    quantity, the second one (of a scenario) reads what the first one (of the crane) gives."""
     if not names:
 
         @scalar
@@ -197,32 +203,45 @@ def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -
 
         return ideal
     used: dict[str, Any] = {"sense": sense}
-    pairs = [(SENSORS[name], quantity) for name in names for quantity in SENSORS[name].quantities]
+    pairs = [(sensor, quantity) for sensor in map(sensor_named, names) for quantity in sensor.quantities]
+    pairs.sort(key=lambda pair: QUANTITIES.index(pair[1]))
     memories = [
         (sensor.memory_field(quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory
     ]
-    lines = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
+    read: dict[str, str] = {}
+    text = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
     for kind, holder, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
-        new = {}
+        new: dict[str, str] = {}
         for i, (sensor, quantity) in enumerate(pairs):
             if quantity not in kind:
                 continue
             place = PLACES.get(quantity, quantity)
             true = TRUE.get(quantity, f"{holder}.{place}")
-            lines += _reading(i, sensor, quantity, true, used)
+            if quantity == "dp" and lines:
+                true = _difference(new)
+            text += _reading(i, sensor, quantity, read.get(quantity, true), used)
+            read[quantity] = f"r_{i}"
             new[place] = f"tick.{place} + (r_{i} - {true})" if quantity in TRUE else f"r_{i}"
+        if lines and holder == "sensed" and "dp" not in new and ("p_a" in new or "p_b" in new):
+            new["dp"] = _difference(new)
         if new:
             used[f"with_{holder}"] = replace(of, *new)
-            lines.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
+            text.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
         if holder == "tick":
-            lines.append("    sensed = sense(x, y, q, m, tick, geo, p)")
+            text.append("    sensed = sense(x, y, q, m, tick, geo, p)")
     if memories:
         used["with_laws"] = replace(LawRecord, *(field for field, _ in memories))
-        lines.append(f"    laws = with_laws(laws, {', '.join(value for _, value in memories)})")
-    lines.append("    return sensed, tick, laws\n")
-    define("\n".join(lines), used, f"<sensing of {sense.__module__} {LawRecord.__module__}>")
+        text.append(f"    laws = with_laws(laws, {', '.join(value for _, value in memories)})")
+    text.append("    return sensed, tick, laws\n")
+    define("\n".join(text), used, f"<sensing of {sense.__module__} {LawRecord.__module__} {lines}>")
     made: Callable[..., Any] = scalar(used["sensing"])
     return made
+
+
+def _difference(read: Mapping[str, str]) -> str:
+    """dp as it follows from the pressures that are read: the true one where none is read by a sensor."""
+    parts = [f" {sign} ({read[p]} - sensed.{p})" for sign, p in (("+", "p_a"), ("-", "p_b")) if p in read]
+    return f"(sensed.dp{''.join(parts)})" if parts else "sensed.dp"
 
 
 def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, Any]) -> list[str]:
@@ -255,7 +274,7 @@ def shown(names: tuple[str, ...], Signals: Any) -> Shown:
             return a
 
         return Shown(Signals, first, first)
-    quantities = [quantity for name in names for quantity in SENSORS[name].quantities]
+    quantities = dict.fromkeys(quantity for name in names for quantity in sensor_named(name).quantities)
     of = f"{Signals.__module__} by {' '.join(names)}"
     Measured = record("Measured", of, **{measured(quantity): float for quantity in quantities})
     row = joined("Signals", Signals, Measured)

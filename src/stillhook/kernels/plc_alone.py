@@ -36,7 +36,8 @@ going_on = replace(Memory, "u_p", "b_p", "brake")
 
 
 class PlcInputs(NamedTuple):
-    """What the PLC reads in every cycle, each (n,): the fields of `Sensed` but its pressures, in its order.
+    """What the PLC reads in every cycle, each (n,): fields of `Sensed`; without dp, dp_load and p_hp, which serve the
+    holding brake, the pumps' torque and the passive circuit.
 
     braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from
     pressures [-].
@@ -53,13 +54,16 @@ class PlcInputs(NamedTuple):
     F: FloatArray
     alpha_m: FloatArray
     K_wire: FloatArray
+    omega_m: FloatArray
+    p_a: FloatArray
+    p_b: FloatArray
     braked: FloatArray
     u_braked: FloatArray
 
     @property
     def sensed(self) -> Any:
-        """`Sensed` of columns for the laws of the compensation, which read no pressure."""
-        return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0, 0.0])
+        """`Sensed` of columns for the laws of the compensation."""
+        return Sensed._make(getattr(self, name, 0.0) for name in Sensed._fields)
 
 
 def plc_alone(
@@ -192,6 +196,9 @@ def _cycles(laws_of: ControlLaws, Lane: Any) -> Any:
                 dp=0.0,
                 dp_load=0.0,
                 p_hp=seen.p_hp,
+                omega_m=seen.omega_m,
+                p_a=seen.p_a,
+                p_b=seen.p_b,
             )
             drive, m, laws = plc_cycle(y, m, laws, plc)
             braked = seen.braked > 0.0

@@ -55,7 +55,7 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
 
 def quantity_of(field: FieldInfo) -> str | None:
     """Kind of quantity of a field, also of an optional one or of a list."""
-    marks = list(field.metadata)
+    marks = [*field.metadata, *getattr(field.annotation, "__metadata__", ())]
     for inner in get_args(field.annotation):
         marks += getattr(inner, "__metadata__", ())
     return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
@@ -136,7 +136,9 @@ def joined(tables: Mapping[str, list[str]]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A text, a number or a list of them as TOML writes it."""
+    """A text, a number, a list or a table of them as TOML writes it, a table in one line."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {toml_value(v)}' for key, v in value.items())} }}"
     if isinstance(value, list):
         return f"[{', '.join(toml_value(v) for v in value)}]"
     if isinstance(value, bool):

@@ -48,6 +48,9 @@ class Control(Spec):
     t_lead: u.Time | None = Field(
         default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0"
     )
+    t_lead_ff: u.Time | None = Field(
+        default=None, ge=0, le=2, description="that time for the feedforward alone; default t_lead"
+    )
     t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
     compute_share: Number | None = Field(
         default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0"
@@ -57,6 +60,12 @@ class Control(Spec):
     tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
+
+    @property
+    def feedforward_lead(self) -> float:
+        """Time by which the PLC extrapolates the tip's motion for the feedforward [s]."""
+        lead = self.t_lead if self.t_lead_ff is None else self.t_lead_ff
+        return lead or 0.0
 
     @property
     def computing(self) -> float:

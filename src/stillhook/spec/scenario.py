@@ -16,7 +16,7 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.base.arrays import ArrayRecord, FloatArray, decode_array, encode_array, fill
@@ -26,9 +26,9 @@ from stillhook.errors import ScenarioError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict, parse_motion
-from stillhook.tables.plausible import Ranged
+from stillhook.spec.record import Record as Record
+from stillhook.spec.sensors import Sensors as Sensors
 from stillhook.tables.table import Number as Number
-from stillhook.tables.table import first_problem
 
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
 
@@ -128,18 +128,6 @@ class FrictionModel(StrEnum):
     REGULARISED = "regularised"
 
 
-class Record(Ranged):
-    """A table of a scenario: frozen, and closed to unknown fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
-
-    def __init__(self, /, **data: Any) -> None:
-        try:
-            super().__init__(**data)
-        except ValidationError as e:
-            raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
-
-
 class Water(Record):
     """Fully submerged payload. Weight is less by buoyancy, moving mass more by added mass, drag 1/2 rho C_D A v|v|."""
 
@@ -148,24 +136,6 @@ class Water(Record):
     C_D: Number = Field(default=0.0, ge=0, description="drag coefficient on `area`")
     area: u.Area = Field(default=0.0, ge=0, description="projected area")
     rho: u.Density = Field(default=RHO_SEA, gt=0, description="water density")
-
-
-class Sensors(Record):
-    """What is between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
-
-    delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
-    noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
-    noise_v_tip: u.Speed = Field(default=0.0, ge=0, description="standard deviation of the tip speed signal")
-    noise_a_tip: u.Acceleration = Field(
-        default=0.0, ge=0, description="standard deviation of the tip acceleration signal"
-    )
-    noise_s_w: u.Length = Field(default=0.0, ge=0, description="standard deviation of the wire encoder")
-    noise_F: u.Force = Field(default=0.0, ge=0, description="standard deviation of the load cell")
-    step_s_tip: u.Length = Field(default=0.0, ge=0, description="smallest step of the tip position signal")
-    step_v_tip: u.Speed = Field(default=0.0, ge=0, description="smallest step of the tip speed signal")
-    step_s_w: u.Length = Field(default=0.0, ge=0, description="smallest step of the wire encoder")
-    step_F: u.Force = Field(default=0.0, ge=0, description="smallest step of the load cell")
-    seed: Annotated[int, Field(strict=True, ge=0)] = 0
 
 
 class Operator(Record):
@@ -305,7 +275,7 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     raw["friction"] = FrictionModel(raw["friction"])
     profile, steps = (tuple((t, x) for t, x in raw["operator"][k]) for k in ("profile", "steps"))
     raw["operator"] = Operator.model_construct(profile=profile, steps=steps, alpha_m=raw["operator"].get("alpha_m"))
-    raw["sensors"] = Sensors.model_construct(**raw["sensors"])
+    raw["sensors"] = Sensors.from_dict(raw["sensors"])
     raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
     raw["commands"] = Commands.from_dict(raw["commands"]) if raw.get("commands") else None
     raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None

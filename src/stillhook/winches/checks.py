@@ -12,6 +12,7 @@ from typing import Any
 from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Rule, fault, is_number
 from stillhook.control.interface import DISPLACEMENT, SPEED, Sensed
+from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import ActuatorCommands, Memory
 from stillhook.control.registry import source_of
 from stillhook.errors import SpecError
@@ -73,6 +74,10 @@ GIVES = {
     "least_displacement": Rule(lambda v: _positive(v) and v <= 1.0, "a number above 0, at most 1 [-]"),
     "pump_units": Rule(_pair_of(_all_are(object, _positive)), "two tuples of numbers above 0"),
     "pump_flows": Rule(_pair_of(_not_negative), "a pair of numbers, 0 or above [m^3/s]"),
+    "hydraulics": Rule(
+        lambda v: isinstance(v, Hydraulics) and all(map(_not_negative, v)),
+        "a stillhook.control.plant.Hydraulics of numbers, 0 or above",
+    ),
     "pump_speed": Rule(lambda v: v is None or _positive(v), "a number above 0 [rad/s], or None"),
     "charge": Rule(_not_negative, "a number, 0 or above [Pa]"),
     "other_motors": Rule(_all_are(OtherMotors), "a list of OtherMotors"),

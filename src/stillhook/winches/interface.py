@@ -21,7 +21,9 @@ from typing import Any, NamedTuple, Protocol
 from stillhook.base.contract import Needed, Record
 from stillhook.base.variable import Row, Variable
 from stillhook.control.interface import DISPLACEMENT, Sensed
+from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
+from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.scalar import scalar
 from stillhook.winches.load_path.interface import LoadPath
 from stillhook.winches.load_path.load import Hoist
@@ -267,6 +269,18 @@ class Undeclared(Protocol):
     def pump_flows(crane: Any) -> tuple[float, float]:
         """Flow of active and of passive pumps at full stroke [m^3/s]."""
         return 0.0, 0.0
+
+    @staticmethod
+    def hydraulics(crane: Any) -> Hydraulics:
+        """What controllers may know of its hydraulics; of closed circuits where it has some."""
+        a, p = (crane.circuits.get(name) for name in ("active", "passive"))
+        return Hydraulics(
+            D_m=a.motor.D_total if a else 0.0,
+            Q_p=a.pump.D_total * a.pump.omega_p if a else 0.0,
+            D_pm=p.motor.D_total if p else 0.0,
+            Q_pp=p.pump.D_total * p.pump.omega_p if p else 0.0,
+            i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus) if a else 0.0,
+        )
 
     @staticmethod
     def pump_speed(crane: Any) -> float | None:

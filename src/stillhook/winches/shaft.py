@@ -58,9 +58,9 @@ def energy(x, geo):
 
 
 @scalar
-def sense(x, y, q, m, tick, geo, p):
+def readings(omega_m, y, q, tick, geo, p):
     """What the PLC reads of a winch without pressures, whose motors have one displacement: motion unit, operator and
-    mode of the tick; encoder and load cell with noise and steps."""
+    mode of the tick; encoder and load cell with noise and steps; omega_m motor speed [rad/s]."""
     return Sensed(
         s_tip=tick.s_m,
         v_tip=tick.v_m,
@@ -76,4 +76,13 @@ def sense(x, y, q, m, tick, geo, p):
         dp=0.0,
         dp_load=0.0,
         p_hp=0.0,
+        omega_m=omega_m,
+        p_a=0.0,
+        p_b=0.0,
     )
+
+
+@scalar
+def sense(x, y, q, m, tick, geo, p):
+    """What the PLC reads of a winch without pressures whose State has the motors' speed; see `readings`."""
+    return readings(x.omega_m, y, q, tick, geo, p)

@@ -93,6 +93,9 @@ def random_inputs(block: Block, n: int, seed: int = 7) -> np.ndarray:
         "dp": dp,
         "dp_load": dp + held([0.0, 5e5, 8e6]),
         "p_hp": 2e7 + 1e6 * rng.standard_normal(n),
+        "omega_m": 100.0 * rng.standard_normal(n),
+        "p_a": 2e7 + 1e6 * rng.standard_normal(n),
+        "p_b": 2e6 + 1e5 * rng.standard_normal(n),
     }
     return np.column_stack([columns[name] for name in Sensed._fields])
 

@@ -269,6 +269,8 @@ def test_what_cannot_be_exported_is_said_in_a_line(
 def test_sensors_that_only_a_run_has_are_not_left_out_in_silence(nov: stillhook.Crane):
     with pytest.raises(ExportError, match="delay, noise"):
         export(nov, case_of(nov, sensors={"delay": "50 ms"}))
+    with pytest.raises(ExportError, match="sensors: errors of s_w, p_a are not exported"):
+        export(nov, case_of(nov, sensors={"p_a": {"noise": "1 bar"}, "s_w": {}}))
 
 
 def test_a_platform_that_is_unknown_leaves_nothing_behind(nov: stillhook.Crane, tmp_path: Path):

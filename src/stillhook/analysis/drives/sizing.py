@@ -386,7 +386,7 @@ def with_gain(crane: Crane) -> tuple[Crane, Mode, str, float]:
 
 def with_lead(crane: Crane, lead: float) -> Crane:
     """The crane whose PLC extrapolates the tip's motion by a time [s]."""
-    return crane.model_copy(update={"control": crane.control.model_copy(update={"t_lead": lead})})
+    return crane.model_copy(update={"control": crane.control.model_copy(update={"t_lead": lead, "t_lead_ff": None})})
 
 
 def rule(reference: Crane, v: float) -> tuple[str, ...]:

@@ -265,10 +265,11 @@ def _way(place: Place) -> Direction:
 
 
 def _engine_key(crane: Crane, mode: Mode, place: Place) -> Keyed:
-    """The crane as the loops of its engine see it: neither gains of feedforward and position nor t_lead are in them."""
+    """The crane as the loops of its engine see it: neither the gains of feedforward and position nor
+    the leads are in them."""
     case = Scenario(load="0 t", s_w="0 m", mode=mode).model_copy(update={"load": place.load, "s_w": place.s_w})
     packed = pack(crane, case)
-    plc = packed.params.plc._replace(gains=None, t_lead=0.0)
+    plc = packed.params.plc._replace(gains=None, t_lead=0.0, t_lead_ff=0.0)
     return Keyed(crane, (packed.params._replace(plc=plc), tuple(sorted(packed.settings.items()))))
 
 
@@ -296,7 +297,7 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     plc = plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0
     own = own_settings(crane.control, mode.law)
-    seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0) if stands else plc  # type: ignore[arg-type]
+    seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0, t_lead_ff=0.0) if stands else plc  # type: ignore[arg-type]
     cut = max(math.floor(at / STEP_PLANT + 1e-9) * STEP_PLANT, STEP_PLANT)
     alpha = cut if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)

@@ -28,6 +28,9 @@ from stillhook.winches.registry import WINCH_TYPES
 
 FEEDFORWARD = ("K_1", "K_2", "K_p", "t_lead")
 """Settings of the pumps, which all controllers share."""
+ON_REQUEST = ("t_lead_ff",)
+"""Those that are tuned where they are named alone: the lead of the feedforward follows t_lead unless a crane file gives
+it."""
 K_1_RANGE = (0.95, 1.10)
 """Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
 K_2_LEAD = 0.15
@@ -53,14 +56,19 @@ class Setting(NamedTuple):
 
 
 def tunable(mode: Mode | str, crane: Crane | None = None) -> tuple[str, ...]:
-    """Names of the settings of a controller, and of the drive of the crane's winch type. Errors: StillhookError for a
-    mode without settings, or an unknown one."""
+    """Names of the settings of a controller that are tuned unless some are named, and of the drive of the crane's winch
+    type. Errors: StillhookError for a mode without settings, or an unknown one."""
     chosen = mode_of(mode)
     if not chosen.compensates:
         others = ", ".join(m.value for m in Mode if m.compensates)
         raise StillhookError(f'"{chosen}" has no settings to tune. Choose {others}.')
     of_drive = () if crane is None else tuple(crane.plant.type.tuned)
     return (*FEEDFORWARD, *chosen.law.uses, *searched(chosen.law), *of_drive)
+
+
+def nameable(mode: Mode | str, crane: Crane | None = None) -> tuple[str, ...]:
+    """Names of all that may be tuned, with those ON_REQUEST. Errors: as `tunable`."""
+    return (*tunable(mode, crane), *ON_REQUEST)
 
 
 def searched(law: ControlLaw) -> dict[str, ControllerSetting]:
@@ -100,7 +108,7 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
     never lowered.
     Errors: StillhookError for a setting that this law does not know, or one named twice.
     """
-    names = tunable(mode, crane)
+    names = nameable(mode, crane)
     for name in free:
         if name not in names:
             raise StillhookError(
@@ -114,12 +122,13 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
         "K_2": (0.0, K_2_LEAD * K_1),
         "K_p": (K_P_RANGE[0] * K_p_ms, K_P_RANGE[1] * K_p_ms),
         "t_lead": (0.0, delay + LEAD_BEYOND),
+        "t_lead_ff": (0.0, delay + LEAD_BEYOND),
         **_of_motors(crane),
         **{name: setting.search for name, setting in searched(mode.law).items() if setting.search is not None},
         **crane.plant.type.tuned,
     }
     start = present(crane)
-    wanted = free or names
+    wanted = free or tunable(mode, crane)
     return tuple(
         Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0]
     )
@@ -159,6 +168,7 @@ def present(crane: Crane) -> dict[str, float]:
         "K_2": g.K_2,
         "K_p": g.K_p,
         "t_lead": c.t_lead or 0.0,
+        "t_lead_ff": c.feedforward_lead,
         "u_thr": c.u_thr,
         "alpha_min": crane.plant.type.least_displacement(crane),
         "alpha_swl": alpha_swl,
@@ -186,7 +196,10 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     Errors: StillhookError for a number that no crane file could hold.
     """
     for name, value in values.items():
-        if not (math.isfinite(value) and (("." in name) or (0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)))):
+        if not (
+            math.isfinite(value)
+            and (("." in name) or (0.0 <= value and (value <= 1.0 or name in (*FEEDFORWARD, *ON_REQUEST))))
+        ):
             raise StillhookError(f"{name} = {value!r}: outside the range of a crane file.")
     for path in crane.plant.type.tuned.keys() & values.keys():
         crane = with_value(crane, path, values[path])
@@ -227,8 +240,11 @@ def tuned_controller(
     """
     plain = start.on(crane)
     old_values = present(plain)
+    follows = [n for n in ON_REQUEST if getattr(plain.control, n) is None]  # written down, else it would go with t_lead
     numbers = {
-        n: rounded(n, v, digits) for n, v in values.items() if not math.isclose(v, old_values[n], rel_tol=10.0**-digits)
+        n: rounded(n, v, digits)
+        for n, v in values.items()
+        if n in follows or not math.isclose(v, old_values[n], rel_tol=10.0**-digits)
     }
     if "alpha_min" in numbers:
         numbers |= _raised(plain, numbers["alpha_min"], numbers)

@@ -199,7 +199,7 @@ class Search:
         delay = max(c.sensors.delay for c in self.cases)
         guess = {
             "K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits),
-            "t_lead": lateness(self.crane, delay=delay),
+            **dict.fromkeys(("t_lead", "t_lead_ff"), lateness(self.crane, delay=delay)),
         }
         values |= {n: v for n, v in guess.items() if n in values}
         return np.asarray(np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0), dtype=np.float64)

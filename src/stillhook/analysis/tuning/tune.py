@@ -118,7 +118,7 @@ def tune(
         crane.
     free : sequence of str, default ()
         Settings to tune; empty: all those of the motor law (`parameters.tunable`): K_1, K_2, K_p, t_lead, and u_thr,
-        alpha_min, alpha_swl or alpha_ns or alpha_hs.
+        alpha_min, alpha_swl or alpha_ns or alpha_hs. t_lead_ff where it is named.
     objective : Objective or str, default "balanced"
         See `Objective`.
     cases : sequence of Scenario, optional

@@ -145,14 +145,14 @@ def _tuned(
 
 def _free_of(selected: Controller, free: list[str], chosen: list[Controller], crane: Crane) -> list[str]:
     """Of the settings to tune those of this motor law; one that no controller has is left in, to be refused."""
-    from stillhook.analysis.tuning.parameters import tunable
+    from stillhook.analysis.tuning.parameters import nameable
 
-    tunable_names = {n for c in chosen for n in tunable(c.mode, crane)}
-    known_to_mode = [n for n in free if n in tunable(selected.mode, crane) or n not in tunable_names]
+    tunable_names = {n for c in chosen for n in nameable(c.mode, crane)}
+    known_to_mode = [n for n in free if n in nameable(selected.mode, crane) or n not in tunable_names]
     if free and not known_to_mode:
         raise CommandError(
             f"--free {','.join(free)}: {selected.name} has none of these settings; it has"
-            f" {', '.join(tunable(selected.mode, crane))}."
+            f" {', '.join(nameable(selected.mode, crane))}."
         )
     return known_to_mode
 

@@ -35,6 +35,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import phase_names
 from stillhook.spec.lift.stored import lowerings_text
+from stillhook.spec.sensors import error_sensors
 from stillhook.spec.settings import sensor_settings
 from stillhook.variables import attributes
 
@@ -108,7 +109,8 @@ class LoweringType(CaseType):
         return LiftBlock(ready, lanes=lanes, n_sub=n_sub, every=every, sampled=self.sampled, short=self.short)
 
     def kernel(self, crane: Crane, case: Case) -> tuple[Setup, tuple[str, ...]]:
-        lift, sensors = lift_of(case), tuple(sensor_settings(crane.sensors))
+        lift = lift_of(case)
+        sensors = (*sensor_settings(crane.sensors), *error_sensors(lift.sensors))
         return setup_of(lift)._replace(sensors=sensors), extra_controllers((lift.controller,))
 
     def group(self, crane: Crane, case: Case) -> Hashable:

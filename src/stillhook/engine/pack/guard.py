@@ -51,6 +51,7 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
     t, drum = plc.t_cycle, drum_record(crane)
     v_full = wire_speed_max(crane)
     v_most = v_full / max(plc.motors.alpha_min, 0.01)
+    omega_most = OVERSPEED * v_most * 2.0 * crane.i_hD / drum.d
     wire = 1.05 * drum.L_full + 10.0
     weight = OVERLOAD / plc.motors.i_F_swl + drum.L_full * drum.m_wire * G
     layers = [K_wire(layer_diameter(float(n), drum), drum) for n in range(1, round(drum.layers) + 1)]
@@ -65,26 +66,28 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
         least=Least(
             s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-wire, mode=-0.5,
             f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
-            p_hp=-P_MOST,
+            p_hp=-P_MOST, omega_m=-omega_most, p_a=-P_MOST, p_b=-P_MOST,
         ),
         most=Most(
             s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=wire, mode=max(codes) + 0.5,
             f_pump=1.0 + 1e-9, s_w=wire, F=weight, alpha_m=1.1, K_wire=1.5 * inner, dp=P_MOST, dp_load=P_MOST,
-            p_hp=P_MOST,
+            p_hp=P_MOST, omega_m=omega_most, p_a=P_MOST, p_b=P_MOST,
         ),
         step=Step(
             s_tip=TIP_SPEED * T + NOISE[0], v_tip=TIP_ACCELERATION * T + NOISE[1], a_tip=TIP_JERK * T + NOISE[2],
             v_op=FINITE, s_op=2.4 * v_most * T, mode=FINITE, f_pump=FINITE, s_w=OVERSPEED * v_most * T + NOISE[0],
             F=0.5 * weight, alpha_m=50.0 * T if measured else FINITE, K_wire=cycles * max(1.5 * apart, 0.05), dp=P_MOST,
-            dp_load=P_MOST, p_hp=P_MOST,
+            dp_load=P_MOST, p_hp=P_MOST, omega_m=omega_most, p_a=P_MOST, p_b=P_MOST,
         ),
         stops=Stops(
             s_tip=1.0, v_tip=1.0, a_tip=1.0, v_op=0.0, s_op=1.0, mode=1.0, f_pump=1.0, s_w=1.0, F=0.0,
             alpha_m=float(measured), K_wire=1.0, dp=float(limited), dp_load=0.0, p_hp=0.0,
+            omega_m=0.0, p_a=0.0, p_b=0.0,
         ),
         start=Start(
             s_tip=0.0, v_tip=0.0, a_tip=0.0, v_op=0.0, s_op=0.0, mode=MANUAL, f_pump=1.0, s_w=0.0,
             F=1.0 / plc.motors.i_F_swl, alpha_m=1.0, K_wire=1.0, dp=0.0, dp_load=0.0, p_hp=0.0,
+            omega_m=0.0, p_a=0.0, p_b=0.0,
         ),
         t_hold=T_HOLD,
         t_back=T_BACK,

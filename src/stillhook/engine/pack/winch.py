@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from stillhook.base.identity import remembered
 from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
+from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.gas import gas_record
@@ -24,6 +25,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
+from stillhook.spec.sensors import error_settings
 from stillhook.spec.settings import sensor_settings
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
@@ -285,9 +287,29 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
         tau_p=c.tau_acc,
         t_bumpless=c.t_bumpless,
         t_lead=c.t_lead or 0.0,
+        t_lead_ff=c.feedforward_lead,
         t_compute=c.computing,
         power=PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane)),
         brake=_brake(crane),
+        plant=plant_parameters(crane),
+    )
+
+
+def plant_parameters(crane: Crane) -> PlantParameters:
+    """What controllers may know of a crane."""
+    drum, inertia, h = drum_record(crane), inertia_record(crane), crane.plant.type.hydraulics(crane)
+    return PlantParameters(
+        **{name: float(value) for name, value in h._asdict().items()},
+        i_hD=crane.i_hD,
+        r_drum=0.5 * drum.d,
+        d_max=drum.d_max,
+        d_wire=drum.d_wire,
+        layers=drum.layers,
+        turns=drum.turns,
+        m_wire=drum.m_wire,
+        SWL=crane.SWL * G,
+        m_hook=crane.hook_mass,
+        J=inertia.J_motor + inertia.J_gear + inertia.J_drum * inertia.i_i2,
     )
 
 
@@ -359,7 +381,7 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
     winch = crane.plant.type
     params = winch.pack(crane, case, parts_of(hoist, plc, sensors, gas_factor=gas_factor))
     extra_controllers, settings = controllers_of(crane, modes)
-    read_by = sensor_settings(crane.sensors)
+    read_by = sensor_settings(crane.sensors) | error_settings(case.sensors, winch, plc.t_cycle)
     return Packed(
         winch.module, winch.name, params, memory, case.s_w, extra_controllers, tuple(read_by), settings | read_by
     )

@@ -35,6 +35,7 @@ from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.spec.sensors import error_sensors
 from stillhook.spec.settings import sensor_settings
 from stillhook.variables import WINDOW
 from stillhook.winches.records import Tick, Tip
@@ -193,7 +194,7 @@ class ScenarioType(CaseType):
 
     def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
         modes = (case.mode, *(mode for _, mode in case.modes))
-        return Setup(sensors=tuple(sensor_settings(crane.sensors))), extra_controllers(modes)
+        return Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors))), extra_controllers(modes)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

@@ -11,6 +11,8 @@ from stillhook._version import __version__
 from stillhook.base.choice import choice
 from stillhook.control.guard import (
     FINITE,
+    LAW_FAULT,
+    MEMORY_FAULT,
     GuardMemory,
     GuardSettings,
     check,
@@ -21,6 +23,7 @@ from stillhook.control.guard import (
     sound_demand,
 )
 from stillhook.control.interface import Sensed
+from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
 from stillhook.control.registry import MANUAL_MODE, Mode
 from stillhook.engine.pack.guard import guard_settings, motor_control
@@ -39,7 +42,8 @@ STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
 MEASURED = {"e_c": "e_c_measured"}
 """Outputs that results call otherwise: the PLC knows the tip as its motion unit measures it."""
 GUARD_OUTPUTS = {
-    "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced; 16384 memory, 32768 law: no number",
+    "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced;"
+    f" {MEMORY_FAULT:.0f} memory, {LAW_FAULT:.0f} law: no number",
     "cause": "alarm with which the winch was stopped, 0 while it is not",
     "state": "0 healthy, 1 an input is replaced or the joystick must be released, 2 stopped until the reset",
 }
@@ -89,7 +93,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
     parts += [("own", law.record, own)] if law.record is not None else []
     cls: Any = NamedTuple("Settings", [(name, t) for name, t, _ in parts])  # type: ignore[misc]
     about = f"Settings of {mode.value} on {crane.name}, SI units. Change them here or in the block's input `settings`."
-    notes = {law.record: own_notes(law)} if law.record is not None else {}
+    notes = {PlantParameters: field_notes(PlantParameters)}
+    notes |= {law.record: own_notes(law)} if law.record is not None else {}
     whole = library.structure(cls, cls(*(value for _, _, value in parts)), about, notes)
     names = Names()
     inputs = tuple(
@@ -298,9 +303,14 @@ def flat(record: Any) -> list[float]:
 
 
 def sensed_notes() -> dict[str, str]:
-    """What each input is, with its unit: the comments beside the fields of `Sensed`."""
-    source = inspect.getsource(Sensed)
-    return {f: plain_text(re.search(rf"^    {f}: float  # (.*)$", source, re.M)[1]) for f in Sensed._fields}  # type: ignore[index]
+    """What each input is, with its unit."""
+    return field_notes(Sensed)
+
+
+def field_notes(cls: Any) -> dict[str, str]:
+    """The comments beside the fields of a record."""
+    source = inspect.getsource(cls)
+    return {f: plain_text(re.search(rf"^    {f}: float  # (.*)$", source, re.M)[1]) for f in cls._fields}  # type: ignore[index]
 
 
 def own_notes(law: Any) -> dict[str, str]:

@@ -21,6 +21,8 @@ PART = 340
 """Cycles of each part of the sequence but those in which the holding brake moves."""
 UNITS = dict.fromkeys(GuardedCommands._fields, "-") | {"e_c": "m"}
 GOOD = Sensed._make([1.0] * len(Sensed._fields))
+P_LOW = 2.0e6
+"""Pressure of the line without load in the sequence [Pa]."""
 NAN, INF = float("nan"), float("inf")
 UNKNOWN_MODE = 99.0
 
@@ -119,7 +121,8 @@ def inputs(block: Block, reference: Reference) -> Iterator[tuple[Outside, Any]]:
     F_swl = 1.0 / block.plc.motors.i_F_swl
     speed = 1.0 / block.plc.gains.K_1
     omega = 2.0 * math.pi / (0.7 * PART * dt)
-    t, s_w, s_op, v_op, alpha, dp, s_tip, layer, amplitude = 0.0, 100.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.2
+    turning = 0.5 * block.guard.most.omega_m / block.guard.v_full  # of the motors on the innermost layer [rad/m]
+    t, s_w, v_w, s_op, v_op, alpha, dp, s_tip, layer, amplitude = 0.0, 100.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.2
     for part in parts(block):
         for k in range(part.cycles):
             amplitude = _nearer(amplitude, part.amplitude, 0.5 * dt)
@@ -133,7 +136,8 @@ def inputs(block: Block, reference: Reference) -> Iterator[tuple[Outside, Any]]:
             seen = Sensed(
                 s_tip=s_tip, v_tip=v_tip, a_tip=a_tip, v_op=v_op, s_op=s_op, mode=part.mode, f_pump=part.pumps,
                 s_w=s_w, F=F, alpha_m=alpha, K_wire=layer, dp=dp, dp_load=dp_load,
-                p_hp=2.0e7 + 1.0e6 * math.sin(0.3 * omega * t),
+                p_hp=2.0e7 + 1.0e6 * math.sin(0.3 * omega * t), omega_m=turning * v_w, p_a=P_LOW + max(dp, 0.0),
+                p_b=P_LOW + max(-dp, 0.0),
             )  # fmt: skip
             faults = {name: value for first, end, name, value in part.faults if first <= k < end}
             seen = seen._replace(**{name: value for name, value in faults.items() if value is not None})
@@ -141,8 +145,8 @@ def inputs(block: Block, reference: Reference) -> Iterator[tuple[Outside, Any]]:
             reset = float(k == part.reset)
             drive = reference.step(seen, quality, reset)
             yield Outside(seen, quality, reset), drive
-            moving = drive.u_p * speed if drive.brake <= 0.0 else 0.0
-            s_w -= moving * dt
+            v_w = drive.u_p * speed if drive.brake <= 0.0 else 0.0
+            s_w -= v_w * dt
             s_op += v_op * dt
             s_tip += v_tip * dt
             alpha += 0.2 * (drive.u_m - alpha)

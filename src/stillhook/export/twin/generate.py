@@ -13,7 +13,7 @@ from stillhook.control.guard import FINITE, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
-from stillhook.control.sensors import SENSORS, Sensor
+from stillhook.control.sensors import Sensor, sensor_named
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.certificate import objections
 from stillhook.engine.inputs import hermite_weights, scale_weights
@@ -143,6 +143,11 @@ def _check_case(case: Scenario) -> None:
             "sensors: delay, noise and steps of the motion unit are not exported, since inputs are what the PLC reads."
             " Leave them out of the case and make them in the host."
         )
+    if s.disturbed:
+        raise ExportError(
+            f"sensors: errors of {', '.join(s.disturbed)} are not exported. Leave the tables out of the case and make"
+            " them in the host."
+        )
     if case.power_loss is not None:
         raise ExportError(
             "power_loss: a host gives it by the inputs f_pump, f_known and f_passive. Leave it out of the case."
@@ -207,7 +212,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     row = [float(x) for x in tick]
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True)}
     laws = p.laws_of(crane, winch.extra_controllers)
-    with_settings: list[ControlLaw | Sensor] = [*laws, *(SENSORS[name] for name in winch.sensors)]
+    with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.sensors)]
     passed = p.limits(crane, d)
     params, law_at = offset(d.Lane, "p", 1), offset(d.Lane, "laws", 1)
     guard = law_at + offset(d.LawRecord, "guard", 1) if both else 0

@@ -214,7 +214,8 @@ def guards(at: int) -> Iterator[Port]:
 GUARD_OUTPUTS = {
     "guard_alarm": (
         "alarm",
-        f"sum of 2^i over inputs that are replaced: {', '.join(Sensed._fields)}; 2^14 memory, 2^15 law",
+        f"sum of 2^i over inputs that are replaced: {', '.join(Sensed._fields)};"
+        f" 2^{len(Sensed._fields)} memory, 2^{len(Sensed._fields) + 1} law",
     ),
     "guard_cause": ("cause", "alarm for which the winch was stopped, 0 while it is not"),
     "guard_state": (

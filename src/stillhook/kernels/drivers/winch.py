@@ -21,6 +21,9 @@ from stillhook.physics.records import inflow, joined, record, replace
 from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 
+LINES = {"p_a", "p_b"}
+"""Signals of a winch type whose dp is the difference of two lines."""
+
 
 @dataclass(frozen=True)
 class LaneParts:
@@ -84,7 +87,7 @@ def winch_driver(
     of = f"{__name__} {plant.__name__}, {path.__name__}, {laws.Record.__module__}{more}"
     Command, Params, LawRecord = plant.Command, plant.Params, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
-    sensing, actuate = laws.sensing(plant.sense), plant.actuate
+    sensing, actuate = laws.sensing(plant.sense, LINES <= set(plant.Signals._fields)), plant.actuate
     winch_signals, winch_powers = plant.signals, plant.powers
     limits, fold_extremes = plant.limits, plant.fold_extremes
     supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))

@@ -121,7 +121,7 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
     raw["programme"] = tuple(_phase(phase) for phase in raw["programme"])
     raw["winch"] = WinchSettings.model_construct(**raw["winch"])
     raw["controller"] = Mode(raw["controller"])
-    raw["sensors"] = Sensors.model_construct(**raw["sensors"])
+    raw["sensors"] = Sensors.from_dict(raw["sensors"])
     raw["friction"] = FrictionModel(raw["friction"])
     return Lowering.model_construct(**raw, tip=Still(), waves=None)
 

@@ -68,7 +68,8 @@ class PlcSegment:
 
     def foreseen(self) -> PlcInputs:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        return PlcInputs._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-3], self.seen.braked, self.seen.u_braked])
+        later = ahead(self.seen.sensed, self.plc.t_lead, self.plc.t_lead_ff)
+        return self.seen._replace(s_tip=later.s_tip, v_tip=later.v_tip)
 
 
 def motor_control(crane: Crane) -> MotorControl:
@@ -159,6 +160,9 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
         F=F,
         alpha_m=one,
         K_wire=wire_ratio(crane, x["s_w"]),
+        omega_m=_logged(x, "omega_m"),
+        p_a=_logged(x, "p_a"),
+        p_b=_logged(x, "p_b"),
         braked=braked.astype(np.float64),
         u_braked=x["u_p"],
     )
@@ -194,6 +198,12 @@ def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSe
 def _mostly(x: FloatArray | None) -> FloatArray | None:
     """A signal with its gaps bridged, None where less than half of it is known."""
     return None if x is None or np.isfinite(x).mean() < 0.5 else filled(x)
+
+
+def _logged(x: dict[str, FloatArray], name: str) -> FloatArray:
+    """A signal with its gaps bridged, zeros where it is not logged: read by controllers of the user alone."""
+    signal = _mostly(x.get(name))
+    return np.zeros(len(x["s_w"])) if signal is None else signal
 
 
 def _memory(

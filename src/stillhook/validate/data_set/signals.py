@@ -121,7 +121,8 @@ def _view(
 def _feedforward(
     moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], ours: set[str], theirs: set[str], crane: Crane
 ) -> View | None:
-    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead) later."""
+    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 and t_lead_ff
+    later."""
     motor = next((n for n in ("alpha_m", "u_m") if n in ours), None)
     if motor is None or "s_tip" not in theirs or not {"u_p", "s_w"} <= ours:
         return None
@@ -132,7 +133,7 @@ def _feedforward(
     made = -u_ff / (plc.gains.K_1 * float(K_wire(d, drum)) * np.maximum(signals[motor], LEAST_DISPLACEMENT))
     v_tip = signals["v_tip"] if "v_tip" in theirs else np.gradient(signals["s_tip"], crane.control.t_cycle)
     return View(
-        made, v_tip, plc.gains.K_2 / plc.gains.K_1 + plc.t_lead, FEEDFORWARD, "the feedforward in the pump command"
+        made, v_tip, plc.gains.K_2 / plc.gains.K_1 + plc.t_lead_ff, FEEDFORWARD, "the feedforward in the pump command"
     )
 
 

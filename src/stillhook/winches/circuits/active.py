@@ -178,7 +178,7 @@ class Extremes(NamedTuple):
 
 
 BLANK, fold_extremes = folded(Extremes)
-with_pressures = replace(Sensed, "alpha_m", "dp", "dp_load", "p_hp")
+with_pressures = replace(Sensed, "alpha_m", "dp", "dp_load", "p_hp", "p_a", "p_b")
 
 
 @scalar
@@ -191,7 +191,8 @@ def readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
     A, r = p.active, shaft.sense(x, y, q, m, tick, geo, p)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     dp_load = (r.F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
-    return with_pressures(r, alpha_m, lines.line_pressure(x.p_a) - lines.line_pressure(x.p_b), dp_load, p_hp)
+    p_a, p_b = lines.line_pressure(x.p_a), lines.line_pressure(x.p_b)
+    return with_pressures(r, alpha_m, p_a - p_b, dp_load, p_hp, p_a, p_b)
 
 
 @scalar

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.base.variable import Row
+from stillhook.control.plant import Hydraulics
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics import lines
 from stillhook.physics.hydraulics.accumulator import Accumulator
@@ -349,6 +350,11 @@ def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def pump_flows(crane: Any) -> tuple[float, float]:
     """Full flow of the pumps [m^3/s]."""
     return float(crane.cylinder.Q), 0.0
+
+
+def hydraulics(crane: Any) -> Hydraulics:
+    """What controllers may know of its hydraulics: no motors, and lines whose volume the rod changes."""
+    return Hydraulics(Q_p=float(crane.cylinder.Q))
 
 
 def charge(crane: Any) -> float:

@@ -47,6 +47,7 @@ from stillhook.winches.circuits.cylinder import (
     full_speed,
     full_wire_speed,
     gas_pressure_set,
+    hydraulics,
     lag,
     motors,
     notes,
@@ -281,19 +282,22 @@ def settle(x, q, u, tick, geo, p):
     return still(boost + fmax(F, 0.0) / A.A_a, boost + fmax(-F, 0.0) / A.A_b, x.V_o, x.x_rod)
 
 
-with_pressures = replace(Sensed, "v_op", "K_wire", "dp", "dp_load", "p_hp")
+with_pressures = replace(Sensed, "v_op", "K_wire", "dp", "dp_load", "p_hp", "p_a", "p_b")
 
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads. The operator's speed goes to the winch: the cylinder compensates the tip and, by the drum's
-    encoder, what the winch lags."""
+    encoder, what the winch lags. omega_m is the speed of the motors that turn the drum; p_a and p_b are those of the
+    cylinder's lines."""
     C = p.cylinder
     behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
-    p_o, r = accumulator_pressure(x.V_o, C.accumulator), shaft.sense(x, y, q, m, tick, geo, p)
+    omega_m = x.v_drum / (0.5 * geo.d * p.hoist.i_i)
+    p_o, r = accumulator_pressure(x.V_o, C.accumulator), shaft.readings(omega_m, y, q, tick, geo, p)
     v_op = behind if tick.mode > MANUAL else 0.0
     dp_load = (C.n_f * r.F - C.chambers.A_p * p_o) / C.chambers.A_a
-    return with_pressures(r, v_op, 1.0, line_pressure(x.p_a) - line_pressure(x.p_b), dp_load, p_o)
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
+    return with_pressures(r, v_op, 1.0, p_a - p_b, dp_load, p_o, p_a, p_b)
 
 
 with_command = replace(ActuatorCommands, "u_p")

@@ -5,9 +5,10 @@ from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
+from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import Plc, hold, low_pass
 from stillhook.physics.friction import system_friction
-from stillhook.physics.hydraulics.lines import line_pressure, void_energy, void_volume
+from stillhook.physics.hydraulics.lines import capacitance, line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving, torque_loss
 from stillhook.physics.hydraulics.pump import power_limited_setting, pump_setting_rate
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
@@ -202,15 +203,16 @@ def settle(x, q, u, tick, geo, p):
     return still(x.p_b + q.F_w * geo.r_eff / p.A.D_m, x.p_b, p.A.pump.p_standby, x.p_b)
 
 
-with_pressures = replace(Sensed, "f_pump", "dp", "dp_load")
+with_pressures = replace(Sensed, "f_pump", "dp", "dp_load", "p_a", "p_b")
 
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
-    """What the PLC reads: motors of fixed displacement; every pump counts, as the pumps follow the load by
-    themselves."""
+    """What the PLC reads: motors of fixed displacement, lines A and B at them; every pump counts, as the pumps follow
+    the load by themselves."""
     r = shaft.sense(x, y, q, m, tick, geo, p)
-    return with_pressures(r, 1.0, line_pressure(x.p_a) - line_pressure(x.p_b), r.F * geo.r_eff / p.A.D_m)
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
+    return with_pressures(r, 1.0, p_a - p_b, r.F * geo.r_eff / p.A.D_m, p_a, p_b)
 
 
 @scalar
@@ -319,6 +321,16 @@ def motors(crane: Any) -> tuple[Any, ...]:
 def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Size of the pump of each power unit; there are no passive ones."""
     return crane.open.pump.D, ()
+
+
+def hydraulics(crane: Any) -> Hydraulics:
+    """What controllers may know of its hydraulics: lines A and B between valve and motors."""
+    c = crane.open
+    return Hydraulics(
+        D_m=c.motor.D_total,
+        Q_p=c.pump.D_total * c.pump.omega_p,
+        i_C_h=1.0 / capacitance(c.line.V, c.line.bulk_modulus),
+    )
 
 
 def pump_speed(crane: Any) -> float:

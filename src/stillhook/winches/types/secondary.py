@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
+from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
@@ -237,7 +238,7 @@ with_pressures = replace(Sensed, "f_pump", "dp", "dp_load", "p_hp")
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads. dp pressure that would give the units' torque at full displacement, dp_load that for the load
     [Pa]: their difference says whether the units carry it, before the brake opens. Lost pumps do not slow the units,
-    so f_pump is 1."""
+    so f_pump is 1. There are no lines A and B: p_a and p_b are 0, the rail is p_hp."""
     R, r = p.rail, shaft.sense(x, y, q, m, tick, geo, p)
     p_o = accumulator_pressure(x.V_o, R.accumulator)
     dp = displacement(x.alpha_s, R.motor_servo) * (p_o - R.settings.p_lp)
@@ -362,6 +363,11 @@ def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def pump_flows(crane: Any) -> tuple[float, float]:
     """Full flow of the pumps that move the drum, of which there are none, and of the rail's [m^3/s]."""
     return 0.0, crane.secondary.pump.Q_max
+
+
+def hydraulics(crane: Any) -> Hydraulics:
+    """What controllers may know: the units turn the drum, the pumps feed the rail, lines A and B there are none."""
+    return Hydraulics(D_m=crane.secondary.unit.D_total, Q_pp=crane.secondary.pump.Q_max)
 
 
 def pump_speed(crane: Any) -> float:

@@ -1,0 +1,167 @@
+"""The sensor that a scenario puts between winch and PLC: delay, offset, drift, noise, smallest step, and faults.
+
+It follows the contract of sensors (`stillhook.control.interface`) for every quantity, with the same two functions. Its
+noise is pseudo-random and a pure function of what it remembers: the same seed gives the same bits, alone or in lanes,
+saved and restored.
+"""
+
+from typing import NamedTuple
+
+from stillhook.physics.scalar import ceil, fmax, quantise, scalar
+
+HOUR = 3600.0
+"""Time in which the drift of a setting comes [s]."""
+FAULTS, RING = 4, 20
+"""Faults that a sensor can have in a run, and PLC cycles by which it can be late."""
+MODULUS, FACTOR = 2147483647.0, 16807.0
+"""Generator of Park and Miller (1988): x' = FACTOR x mod MODULUS, exact in doubles; period 2^31 - 2."""
+NEVER = 1.0e300
+"""Time of a fault that does not come [s]."""
+
+
+class Fault(NamedTuple):
+    """From `time` to `until` [s] the signal is `value`, or where it is frozen (1) what it was last."""
+
+    time: float
+    until: float
+    frozen: float
+    value: float
+
+
+NO_FAULT = Fault(NEVER, NEVER, 0.0, 0.0)
+
+
+class Settings(NamedTuple):
+    """Errors of one signal in its SI unit: offset, drift in an hour, sd of white noise, smallest step (0: none); delay
+    [s]; seed from 1 to MODULUS - 1; faults in the order in which a later one counts."""
+
+    offset: float
+    drift: float
+    noise: float
+    step: float
+    delay: float
+    seed: float
+    fault_0: Fault
+    fault_1: Fault
+    fault_2: Fault
+    fault_3: Fault
+
+
+class Ring(NamedTuple):
+    """True values of the last cycles, the newest first."""
+
+    x_1: float
+    x_2: float
+    x_3: float
+    x_4: float
+    x_5: float
+    x_6: float
+    x_7: float
+    x_8: float
+    x_9: float
+    x_10: float
+    x_11: float
+    x_12: float
+    x_13: float
+    x_14: float
+    x_15: float
+    x_16: float
+    x_17: float
+    x_18: float
+    x_19: float
+    x_20: float
+
+
+class Memory(NamedTuple):
+    """Cycles since the start; state of the noise; last signal; true values of the last cycles."""
+
+    n: float
+    state: float
+    held: float
+    ring: Ring
+
+
+@scalar
+def begin(true, s):
+    """At rest: the value was there long enough for every delay."""
+    ring = Ring(
+        true, true, true, true, true, true, true, true, true, true,
+        true, true, true, true, true, true, true, true, true, true,
+    )  # fmt: skip
+    return Memory(n=0.0, state=s.seed, held=true, ring=ring)
+
+
+@scalar
+def following(x):
+    """State of the generator after x."""
+    product = FACTOR * x
+    return product + MODULUS * ceil(-product / MODULUS)
+
+
+@scalar
+def normal(x):
+    """A pseudo-random number of mean 0 and standard deviation 1, and the state after it: the sum of twelve uniform
+    ones, which has no value beyond 6 and a kurtosis of 2.9."""
+    x_1 = following(x)
+    x_2 = following(x_1)
+    x_3 = following(x_2)
+    x_4 = following(x_3)
+    x_5 = following(x_4)
+    x_6 = following(x_5)
+    x_7 = following(x_6)
+    x_8 = following(x_7)
+    x_9 = following(x_8)
+    x_10 = following(x_9)
+    x_11 = following(x_10)
+    x_12 = following(x_11)
+    total = x_1 + x_2 + x_3 + x_4 + x_5 + x_6 + x_7 + x_8 + x_9 + x_10 + x_11 + x_12
+    return total / MODULUS - 6.0, x_12
+
+
+@scalar
+def share(d, i):
+    """Weight of the value of i cycles ago in a signal that is late by d cycles: straight between two cycles [-]."""
+    return fmax(0.0, 1.0 - abs(d - i))
+
+
+@scalar
+def late(true, r, d):
+    """The true value of d cycles ago, from 0 to RING."""
+    a = share(d, 0.0) * true + share(d, 1.0) * r.x_1 + share(d, 2.0) * r.x_2 + share(d, 3.0) * r.x_3
+    b = share(d, 4.0) * r.x_4 + share(d, 5.0) * r.x_5 + share(d, 6.0) * r.x_6 + share(d, 7.0) * r.x_7
+    c = share(d, 8.0) * r.x_8 + share(d, 9.0) * r.x_9 + share(d, 10.0) * r.x_10 + share(d, 11.0) * r.x_11
+    e = share(d, 12.0) * r.x_12 + share(d, 13.0) * r.x_13 + share(d, 14.0) * r.x_14 + share(d, 15.0) * r.x_15
+    f = share(d, 16.0) * r.x_16 + share(d, 17.0) * r.x_17 + share(d, 18.0) * r.x_18 + share(d, 19.0) * r.x_19
+    return a + b + c + e + f + share(d, 20.0) * r.x_20
+
+
+@scalar
+def pushed(true, r):
+    """The ring with the value of this cycle."""
+    return Ring(
+        true, r.x_1, r.x_2, r.x_3, r.x_4, r.x_5, r.x_6, r.x_7, r.x_8, r.x_9,
+        r.x_10, r.x_11, r.x_12, r.x_13, r.x_14, r.x_15, r.x_16, r.x_17, r.x_18, r.x_19,
+    )  # fmt: skip
+
+
+@scalar
+def with_fault(read, held, t, fault):
+    """A signal with one fault."""
+    wrong = held if fault.frozen > 0.5 else fault.value
+    return wrong if t >= fault.time and t < fault.until else read
+
+
+@scalar
+def reading(true, h, s, m):
+    """The signal, and what is remembered: the late value with offset, drift and noise, in steps; then faults.
+
+    A frozen signal stands at what was read last. Time counts from the first cycle.
+    """
+    t = m.n * h
+    noise, state = normal(m.state)
+    read = quantise(late(true, m.ring, s.delay / h) + s.offset + s.drift * (t / HOUR) + s.noise * noise, s.step)
+    read = with_fault(read, m.held, t, s.fault_0)
+    read = with_fault(read, m.held, t, s.fault_1)
+    read = with_fault(read, m.held, t, s.fault_2)
+    read = with_fault(read, m.held, t, s.fault_3)
+    return read, Memory(n=m.n + 1.0, state=state, held=read, ring=pushed(true, m.ring))
