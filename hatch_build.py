@@ -139,7 +139,6 @@ def identify_all(folder: Path) -> None:
     from stillhook.library.catalogue import shelf
     from stillhook.plan.answer.reference_cell import sensitivity
     from stillhook.plan.file import load_plan, plans
-    from stillhook.plan.limits import limits_in
     from stillhook.plan.planning import plan
     from stillhook.plan.table import Axes
     from stillhook.response.lift import compensated_depth
@@ -153,7 +152,7 @@ def identify_all(folder: Path) -> None:
             plan(lift_plan, tier="frequency")
             axes = Axes.of(lift_plan)
             cell = axes.periods[0], axes.headings[0], next(p.name for p in lift_plan.phases if p.compensated)
-            sensitivity(lift_plan, axes.alternatives, *cell, lambda d, of=lift_plan: [limits_in(of, x) for x in d])
+            sensitivity(lift_plan, axes.alternatives, *cell)
         for name in shelf("lifts"):
             file = load_lift(name, duration="60 s", moving=False)
             duty = suspended_load(file.crane, file.lift, -compensated_depth(file.lift)).duty
