@@ -1,5 +1,5 @@
-"""Machines, seas and sensors of the adaptation trial: a seed draws the crane, what its sensors get wrong, the clocks, the
-sea and when friction steps.
+"""Machines, seas and sensors of the adaptation trial: a seed draws the crane, what its sensors get wrong, the clocks,
+the sea and when friction steps.
 
 Sensor errors are even within the limits that the issue states; what is not stated is that of
 `trials.independent_crane.sea_trial` (assumed there).
@@ -125,7 +125,12 @@ def simulate(trial: Trial) -> Run:
     conditions = {"load": test.load, "s_w": test.s_w, "mode": test.mode, "height": test.wave.height}  # type: ignore[union-attr]
     conditions |= {"period": test.wave.period, "scale": scale}  # type: ignore[union-attr]
     return Run(
-        logged(log, inputs, clock, rng), truth_of(log, crane), at, (scale, scale * (1.0 + trial.step)), clock, conditions
+        logged(log, inputs, clock, rng),
+        truth_of(log, crane),
+        at,
+        (scale, scale * (1.0 + trial.step)),
+        clock,
+        conditions,
     )
 
 

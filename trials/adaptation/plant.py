@@ -1,5 +1,5 @@
-"""The independent crane (`trials.independent_crane.plant`) with system friction of its own factor that steps in time, oil
-that warms, and a law of another form.
+"""The independent crane (`trials.independent_crane.plant`) with system friction of its own factor that steps in time,
+oil that warms, and a law of another form.
 
 Records, servos, lines, drum, wire and gas are those of that plant; what turns the shaft is written here, because motor
 loss and system friction have factors of their own and the truth is logged beside the signals.

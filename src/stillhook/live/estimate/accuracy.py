@@ -11,6 +11,8 @@ import numpy as np
 from stillhook.errors import IdentifyError
 from stillhook.statistics.estimate import CONFIDENCE, NORMAL_95
 
+F_LAG = 0.05
+"""Lag that a load cell is taken to have [s]. Assumed: filter of an amplifier."""
 GRID = 2001
 """Points on which distributions are folded: an interval is right to a thousandth of its half width."""
 TAIL = 5.0
@@ -19,8 +21,8 @@ TAIL = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Accuracies:
-    """Limits of error, each of either sign: the true value is anywhere within, as is common for a class of accuracy (GUM
-    4.3.7). Replace what a data sheet says otherwise."""
+    """Limits of error, each of either sign: the true value is anywhere within, as is common for a class of accuracy
+    (GUM 4.3.7). Replace what a data sheet says otherwise."""
 
     F_gain: float = 0.01
     """Load cell, part of the reading [-]. Source: issue 39; usual for load pins on cranes."""
@@ -54,11 +56,9 @@ class Accuracies:
         for field in fields(self):
             value = getattr(self, field.name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
-                raise IdentifyError(f"Accuracies.{field.name} = {value!r}: a limit of error is a number from 0 on, in SI.")
-
-
-F_LAG = 0.05
-"""Lag that a load cell is taken to have [s]. Assumed."""
+                raise IdentifyError(
+                    f"Accuracies.{field.name} = {value!r}: a limit of error is a number from 0 on, in SI."
+                )
 
 
 def half_width(limits: Iterable[float], u: float, t: float = NORMAL_95) -> float:

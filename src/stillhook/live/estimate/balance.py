@@ -64,8 +64,8 @@ class Balance:
         name = self.crane.plant.type.name
         if name not in WITH_PRESSURES:
             raise IdentifyError(
-                f'Crane "{self.crane.name}": winch type "{name}" has no pressures of both lines of its motors to measure'
-                f" its friction by. Choose a crane of type {' or '.join(WITH_PRESSURES)}."
+                f'Crane "{self.crane.name}": winch type "{name}" has no pressures of both lines of its motors to'
+                f" measure friction by. Choose a crane of type {' or '.join(WITH_PRESSURES)}."
             )
 
     @property

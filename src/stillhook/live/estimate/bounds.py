@@ -46,9 +46,11 @@ class Seen:
                     self._tip.append((now, s))
                     last = now
         if "mode" in rows:
-            mode = np.nan_to_num(rows["mode"])
-            for i in np.flatnonzero(np.diff(mode, prepend=np.nan) != 0.0):
-                self._modes.append((float(t[i]), float(mode[i])))
+            known = np.isfinite(rows["mode"])
+            when, mode = t[known], rows["mode"][known]
+            last_code = self._modes[-1][1] if self._modes else np.nan
+            for i in np.flatnonzero(np.diff(mode, prepend=last_code) != 0.0):
+                self._modes.append((float(when[i]), float(mode[i])))
 
     def tip(self) -> tuple[float, float]:
         """Largest peak-to-peak over 30 s [m] and mean period [s] of the tip; NaN where it is not known."""
@@ -99,7 +101,9 @@ class Bounds:
             reasons.append("mode not known (mode not logged)")
         low, high = PLAUSIBLE
         if not low <= found.system.value <= high:
-            reasons.append(f"system friction of {found.system.value:.2f} times the crane file's is not {low:g} to {high:g}")
+            reasons.append(
+                f"system friction of {found.system.value:.2f} times the crane file's is not {low:g} to {high:g}"
+            )
         return tuple(reasons)
 
     def conditions(self, seen: Seen, waves: Sequence[HalfWave]) -> Conditions:

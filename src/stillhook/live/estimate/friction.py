@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter, deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -44,9 +45,9 @@ RATE = 0.2
 
 @dataclass(frozen=True)
 class FrictionState:
-    """What is known after the last rows. t [s]; estimate: None where there is none, and `reasons` say why; applied: factor
-    on the crane file's system friction that may be used in the twin, None where it may not, and `bounds` say why;
-    alarms: all since the start; left_out: half waves that say nothing, by reason."""
+    """What is known after the last rows. t of the last row [s]; estimate: None where there is none, and `reasons` say
+    why; applied: factor on the crane file's system friction that may be used in the twin, None where it may not, and
+    `bounds` say why; alarms: the last ones since the start; left_out: half waves that say nothing, by reason."""
 
     t: float
     estimate: FrictionEstimate | None
@@ -60,9 +61,9 @@ class FrictionState:
 class FrictionEstimator:
     """Follows the losses of one crane. `update` takes rows as they come, of any number at a time; memory is bounded.
 
-    Parameters: crane; load payload on the hook [kg], default what the load cell shows; accuracies of the sensors; window
-    [s]; gas_side: p_hp is read at the gas instead of at the motors. Errors: IdentifyError for a winch without pressures
-    of its motors, and for a window out of range.
+    Parameters: crane; load payload on the hook [kg], default what the load cell shows; accuracies of the sensors;
+    window [s]; gas_side: p_hp is read at the gas instead of at the motors. Errors: IdentifyError for a winch without
+    pressures of its motors, and for a window out of range.
     """
 
     def __init__(
@@ -106,7 +107,8 @@ class FrictionEstimator:
         return lacking if any(name in rows for name in ENCODER) else (*lacking, " or ".join(ENCODER))
 
     def update(self, rows: Mapping[str, ArrayLike]) -> FrictionState:
-        """Take rows, each signal (n,) in SI under its name in `stillhook.variables`, with "time" [s]; what is known then.
+        """Take rows, each signal (n,) in SI under its name in `stillhook.variables`, with "time" [s]; returns what is
+        known then.
 
         Errors: IdentifyError where time is missing or does not increase, or columns differ in length.
         """
@@ -132,12 +134,17 @@ class FrictionEstimator:
 
     def state(self) -> FrictionState:
         """What is known now."""
-        if self._known is None or not self._known.estimate:
+        if self._known is None or self._known.estimate is None or self._stale:
             self._known = self._state()
         return replace(self._known, t=self._last)
 
+    @property
+    def _stale(self) -> bool:
+        """Whether the last half wave is long ago."""
+        return not self._waves or self._last - self._waves[-1].t > LONGEST
+
     def _state(self) -> FrictionState:
-        t = self._waves[-1].t if self._waves else self._last
+        t = self._last if self._stale else self._waves[-1].t
         lacking = self._clock.remainder()
         window = [w for w in self._waves if w.t > max(t - self.window, self._since)]
         extra = 0.0 if lacking.found else self.accuracies.clock
@@ -157,6 +164,8 @@ class FrictionEstimator:
         if not np.isfinite(self._last):
             return ("no rows yet",)
         out = [f"{len(window)} of {FEWEST} half waves"]
+        if not self._placed and self._buffer:
+            out.append("clock of the encoder not found yet: flow of the pumps and motor speed do not match")
         if not np.isfinite(self._turned) or self._last - self._turned > LONGEST:
             out.append("no reversals of the winch")
         return (*out, *(reason for reason, _ in self._left_out.most_common(2)))
@@ -171,10 +180,11 @@ class FrictionEstimator:
                 f'Rows: "{wrong}" has shape {block[wrong].shape}, "time" {t.shape}: every signal needs one value a row.'
             )
         last = self._last
+        since = f" after rows up to {last:g} s" if np.isfinite(last) else ""
         if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all() and (not len(t) or not t[0] <= last)):
             raise IdentifyError(
-                f"Rows from {t[0] if len(t) else np.nan:g} s: time must increase from row to row (last {last:g} s). Sort"
-                " the rows, or begin a new estimator."
+                f"Rows from {t[0]:g} s to {t[-1]:g} s{since}: time must increase from row to row. Sort them, or begin"
+                " a new estimator."
             )
         return block
 
@@ -297,5 +307,5 @@ def follow_friction(
         return (estimator.update(columns),)
     marks = np.searchsorted(t, np.arange(t[0] + every, t[-1], every))
     edges = [0, *marks.tolist(), len(t)]
-    parts = [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a]
+    parts = [slice(a, b) for a, b in itertools.pairwise(edges) if b > a]
     return tuple(estimator.update({name: x[part] for name, x in columns.items()}) for part in parts)

@@ -1,18 +1,20 @@
 """A stream of rows cut into half waves of the winch, and each half wave as a few means.
 
-A half wave is the time between two reversals of the motor speed. What is next to a reversal is left out: there the winch
-hangs on its bristle.
+A half wave is the time between two reversals of the motor speed. What is next to a reversal is left out: there the
+bristle of the friction deflects before the winch slides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.live.estimate.balance import Balance
+from stillhook.live.estimate.accuracy import F_LAG
+from stillhook.live.estimate.balance import Balance, Geometry
 from stillhook.live.estimate.clock import FlowRow, flow_row
 from stillhook.physics.hydraulics.pump import pump_flow
 
@@ -32,6 +34,8 @@ SLOWER = 0.1
 """Part of MOVING by which a sample may be slower: noise of the encoder [-]."""
 HOLE = 0.5
 """Longest hole in the rows within a half wave [s]."""
+MANUAL = 0.0
+"""What a PLC calls manual mode (`stillhook.variables`, "mode")."""
 AT_STOP = 0.98
 """Pump setting from which the pumps count as saturated [-]."""
 AT_RELIEF = 0.97
@@ -44,7 +48,21 @@ CLEAR_SIDE = 5e5
 """Pressure drop from which it is clear which line is under pressure [Pa]: ten times the drift of a transmitter."""
 NUDGE = 0.02
 """Shift of the clock by which its effect is taken [s]: large against rounding, small against a wave."""
-SENSITIVITIES = ("F_gain", "F_zero", "F_lag", "alpha_m", "alpha_pm", "D_m", "D_pm", "p_a", "p_b", "p_hp", "R_piston", "inertia", "clock")
+SENSITIVITIES = (
+    "F_gain",
+    "F_zero",
+    "F_lag",
+    "alpha_m",
+    "alpha_pm",
+    "D_m",
+    "D_pm",
+    "p_a",
+    "p_b",
+    "p_hp",
+    "R_piston",
+    "inertia",
+    "clock",
+)
 """Errors that a half wave's torque depends on, in the order of `HalfWave.effects`."""
 
 
@@ -91,7 +109,7 @@ def reversals(omega: FloatArray) -> list[tuple[int, int]]:
         a, b = int(turned[k]), int(turned[k + 1])
         crossing = a + int(np.argmax(np.sign(omega[a : b + 1]) == side[b]))
         marks.append(crossing)
-    return list(zip(marks[:-1], marks[1:], strict=True))
+    return list(itertools.pairwise(marks))
 
 
 def cut(rows: Rows, omega: FloatArray, first: int, last: int, offset: float, balance: Balance, reach: float) -> Cut:
@@ -133,7 +151,7 @@ def cut(rows: Rows, omega: FloatArray, first: int, last: int, offset: float, bal
 
 def _left_out(inside: Rows, omega: FloatArray, balance: Balance, s_w: float) -> str | None:
     """Why the samples of a half wave say nothing of friction; None where they do."""
-    if "mode" in inside and (np.nan_to_num(inside["mode"]) == 0.0).any():
+    if "mode" in inside and (inside["mode"] == MANUAL).any():
         return "manual mode"
     if "brake" in inside and (np.nan_to_num(inside["brake"]) > 0.0).any():
         return "brake closed"
@@ -175,7 +193,10 @@ def _ends(t: FloatArray, x: FloatArray) -> tuple[float, float]:
     return out[0], out[1]
 
 
-def _means(x: Rows, t: FloatArray, speed, balance: Balance, geo, s_w: float) -> HalfWave:  # type: ignore[no-untyped-def]
+def _means(
+    x: Rows, t: FloatArray, speed: Callable[[float], FloatArray], balance: Balance, geo: Geometry, s_w: float
+) -> HalfWave:
+    """Means over a half wave of samples x at times t [s]; speed: motor speed at these times, so much later [rad/s]."""
     omega, seconds = speed(0.0), float(t[-1] - t[0])
 
     def model_and_inertia(shift: float) -> tuple[float, float]:
@@ -190,8 +211,6 @@ def _means(x: Rows, t: FloatArray, speed, balance: Balance, geo, s_w: float) -> 
     inertia = model_and_inertia(0.0)[1]
     wire = _mean(t, s.wire)
     begin, end = _ends(t, x["F_w"])
-    from stillhook.live.estimate.accuracy import F_LAG
-
     lag = -geo.r_eff * (end - begin) / seconds  # torque per second of the cell's lag
     active, passive = _mean(t, s.active), _mean(t, s.passive)
     of_clock = (-(late[1] - early[1]) - (late[0] - early[0])) / (2.0 * NUDGE)
@@ -236,7 +255,8 @@ def _flows(x: Rows, t: FloatArray, omega: FloatArray, balance: Balance) -> FlowR
     if "alpha_p" not in x or not np.isfinite(x["alpha_p"]).all():
         return None
     A = balance.params.active
-    which = np.minimum(((t - t[0]) / BINS).astype(np.intp), int((t[-1] - t[0]) / BINS))
+    width = max(BINS, 2.5 * float(np.median(np.diff(t))))
+    which = ((t - t[0]) / width).astype(np.intp)
     count = np.bincount(which)
     if (count == 0).any() or len(count) < 5:
         return None
@@ -249,5 +269,5 @@ def _flows(x: Rows, t: FloatArray, omega: FloatArray, balance: Balance) -> FlowR
     dp = p_a - p_b
     Q = Q - np.sign(dp) / A.i_C_h * np.gradient(np.maximum(p_a, p_b), at)
     clear = np.abs(dp) > CLEAR_SIDE
-    clear[[0, -1]] = False
+    clear[[0, -1]] = False  # slopes of the ends are one-sided, the last mean is of a part of its width
     return flow_row(*(y[clear] for y in (Q, q, np.gradient(q, at), dp))) if clear.any() else None

@@ -46,8 +46,8 @@ class FrictionEstimate:
 
 
 class Line(NamedTuple):
-    """A fit of torque = scale model + standing + drift: scale; residuals (n,); u of the scale from the scatter; t: its 95 %
-    factor; standing [N m]; gain (n,): scale as a linear form of the torques."""
+    """A fit of torque = scale model + standing + drift: scale; residuals (n,); u of the scale from the scatter; t: its
+    95 % factor; standing [N m]; gain (n,): scale as a linear form of the torques."""
 
     scale: float
     residual: FloatArray
@@ -142,7 +142,9 @@ def limits_of(gain: FloatArray, effects: FloatArray, accuracies: Accuracies) -> 
     return {name: abs(float(e)) * sizes[name] for name, e in zip(SENSITIVITIES, of_each, strict=True)}
 
 
-def estimate(waves: Sequence[HalfWave], clock: Clock, accuracies: Accuracies, extra_clock: float) -> FrictionEstimate | None:
+def estimate(
+    waves: Sequence[HalfWave], clock: Clock, accuracies: Accuracies, extra_clock: float
+) -> FrictionEstimate | None:
     """Scale of the losses over a window, with its 95 % interval. clock: what is still lacking of the offset that the
     half waves were put together with, and its uncertainty; extra_clock: limit of error of the clock besides [s]."""
     if len(waves) < FEWEST:

@@ -23,8 +23,8 @@ LEAST_SCATTER = 0.01
 
 
 class FrictionAlarm(NamedTuple):
-    """A step of all losses. t: moment that it was found [s]; onset: last moment before it [s]; rise: change over what they
-    were before, with its 95 % interval."""
+    """A step of all losses. t: moment that it was found [s]; onset: middle of the half wave in which it fell [s]; rise:
+    change over what they were before, with its 95 % interval."""
 
     t: float
     onset: float
@@ -52,14 +52,18 @@ class Split(NamedTuple):
     left: float
 
 
-def step_of(waves: Sequence[HalfWave], latest: int | None = None) -> Split | None:
-    """The step that fits the last half waves of a stream best, among those that are significant; None without one. A
-    standing torque is common to both sides of it, so that an error of load cell or pressures raises none; the half wave
-    in which it fell belongs to neither side. latest: number of half waves after it that are tried at most."""
+def step_of(waves: Sequence[HalfWave]) -> Split | None:
+    """The step that fits the last half waves of a stream best, among those that are significant; None without one.
+
+    The half wave in which it fell belongs to neither side. A standing torque is common to both sides, so that an error
+    of load cell or pressures raises none; so is a slope with the strength of the half waves, so that a sea that grows
+    under a law of another form raises none.
+    """
     n = len(waves)
-    most = min(AFTER_MOST if latest is None else latest, n - BEFORE_FEWEST - 1)
+    most = min(AFTER_MOST, n - BEFORE_FEWEST - 1)
     model = np.array([w.system + w.motors for w in waves])
     torque = np.array([w.torque for w in waves])
+    speed = np.array([w.speed for w in waves])
     best: Split | None = None
     for after in range(AFTER_FEWEST, most + 1):
         place = n - after - 1
@@ -68,11 +72,12 @@ def step_of(waves: Sequence[HalfWave], latest: int | None = None) -> Split | Non
         m, y = model[use], torque[use]
         if not (m[later].min() < 0.0 < m[later].max() and m[~later].min() < 0.0 < m[~later].max()):
             continue
-        X = np.column_stack([np.where(later, 0.0, m), np.where(later, m, 0.0), np.ones(n - 1)])
+        stronger = m * (speed[use] / speed.mean() - 1.0)
+        X = np.column_stack([np.where(later, 0.0, m), np.where(later, m, 0.0), stronger, np.ones(n - 1)])
         inverse = np.linalg.pinv(X.T @ X)
         b = inverse @ (X.T @ y)
         residual = y - X @ b
-        left, freedom = float(residual @ residual), n - 4
+        left, freedom = float(residual @ residual), n - 5
         scatter = max(float(np.sqrt(left / freedom)), LEAST_SCATTER * float(np.abs(model).mean()))
         u = scatter * float(np.sqrt(inverse[0, 0] + inverse[1, 1] - 2.0 * inverse[0, 1]))
         rise, significance = float(b[1] / b[0] - 1.0), abs(float(b[1] - b[0])) / u
