@@ -27,6 +27,8 @@ ENCODER = ("omega_m", "v_w", "s_w")
 """Signals of the encoder's clock, the best first; all others are on the clock of the pressures."""
 LOAD_SHARE = 0.4
 """Load of the records that are packed, part of the SWL [-]: no number of the balance depends on it."""
+NUDGE = 1e-3
+"""Part of the full displacement by which its effect on the motors' loss is taken [-]."""
 
 
 class Samples(NamedTuple):
@@ -37,8 +39,8 @@ class Samples(NamedTuple):
     wire: FloatArray  # of the wire
     system: FloatArray  # system friction of the crane file, with the sign of the motion
     motors: FloatArray  # motors' loss of the crane file, with the sign of the motion
-    per_alpha_m: FloatArray  # active torque per part of the full displacement
-    per_alpha_pm: FloatArray  # passive torque per part of the full displacement
+    per_alpha_m: FloatArray  # active torque less the file's loss, per part of the full displacement
+    per_alpha_pm: FloatArray  # passive torque less the file's loss, per part of the full displacement
     per_p: FloatArray  # active torque per pressure [m^3]
     per_p_hp: FloatArray  # passive torque per pressure [m^3]
     per_load: FloatArray  # part of `system` that is proportional to the drum torque
@@ -95,10 +97,16 @@ class Balance:
         sign, n = np.sign(omega), float(hoist.n_motors)
         alpha_m, dp = x["alpha_m"], x["p_a"] - x["p_b"]
         D = motors.count * motors.D_max
+
+        def loss_of(of: Any, alpha: FloatArray, drop: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Loss of a set of motors, and its change per part of the full displacement [N m]."""
+            here, more = (of.count * torque_loss(omega, a * of.D_max, drop, of.fit) for a in (alpha, alpha + NUDGE))
+            return here, sign * (more - here) / NUDGE
+
         wire = x["F_w"] * geo.r_eff
         T_d = np.maximum(wire * self.crane.i_hD, 0.0)
         system = n * system_friction(omega, T_d, hoist.friction)
-        loss = motors.count * torque_loss(omega, alpha_m * motors.D_max, dp, motors.fit)
+        loss, loss_per_m = loss_of(motors, alpha_m, dp)
         passive = piston = per_pm = per_p_hp = np.zeros_like(omega)
         if self.has_passive:
             P, alpha_pm = self.params.passive, x["alpha_pm"]
@@ -106,8 +114,9 @@ class Balance:
             if self.gas_side:
                 lost = piston_loss(-D_pm * alpha_pm * omega, P.accumulator)
                 piston, drop = motor_torque(D_pm * alpha_pm, lost), drop + lost
-            passive, per_pm, per_p_hp = motor_torque(D_pm * alpha_pm, drop), D_pm * drop, D_pm * alpha_pm
-            loss = loss + P.motors.count * torque_loss(omega, alpha_pm * P.motors.D_max, drop, P.motors.fit)
+            passive_loss, loss_per_pm = loss_of(P.motors, alpha_pm, drop)
+            passive, per_pm = motor_torque(D_pm * alpha_pm, drop), D_pm * drop - loss_per_pm
+            loss, per_p_hp = loss + passive_loss, D_pm * alpha_pm
         without = n * system_friction(omega, 0.0, hoist.friction)
         return Samples(
             active=motor_torque(D * alpha_m, dp),
@@ -115,7 +124,7 @@ class Balance:
             wire=wire,
             system=sign * system,
             motors=sign * loss,
-            per_alpha_m=D * dp,
+            per_alpha_m=D * dp - loss_per_m,
             per_alpha_pm=per_pm,
             per_p=D * alpha_m,
             per_p_hp=per_p_hp,
