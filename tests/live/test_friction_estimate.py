@@ -14,6 +14,7 @@ from stillhook.library import load_crane
 from stillhook.live.estimate import Accuracies, FrictionEstimator, follow_friction
 from stillhook.live.estimate.accuracy import half_width
 from stillhook.live.estimate.half_waves import LONGEST
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.spec.crane import content
 from stillhook.spec.validity import Certified
 
@@ -323,3 +324,61 @@ def test_friction_that_no_winch_has_is_not_applied():
     assert state.estimate.system.value > 3.0
     assert state.applied is None
     assert "is not 0.3 to 3" in state.bounds[0]
+
+
+def test_rows_at_ten_hertz_say_the_same():
+    """To a tenth of the interval: a half wave is then some twenty samples."""
+    fast = last(rows()).estimate
+    slow = last({n: v[::5] for n, v in rows().items()}).estimate
+    assert slow.loss.value == pytest.approx(fast.loss.value, abs=0.1 * fast.loss.half)
+
+
+def test_unknown_values_here_and_there_change_little():
+    rng = np.random.default_rng(3)
+    holed = {n: v if n == "time" else np.where(rng.random(len(v)) < 0.02, np.nan, v) for n, v in rows().items()}
+    right, found = last(rows()).estimate, last(holed).estimate
+    assert found.half_waves >= right.half_waves - 2
+    assert found.loss.value == pytest.approx(right.loss.value, abs=0.1 * right.loss.half)
+
+
+def test_the_resistance_of_the_piston_is_added_where_the_gas_is_read():
+    """A pressure at the gas, taken for that at the motors, counts the piston as friction of the winch."""
+    case = stillhook.Scenario(
+        load="60 t", s_w="800 m", mode="ssc", duration="150 s", tip=stillhook.Sine(height="1.6 m", period="9 s")
+    )
+    run = stillhook.simulate(CRANE, case, every="0.02 s")
+    acc = FrictionEstimator(CRANE).balance.params.passive.accumulator
+    gas = np.array([accumulator_pressure(v, acc) for v in run.V_acc.values])
+    x = {"time": run.time.values, **{n: run[n].values for n in LOGGED}, "p_hp": gas}
+    right, wrong = last(x, gas_side=True).estimate, last(x).estimate
+    assert right.system.value == pytest.approx(1.0, rel=LIKE_ANOTHER_LAG)
+    assert wrong.system.value > right.system.value + 0.02
+    assert right.limits["R_piston"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("brake", lambda t: np.where(t > 30.0, 1.0, 0.0), "brake closed"),
+        ("s_w", lambda t: np.where(t > 30.0, 800.0 + 20.0 * (t - 30.0), 800.0), "wire changes its layer"),
+        ("p_b", lambda t: np.where(t > 30.0, np.nan, 25e5), "p_b unknown"),
+    ],
+)
+def test_half_waves_that_say_nothing_are_counted_by_reason(name, value, reason):
+    x = rows(duration=80)
+    state = last({**x, name: value(x["time"])})
+    assert state.left_out[reason] > 0
+
+
+def test_a_hole_in_the_log_costs_the_half_waves_around_it_alone():
+    x = rows()
+    state = last({n: np.delete(v, slice(4000, 4150)) for n, v in x.items()})
+    assert 1 <= state.left_out["holes in the log"] <= 2
+    assert state.estimate.loss.value == pytest.approx(last(x).estimate.loss.value, abs=0.1 * state.estimate.loss.half)
+
+
+def test_a_second_log_with_other_signals_may_follow():
+    estimator, x = FrictionEstimator(CRANE), rows(duration=80)
+    follow_friction(estimator, x)
+    later = {n: v + 100.0 if n == "time" else v for n, v in x.items() if n != "alpha_p"}
+    assert follow_friction(estimator, later)[-1].estimate.system.contains(WORN)

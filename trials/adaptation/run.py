@@ -30,7 +30,7 @@ from trials.independent_crane.sea_trial import CYCLE
 STORE = Path(__file__).resolve().parent / "outcomes.json"
 JUDGED = 1000
 """First seed that the estimator is judged on."""
-RUNS, FEWER, QUIETS = 100, 30, 36
+RUNS, FEWER, QUIETS = 100, 15, 24
 """Runs with a step, the same with fewer signals, and runs without a step."""
 QUIET_HOURS = 2.0
 """Length of a run without a step [h]."""
@@ -52,8 +52,8 @@ class Group(NamedTuple):
 
 GROUPS: Mapping[str, Group] = {
     "file-step": Group("law of the crane file's form", RUNS),
-    "quiet": Group("no step", QUIETS, step=False),
     "other-step": Group("law of another form", RUNS, OTHER_FORM),
+    "quiet": Group("no step", QUIETS, step=False),
     "no-pump-reading": Group("pumps' setting not read (command alone)", FEWER, left_out=("alpha_p",)),
     "no-motor-speed": Group("motor speed not logged (wire counter alone)", FEWER, left_out=("omega_m",)),
     "no-clock": Group("neither setting nor command of the pumps: clock not found", FEWER, left_out=("alpha_p", "u_p")),

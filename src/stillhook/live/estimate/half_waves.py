@@ -19,7 +19,7 @@ from stillhook.live.estimate.clock import FlowRow, flow_row
 from stillhook.physics.hydraulics.pump import pump_flow
 
 BEFORE, AFTER = 0.25, 0.5
-"""Time that is left out before and after a reversal [s]: measured, see docs/explanation."""
+"""Time that is left out before and after a reversal [s]: measured, see docs/explanation/following-friction.md."""
 SHORTEST = 1.0
 """Shortest half wave after that [s]: with less its mean is that of the reversals."""
 LONGEST = 60.0
@@ -181,18 +181,6 @@ def _mean(t: FloatArray, x: FloatArray) -> float:
     return float(np.sum(0.5 * (x[1:] + x[:-1]) * np.diff(t)) / (t[-1] - t[0]))
 
 
-def _ends(t: FloatArray, x: FloatArray) -> tuple[float, float]:
-    """Values at both ends, each of a line through a fifth of a second: noise of one sample would be that of a whole
-    half wave."""
-    out = []
-    for at, use in ((t[0], t <= t[0] + 2.0 * BINS), (t[-1], t >= t[-1] - 2.0 * BINS)):
-        dt, y = t[use] - at, x[use]
-        apart = dt - dt.mean()
-        slope = float(np.sum(apart * y) / np.sum(apart * apart)) if len(y) > 2 else 0.0
-        out.append(float(y.mean() - slope * dt.mean()))
-    return out[0], out[1]
-
-
 def _means(
     x: Rows, t: FloatArray, speed: Callable[[float], FloatArray], balance: Balance, geo: Geometry, s_w: float
 ) -> HalfWave:
@@ -202,16 +190,14 @@ def _means(
     def model_and_inertia(shift: float) -> tuple[float, float]:
         w = omega if shift == 0.0 else speed(shift)
         s = balance.samples(x, w, geo)
-        begin, end = _ends(t, w)
-        return _mean(t, s.system + s.motors), geo.J * (end - begin) / seconds
+        return _mean(t, s.system + s.motors), geo.J * float(w[-1] - w[0]) / seconds
 
     s = balance.samples(x, omega, geo)
     system, motors = _mean(t, s.system), _mean(t, s.motors)
     early, late = model_and_inertia(-NUDGE), model_and_inertia(NUDGE)
     inertia = model_and_inertia(0.0)[1]
     wire = _mean(t, s.wire)
-    begin, end = _ends(t, x["F_w"])
-    lag = -geo.r_eff * (end - begin) / seconds  # torque per second of the cell's lag
+    lag = -geo.r_eff * float(x["F_w"][-1] - x["F_w"][0]) / seconds  # torque per second of the cell's lag
     active, passive = _mean(t, s.active), _mean(t, s.passive)
     of_clock = (-(late[1] - early[1]) - (late[0] - early[0])) / (2.0 * NUDGE)
     per_load = _mean(t, s.per_load)
