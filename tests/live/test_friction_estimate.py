@@ -13,6 +13,7 @@ from stillhook.kernels.build import results_hash
 from stillhook.library import load_crane
 from stillhook.live.estimate import Accuracies, FrictionEstimator, follow_friction
 from stillhook.live.estimate.accuracy import half_width
+from stillhook.live.estimate.friction import NO_CLOCK
 from stillhook.live.estimate.half_waves import LONGEST
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.spec.crane import content
@@ -81,6 +82,7 @@ def test_a_clock_that_cannot_be_found_widens_the_interval():
     blind = {n: v for n, v in rows().items() if n not in ("alpha_p", "u_p")}
     found, known = last(blind).estimate, last(rows()).estimate
     assert not found.clock.found
+    assert last(blind).reasons == (NO_CLOCK,)
     assert found.limits["clock"] > 10.0 * known.limits["clock"]
     assert found.loss.half > 1.5 * known.loss.half
     assert last(late_encoder(blind, 0.1)).estimate.system.contains(WORN)

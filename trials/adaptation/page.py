@@ -133,7 +133,8 @@ def alarms(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
             continue
         after, early = found_after(runs), sum(a[0] < 0.0 for one in runs for a in one["alarms"])
         more = sum(sum(a[0] > 0.0 for a in one["alarms"]) - 1 for one in runs if one["alarms"])
-        times = f"{np.nanmedian(after):.0f} s", f"{np.nanmax(after):.0f} s"
+        some = np.isfinite(after).any()
+        times = (f"{np.nanmedian(after):.0f} s", f"{np.nanmax(after):.0f} s") if some else ("–", "–")
         yield group.text, f"{int(np.isfinite(after).sum())} of {len(runs)}", *times, str(early), str(max(more, 0))
 
 
