@@ -100,8 +100,8 @@ class Balance:
 
         def loss_of(of: Any, alpha: FloatArray, drop: FloatArray) -> tuple[FloatArray, FloatArray]:
             """Loss of a set of motors, and its change per part of the full displacement [N m]."""
-            here, more = (of.count * torque_loss(omega, a * of.D_max, drop, of.fit) for a in (alpha, alpha + NUDGE))
-            return here, sign * (more - here) / NUDGE
+            now, more = (of.count * torque_loss(omega, a * of.D_max, drop, of.fit) for a in (alpha, alpha + NUDGE))
+            return now, sign * (more - now) / NUDGE
 
         wire = x["F_w"] * geo.r_eff
         T_d = np.maximum(wire * self.crane.i_hD, 0.0)

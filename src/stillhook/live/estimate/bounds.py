@@ -77,13 +77,13 @@ class Bounds:
         self._objections = objections(crane)
 
     def judge(
-        self, found: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]
+        self, estimate: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]
     ) -> tuple[float | None, tuple[str, ...]]:
         """The factor on the system friction that may be applied, and why none may."""
-        reasons = self._reasons(found, seen, waves)
-        return (None, reasons) if reasons else (found.system.value, ())
+        reasons = self._reasons(estimate, seen, waves)
+        return (None, reasons) if reasons else (estimate.system.value, ())
 
-    def _reasons(self, found: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]) -> tuple[str, ...]:
+    def _reasons(self, estimate: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]) -> tuple[str, ...]:
         certified = self.crane.certified
         if certified is None:
             return (NO_CERTIFICATE,)
@@ -97,12 +97,12 @@ class Bounds:
         span, period = seen.tip()
         if not (np.isfinite(span) and np.isfinite(period)):
             reasons.append("tip motion not known (s_tip not logged, or less than a minute of it)")
-        if not seen.modes(found.start):
+        if not seen.modes(estimate.start):
             reasons.append("mode not known (mode not logged)")
         low, high = PLAUSIBLE
-        if not low <= found.system.value <= high:
+        if not low <= estimate.system.value <= high:
             reasons.append(
-                f"system friction of {found.system.value:.2f} times the crane file's is not {low:g} to {high:g}"
+                f"system friction of {estimate.system.value:.2f} times the crane file's is not {low:g} to {high:g}"
             )
         return tuple(reasons)
 

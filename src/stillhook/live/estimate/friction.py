@@ -153,14 +153,14 @@ class FrictionEstimator:
         extra = 0.0 if lacking.found else self.accuracies.clock
         if not self._read:
             extra += self.accuracies.pump_lag
-        found = estimate(window, lacking, self.accuracies, extra)
-        if found is None:
+        result = estimate(window, lacking, self.accuracies, extra)
+        if result is None:
             return FrictionState(t, None, self._reasons(t, window), None, (), tuple(self._alarms), dict(self._left_out))
         clock = Clock(self._clock.offset + lacking.offset, lacking.u, lacking.t, lacking.half_waves)
-        found = replace(found, clock=clock)
-        applied, bounds = self._bounds.judge(found, self._seen, window)
+        result = replace(result, clock=clock)
+        applied, bounds = self._bounds.judge(result, self._seen, window)
         reasons = () if lacking.found else (NO_CLOCK,)
-        return FrictionState(t, found, reasons, applied, bounds, tuple(self._alarms), dict(self._left_out))
+        return FrictionState(t, result, reasons, applied, bounds, tuple(self._alarms), dict(self._left_out))
 
     def _reasons(self, t: float, window: list[HalfWave]) -> tuple[str, ...]:
         if self._missing:
@@ -257,16 +257,16 @@ class FrictionEstimator:
         if not self._clock.remainder().found:
             return
         now = self._waves[-1]
-        found = self._alarms[-1] if self._alarms else None
-        looked = found is not None and sum(w.t > found.onset for w in self._waves) <= AFTER_MOST
-        since = self._before if looked else self._since
+        alarm = self._alarms[-1] if self._alarms else None
+        again = alarm is not None and sum(w.t > alarm.onset for w in self._waves) <= AFTER_MOST
+        since = self._before if again else self._since
         recent = [w for w in self._waves if w.t > since][-(BEFORE_MOST + AFTER_MOST) :]
         split = step_of(recent)
         if split is None:
             return
         onset = recent[split.place].t
-        if looked and found is not None:
-            self._alarms[-1] = found._replace(onset=onset, rise=split.rise)
+        if again and alarm is not None:
+            self._alarms[-1] = alarm._replace(onset=onset, rise=split.rise)
         else:
             self._before = self._since
             self._alarms.append(FrictionAlarm(now.t + 0.5 * now.seconds, onset, split.rise))

@@ -244,13 +244,13 @@ def _flows(x: Rows, t: FloatArray, omega: FloatArray, balance: Balance) -> FlowR
         return None
     A = balance.params.active
     step = float(np.median(np.diff(t)))
-    which = ((t - t[0]) / BINS).astype(np.intp) if step < 0.75 * BINS else np.arange(len(t))
-    count = np.bincount(which)
+    place = ((t - t[0]) / BINS).astype(np.intp) if step < 0.75 * BINS else np.arange(len(t))
+    count = np.bincount(place)
     if (count == 0).any() or len(count) < 5:
         return None
 
     def binned(y: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(which, y) / count)
+        return np.asarray(np.bincount(place, y) / count)
 
     q = binned(A.motors.count * A.motors.D_max * x["alpha_m"] * omega)
     Q, at, p_a, p_b = binned(pump_flow(x["alpha_p"], A.pumps)), binned(t), binned(x["p_a"]), binned(x["p_b"])

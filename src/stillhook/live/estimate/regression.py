@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import Accuracies, half_width
 from stillhook.live.estimate.clock import Clock
 from stillhook.live.estimate.half_waves import SENSITIVITIES, HalfWave
-from stillhook.statistics.estimate import Estimate, t_factor
+from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 
 FEWEST = 8
 """Half waves from which an estimate is stated: three columns are fitted, and scatter is to be seen."""
@@ -159,14 +159,14 @@ def estimate(
     limits = limits_of(loss.gain, x.effects, accuracies)
     values = []
     for fit, model, y in ((loss, both, torque), (system, x.system, torque - x.motors)):
-        own = limits_of(fit.gain, x.effects, accuracies)
-        per_second = own.pop("clock")
+        errors = limits_of(fit.gain, x.effects, accuracies)
+        per_second = errors.pop("clock")
         structural = structural_of(x, model, y)
-        u_clock = clock.u * clock.t / 1.96 if clock.found else 0.0
-        u = float(np.hypot(fit.u * fit.t / 1.96, per_second * u_clock))
-        half = half_width([*own.values(), per_second * extra_clock, structural], u)
+        u_clock = clock.u * clock.t / NORMAL_95 if clock.found else 0.0
+        u = float(np.hypot(fit.u * fit.t / NORMAL_95, per_second * u_clock))
+        half = half_width([*errors.values(), per_second * extra_clock, structural], u)
         values.append(Estimate.around(fit.scale, half, len(waves), structural))
-    limits["clock"] *= extra_clock if not clock.found else 1.96 * clock.u + extra_clock
+    limits["clock"] *= extra_clock if not clock.found else clock.t * clock.u + extra_clock
     return FrictionEstimate(
         loss=values[0],
         system=values[1],
