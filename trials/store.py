@@ -49,10 +49,11 @@ def run(
     code: str,
     arguments: Sequence[str],
     group: Callable[[str], str] = str,
+    workers: int = WORKERS,
 ) -> None:
-    """Run trials by key, two at a time, and keep each outcome as soon as it is there: those not kept yet; with --new
-    also what other code computed; of named groups alone (a key is a group of its own unless `group` says its); no more
-    than a given number."""
+    """Run trials by key, two at a time by default, and keep each outcome as soon as it is there: those not kept yet;
+    with --new also what other code computed; of named groups alone (a key is a group of its own unless `group` says
+    its); no more than a given number."""
     done = read(store)
     names = {a for a in arguments if a != "--new" and not a.isdigit()}
     groups = {key: group(key) for key in trials}
@@ -61,7 +62,7 @@ def run(
     todo = [key for key in trials if key not in done or ("--new" in arguments and done[key]["code"] != code)]
     todo = [key for key in todo if not names or groups[key] in names]
     todo = todo[: next((int(a) for a in arguments if a.isdigit()), None)]
-    with ProcessPoolExecutor(max(1, min(WORKERS, len(todo)))) as pool:
+    with ProcessPoolExecutor(max(1, min(workers, len(todo)))) as pool:
         running = {pool.submit(partial(_timed, outcome), trials[key]): key for key in todo}
         for future in as_completed(running):
             key, (found, seconds) = running[future], future.result()

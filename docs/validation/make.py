@@ -31,6 +31,7 @@ PARTS = ("batch", "blocks", "causes", "computed", "make", "overview", "quay", "r
 MEASURED = ("bench_staircase",)
 """Pages that need data that are not in the repository: left as they are where those are not at hand."""
 ARCHIVED = {
+    "adaptation": "trials.adaptation.page",
     "friction_coverage": "trials.friction.page",
     "hull_convergence": "trials.hulls.page",
     "independent_crane": "trials.independent_crane.page",

@@ -1,1 +1,1 @@
-"""The twin beside its crane: history, estimates, running in real time, servers, hardware in the loop, condition."""
+"""The twin beside its crane: history, estimates, running in real time, servers."""
