@@ -1,0 +1,81 @@
+"""`stillhook live friction`: the friction of a running winch from its log."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillhook.cli.parser import Json, Load
+from stillhook.report.terminal import print_json, print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stillhook.live.estimate import FrictionState
+
+ROWS = 12
+"""Estimates that the table shows at most."""
+
+
+def friction(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a crane (CSV, Parquet, MDF4, TDMS, MAT).")],
+    crane: Annotated[str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file that names it.")],
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
+    ] = None,
+    load: Load = None,
+    json: Json = False,
+) -> None:
+    """Follow the friction of a winch through a log of it compensating: losses over what the crane file says, with 95 %
+    intervals, and steps.
+
+    Half waves of the last 5 minutes count. Exit code 1 if a step was found, or nothing could be estimated.
+
+    Example: stillhook live friction log.csv --crane nov-250t --mapping mapping.toml
+    """
+    from stillhook.formats.case_file import load_subject
+    from stillhook.live.estimate import FrictionEstimator, follow_friction
+    from stillhook.logs.log import read_log
+    from stillhook.logs.mapping import read_mapping
+    from stillhook.units import parse
+
+    of = load_subject(crane)
+    weight = None if load is None else parse(load, "mass", "--load")
+    read = read_log(log, None if mapping is None else read_mapping(mapping))
+    estimator = FrictionEstimator(of.crane, load=weight)
+    states = follow_friction(estimator, {"time": read.t if read.at is None else read.at, **read.signals}, every=30.0)
+    last = states[-1]
+    if json:
+        print_json({"states": [asdict(s) for s in states if s.estimate is not None], "last": asdict(last)})
+    else:
+        _print_states(states)
+    raise typer.Exit(1 if last.alarms or last.estimate is None else 0)
+
+
+def _print_states(states: Sequence[FrictionState]) -> None:
+    known = [s for s in states if s.estimate is not None]
+    last = states[-1]
+    shown = known[:: max(1, -(-len(known) // ROWS))]
+    if known and shown[-1] is not known[-1]:
+        shown.append(known[-1])
+    rows = [
+        [f"{s.t:.0f}", *(f"{x.value:.3f} ({x.low:.3f} to {x.high:.3f})" for x in (s.estimate.loss, s.estimate.system))]
+        for s in shown
+        if s.estimate is not None
+    ]
+    if rows:
+        header = ["time [s]", "all losses", "system friction, if the motors' loss is as in the file"]
+        print_table(header, rows, title="Friction over that of the crane file, with 95 % intervals")
+    if last.estimate is not None:
+        clock = last.estimate.clock
+        late = f"{1e3 * clock.offset:.1f} ms, +-{1e3 * clock.t * clock.u:.1f} ms" if clock.found else "not known"
+        print(f"Rows of the encoder are later than those of the pressures by: {late}.")
+    for alarm in last.alarms:
+        print(f"ALARM at {alarm.t:.0f} s: {alarm.message}")
+    for reason in (*last.reasons, *last.bounds):
+        print(reason)
+    if last.left_out:
+        print("Half waves left out: " + ", ".join(f"{n} {reason}" for reason, n in last.left_out.items()) + ".")
