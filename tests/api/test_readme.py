@@ -19,6 +19,7 @@ WRITES = {
     "example sea-trials": ("campaign.toml",),
     "validate": ("certificate.json",),
     "example plan": ("template-to-1500m.toml",),
+    "example live": ("live.toml",),
     "tip": ("tip.json",),
     "compare": ("runs.nc",),
 }
