@@ -79,15 +79,18 @@ def libraries() -> list[Library]:
     """Every kernel that the package calls without a winch or controller of the user."""
     from stillhook.kernels import plc_alone, tip_sampling
     from stillhook.kernels.build import Setup, driver, equations
+    from stillhook.kernels.control_laws import controllers_of_winch
     from stillhook.kernels.lanes import VL
     from stillhook.winches.load_path.registry import UNITS
     from stillhook.winches.registry import WINCH_TYPES
 
     setups = [Setup(), *(Setup(("wire", name, "payload")) for name in ("slings", *UNITS))]
-    kinds = [(plant, setup) for plant in WINCH_TYPES for setup in setups]
-    runs = [driver(plant, lanes, setup).run for plant, setup in kinds for lanes in (1, VL)]
-    rates = [equations(driver(plant, 1)).rates_at for plant in WINCH_TYPES]
-    return [entry.library for entry in (*runs, *rates, plc_alone.kernel(()).run, tip_sampling.kernel())]
+    of = {plant: controllers_of_winch(winch) for plant, winch in WINCH_TYPES.items()}
+    kinds = [(plant, setup) for plant in of for setup in setups]
+    runs = [driver(plant, lanes, setup, of[plant]).run for plant, setup in kinds for lanes in (1, VL)]
+    rates = [equations(driver(plant, 1, extra_controllers=extra)).rates_at for plant, extra in of.items()]
+    alone = [plc_alone.kernel(names).run for names in sorted(set(of.values()))]
+    return [entry.library for entry in (*runs, *rates, *alone, tip_sampling.kernel())]
 
 
 def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:

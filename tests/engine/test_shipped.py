@@ -15,12 +15,15 @@ import pytest
 from tests.scripts import script
 
 from stillhook import Scenario, load_crane
+from stillhook.control.registry import CONTROLLERS
+from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SimulationError
 from stillhook.kernels import build
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.library import INDEX, SYSTEMS, Entry, Index, Library, code_hash, level, shipped_library
 from stillhook.kernels.lanes import VL, Array
+from stillhook.library import cranes
 
 ROOT = Path(__file__).resolve().parents[2]
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
@@ -28,6 +31,7 @@ PLATFORM = f"{SYSTEMS.get(sys.platform)}-{level()}"
 LEVELS_AGREE = 1e-10
 """Of the largest value of a signal: the exponential fuses multiplications and additions where the processor can, and
 minutes of feedback carry that on; 1.2e-11 was found."""
+EVERYWHERE = {name for name, law in CONTROLLERS.items() if law.in_every_kernel}
 CODE = "void twice(double *A) {}"
 
 
@@ -87,6 +91,20 @@ def test_arm_is_called_the_same_on_every_system(monkeypatch):
 
 def test_a_checkout_holds_no_compiled_kernels():
     assert not native.SHIPPED.exists()
+
+
+@pytest.mark.parametrize("name", cranes())
+@pytest.mark.parametrize("lanes", [1, VL])
+def test_a_wheel_holds_the_kernels_of_every_winch_under_every_mode_of_its_type(name, lanes):
+    """Without settings or memory of a controller's own: such a one, and sensors, are compiled where a case has them."""
+    crane = load_crane(name)
+    shipped = {symbol for each in recipe().libraries() for symbol in each.entries}
+    for mode in crane.plant.type.modes:
+        if mode not in {crane.plant.type.default_mode, *EVERYWHERE}:
+            continue
+        case = Scenario(load="10 t", s_w="80 m", mode=mode, tip="sine 1 m 9 s")
+        setup, extra = ScenarioType().kernel(crane, case)
+        assert build.driver(crane.plant.value, lanes, setup, extra).run.name in shipped, mode
 
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, monkeypatch):

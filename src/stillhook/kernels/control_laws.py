@@ -1,9 +1,10 @@
 """The controllers as one function inside a kernel, and what the PLC reads as another, through the sensors of the crane
 where it has some: fixed when a kernel is compiled, controllers chosen by the mode's code while it runs.
 
-Every kernel holds the shipped controllers that have neither settings nor a memory of their own. A case that uses any
-other one is run by a kernel that holds this one too. Settings and memories of controllers and sensors are fields of one
-record, which is carried from cycle to cycle. A kernel without sensors holds nothing of them.
+Every kernel holds the shipped controllers that have neither settings nor a memory of their own, and the usual one of
+its winch type. A case that uses any other one is run by a kernel that holds this one too. Settings and memories of
+controllers and sensors are fields of one record, which is carried from cycle to cycle. A kernel without sensors holds
+nothing of them.
 """
 
 import functools
@@ -21,6 +22,7 @@ from stillhook.kernels.lanes import unflatten
 from stillhook.physics.records import define, joined, record, replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.records import Tick
+from stillhook.winches.registry import WinchType
 
 
 class ControlLaws(NamedTuple):
@@ -41,6 +43,12 @@ class ControlLaws(NamedTuple):
 def extra_controllers(modes: Iterable[str]) -> tuple[str, ...]:
     """The controllers of these modes that not every kernel holds, by name."""
     return tuple(sorted({mode for mode in modes if not CONTROLLERS[mode].in_every_kernel}))
+
+
+def controllers_of_winch(winch: WinchType, modes: Iterable[str] = ()) -> tuple[str, ...]:
+    """The controllers in a winch type's kernels that not every kernel holds, by name: those of these modes, and the
+    usual one of the type, so that its other modes need no kernel of their own."""
+    return extra_controllers((winch.default_mode, *modes))
 
 
 def label(names: tuple[str, ...]) -> str:

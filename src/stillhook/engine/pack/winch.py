@@ -12,7 +12,7 @@ from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.gas import gas_record
-from stillhook.kernels.control_laws import extra_controllers
+from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
@@ -420,7 +420,8 @@ def motor_law(
 
 
 def controllers_of(crane: Crane, modes: Iterable[str]) -> tuple[tuple[str, ...], dict[str, Any]]:
-    """The controllers of these modes that not every kernel holds, and the own settings of each that has some."""
-    names = extra_controllers(modes)
+    """The controllers in this crane's kernels that not every kernel holds, and the own settings of each that has
+    some."""
+    names = controllers_of_winch(crane.plant.type, modes)
     fields = {name: own_settings(crane.control, CONTROLLERS[name]) for name in names}
     return names, {name: settings for name, settings in fields.items() if settings is not None}

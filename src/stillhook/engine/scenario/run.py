@@ -28,7 +28,7 @@ from stillhook.engine.scenario.summary import ScenarioRun, numbers_of
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
 from stillhook.kernels.build import Setup
-from stillhook.kernels.control_laws import extra_controllers
+from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.kernels.lanes import flatten, offset
 from stillhook.kernels.oscillation import begun_again
 from stillhook.kernels.statistics import SIGNALS, blank
@@ -194,7 +194,9 @@ class ScenarioType(CaseType):
 
     def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
         modes = (case.mode, *(mode for _, mode in case.modes))
-        return Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors))), extra_controllers(modes)
+        return Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors))), controllers_of_winch(
+            crane.plant.type, modes
+        )
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)
