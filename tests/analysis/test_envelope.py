@@ -8,12 +8,14 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.steady.envelope import PHYSICAL, envelope, gain, setting_curves
+from stillhook.analysis.steady.figures import load_speed_figure
 from stillhook.analysis.steady.limits import Direction, Limit, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, operating_point
 from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed
+from stillhook.report.plots.colours import CONTROLLERS
 from stillhook.spec.scenario import Mode
 
 pytestmark = pytest.mark.slow
@@ -165,6 +167,11 @@ class TestLimits:
             mode="ns", direction="hoisting"
         )
         assert float(v.max() / v.min()) == pytest.approx(1.0, abs=0.003)  # what leaks by speed and friction by diameter
+
+    def test_controllers_have_the_colours_of_every_other_picture(self):
+        ax = load_speed_figure(envelope_of(C150)).axes[0]
+        lines = {str(line.get_label()).split(" ")[0]: line.get_color() for line in ax.lines}
+        assert {name: lines[name] for name in ("ns", "hs", "ssc")} == {n: CONTROLLERS[n] for n in ("ns", "hs", "ssc")}
 
     def test_hs_carries_60_per_cent_of_the_swl_and_no_more(self):
         data = envelope_of(C150)

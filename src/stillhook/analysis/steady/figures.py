@@ -11,7 +11,7 @@ from stillhook.analysis.steady.limits import Direction, Limit
 from stillhook.base.arrays import FloatArray
 from stillhook.library import crane_from_toml
 from stillhook.report import kit
-from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.colours import GREY, colours_of
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _hyperbolas(ax: Any, of_layer: xarray.Dataset, crane: Crane, right: float) -
 
 
 def _coloured(data: xarray.Dataset) -> list[tuple[str, str]]:
-    return list(zip(map(str, data["mode"].values), COLOURS * 3, strict=False))
+    return list(colours_of(map(str, data["mode"].values)).items())
 
 
 def _crane(data: xarray.Dataset) -> Crane:

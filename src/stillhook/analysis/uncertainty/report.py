@@ -22,7 +22,7 @@ from stillhook.errors import SpecError
 from stillhook.report import kit
 from stillhook.report.document import Document, Part, Section, Table, Text
 from stillhook.report.formatting import cell, change, percent_fixed
-from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import Estimate
@@ -403,7 +403,7 @@ def band_figure(run: xarray.Dataset, title: str = "", limits: Sequence[Limit] = 
     axes = axes.ravel()
     for ax, name in zip(axes, shown, strict=True):
         words, kind = SHOWN[name]
-        for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
+        for y, (case, colour) in enumerate(colours_of(cases).items()):
             values = kit.display(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
