@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from tests.scripts import script
 
-from stillhook import Scenario, load_crane
+from stillhook import Scenario, load_crane, simulate
 from stillhook.control.registry import CONTROLLERS
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.simulate import run_cases, unchanged
@@ -24,6 +24,7 @@ from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.library import INDEX, SYSTEMS, Entry, Index, Library, code_hash, level, shipped_library
 from stillhook.kernels.lanes import VL, Array
 from stillhook.library import cranes
+from stillhook.report.terminal import say_if_compiling
 
 ROOT = Path(__file__).resolve().parents[2]
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
@@ -105,6 +106,14 @@ def test_a_wheel_holds_the_kernels_of_every_winch_under_every_mode_of_its_type(n
         case = Scenario(load="10 t", s_w="80 m", mode=mode, tip="sine 1 m 9 s")
         setup, extra = ScenarioType().kernel(crane, case)
         assert build.driver(crane.plant.value, lanes, setup, extra).run.name in shipped, mode
+
+
+@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-electric"])
+def test_no_compilation_is_announced_where_a_run_needs_none(name, capsys):
+    crane = load_crane(name)
+    simulate(crane, Scenario(load="10 t", s_w="80 m", duration="2 s", warm_up="0 s"), series=True)
+    say_if_compiling(crane, series=True)
+    assert capsys.readouterr().err == ""
 
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, monkeypatch):

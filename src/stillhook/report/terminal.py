@@ -211,9 +211,12 @@ def say_if_compiling(crane: Crane, *, series: bool = False, setup: Setup | None 
     """Message that the first run of a winch type takes longer; with series one trajectory runs at a time; setup of its
     kernel, default the load on its wire."""
     from stillhook.kernels.build import LOAD_ON_WIRE, is_compiled
+    from stillhook.kernels.control_laws import controllers_of_winch
     from stillhook.kernels.lanes import VL
 
-    if not is_compiled(crane.plant.value, 1 if series else VL, LOAD_ON_WIRE if setup is None else setup):
+    winch = crane.plant.type
+    lanes, of = 1 if series else VL, LOAD_ON_WIRE if setup is None else setup
+    if not is_compiled(winch.name, lanes, of, controllers_of_winch(winch)):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
