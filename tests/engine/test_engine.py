@@ -20,7 +20,7 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario import run as case_module
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock, first_lane
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import SimulationError, SpecError
 from stillhook.kernels.build import driver
@@ -137,13 +137,13 @@ def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
     """States at the start of every PLC cycle, between them by LSODA, under the commands that were calculated in the cycle before."""
     assert crane.control.computing == crane.control.t_cycle
     packed, drive = pack(crane, case), CycleInputs(crane, case)
-    plant, p, m = packed.plant, packed.params, packed.memory
+    plant, p, d = packed.plant, packed.params, driver(packed.name, 1)
     rows = drive.rows(0, cycles + 1)
     ticks = [Tick(*drive.first_row())._replace(s=s, v=v, a=a, s_m=s, v_m=v, a_m=a) for s, v, a in rows]
-    d = driver(packed.name, 1)
-    m = m._replace(datum=packed.s_w - ticks[0].s_m)
-    laws = d.laws.blank(packed.settings)
-    x, m, u = d.rest(packed.s_w, m, laws, ticks[0], p)
+    lane = np.array(flatten(first_lane(d, packed, ticks[0])))
+    d.at_rest(lane)
+    rest = unflatten(d.Lane, iter(lane.tolist()))
+    x, m, u, laws = rest.x, rest.m, rest.u, rest.laws
     out = [x]
     for k in range(cycles):
         geo = plant.geometry(x.path.s_w, p)
