@@ -210,10 +210,10 @@ class Session:
         """
         if type(cycles) is not int or cycles < 1 or (inputs and cycles > 1):
             raise SimulationError(f"Session.step: cycles = {cycles!r}: give a whole number from 1, and 1 with inputs.")
-        given = self._given(inputs) if inputs else {}
+        values = self._checked_inputs(inputs) if inputs else {}
         for _ in range(cycles):
             ahead, D = self._next, self._D
-            self._fill(ahead, self._k + 1, given)
+            self._fill(ahead, self._k + 1, values)
             D[:TICK] = self._row
             D[TICK:] = ahead
             if self._wire:  # the tension's rate, at both ends
@@ -338,36 +338,36 @@ class Session:
 
     # What is behind it
 
-    def _given(self, inputs: Mapping[str, Any]) -> dict[str, float]:
+    def _checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, float]:
         """Inputs of a step. Errors: SimulationError."""
         if not isinstance(inputs, Mapping):
             raise SimulationError(f"Session.step: inputs = {units.quote(inputs)}: give values by name, as a mapping.")
-        given = {name: self._value(name, value) for name, value in inputs.items()}
-        check_motion(given)
-        return given
+        values = {name: self._value(name, value) for name, value in inputs.items()}
+        check_motion(values)
+        return values
 
-    def _fill(self, row: FloatArray, k: int, given: Mapping[str, float]) -> None:
+    def _fill(self, row: FloatArray, k: int, inputs: Mapping[str, float]) -> None:
         """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
         held, before = self._held, self._row
-        still = "s_tip" in given or (bool(held) and all(name in held for name in MOTION))
+        still = "s_tip" in inputs or (bool(held) and all(name in held for name in MOTION))
         scenario = self._ahead.at(k, still=still)
         row[:] = scenario
         if self._wire:
             row[0], row[1], row[2] = self._ready.winch.params.hoist.load.W, 0.0, 0.0
-        for overlay in (held, given):
+        for overlay in (held, inputs):
             for name, value in overlay.items():
                 for column in self._columns[name]:
                     row[column] = value
-        if k > 0 and ("v_op" in given or "v_op" in held) and "s_op" not in given and "s_op" not in held:
+        if k > 0 and ("v_op" in inputs or "v_op" in held) and "s_op" not in inputs and "s_op" not in held:
             v, s = COLUMNS["v_op"][0], COLUMNS["s_op"][0]
             row[s] = before[s] + 0.5 * self._t_cycle * (before[v] + row[v])
         if row[OVERRIDE] == 0.0:
             for name in COMMANDS:
-                if name in given:
+                if name in inputs:
                     raise SimulationError(NO_EFFECT.format(where="step", name=name))
         elif scenario[OVERRIDE] == 0.0:
             for name, at in COMMAND_AT.items():
-                if name not in given and name not in held:
+                if name not in inputs and name not in held:
                     row[at] = before[at] if before[OVERRIDE] > 0.0 else self.get(name)
 
     def _take_over(self, on: bool) -> None:

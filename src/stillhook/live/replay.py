@@ -152,22 +152,22 @@ def replay(
     case = scenario_of(stretch, base, log.source)
     cycles = int(case.duration / crane.control.t_cycle)
     task = Task(crane, case, speed=speed, real_time=speed == 1.0, cycles=cycles)
-    beside = _Beside(stretch, watch)
-    with LiveTwin(task, (beside,)) as twin:
-        beside.twin = twin
-        serve(twin, beside, plan, beside.over, ready)
+    comparison = _Comparison(stretch, watch)
+    with LiveTwin(task, (comparison,)) as twin:
+        comparison.twin = twin
+        serve(twin, comparison, plan, comparison.over, ready)
         late = int(row.values["late_cycles"]) if (row := twin.latest()) else 0
         scheduling = twin.face.scheduling
-    if beside.missed:
+    if comparison.missed:
         raise LiveError(f"--speed {speed:g}: the twin fell behind by more than 10 s. Give a lower speed.")
-    return Replayed(beside.compared, beside.alarms, beside.rms(), late, scheduling)
+    return Replayed(comparison.compared, comparison.alarms, comparison.rms(), late, scheduling)
 
 
 MEASURED, DEVIATION, ALARM = "measured", "deviation", "alarm"
 """What servers show of a compared signal beside the twin's own: measured.s_w, deviation.s_w (rms), alarm.s_w (0, 1)."""
 
 
-class _Beside:
+class _Comparison:
     """A sink that puts the log beside the rows; and what servers show: the twin's numbers and the comparison."""
 
     twin: LiveTwin

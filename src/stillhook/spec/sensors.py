@@ -45,7 +45,7 @@ class Fault(Part, Generic[Q]):
     value: Q | None = Field(default=None, description='what the signal is with kind = "value"')
 
     @model_validator(mode="after")
-    def _is_whole(self) -> Self:
+    def _is_complete(self) -> Self:
         if self.until <= self.time:
             raise ValueError(f"until {self.until:g} s is not after time {self.time:g} s. Give a later one.")
         if (self.value is None) == (self.kind is FaultKind.VALUE):

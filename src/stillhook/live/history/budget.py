@@ -59,7 +59,7 @@ class _Oldest(NamedTuple):
     file: str
 
 
-def give_back(connection: sqlite3.Connection) -> None:
+def release_pages(connection: sqlite3.Connection) -> None:
     """Shorten the journal's file where more of it is free than two hours take: it was not archived for long."""
     size, free = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_size", "freelist_count"))
     if size * free > SLACK:

@@ -22,7 +22,7 @@ from stillhook.base.atomic import durable_file
 from stillhook.base.extras import need
 from stillhook.base.variable import Variable
 from stillhook.errors import LiveError, SimulationError
-from stillhook.live.history.budget import give_back, remove_oldest
+from stillhook.live.history.budget import release_pages, remove_oldest
 from stillhook.live.history.columns import ROW, STATUS, TIME, from_text, heading
 from stillhook.live.history.events import Event, EventKind, add_events
 from stillhook.live.history.journal import (
@@ -94,7 +94,7 @@ def archive(folder: str | Path) -> list[Path]:
                     written += _archive_run(connection, place, run)
             finally:
                 remove_oldest(connection, place)
-            give_back(connection)
+            release_pages(connection)
     return [file for file in written if file.exists()]
 
 
