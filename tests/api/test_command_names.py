@@ -13,7 +13,7 @@ from stillhook.cli import run
 from stillhook.cli.names import MOVED, OLD_COMMANDS, OLD_OPTIONS, modern
 
 MOST_COMMANDS, MOST_OPTIONS = 40, 200
-LIVE, MOST_LIVE_COMMANDS, MOST_LIVE_OPTIONS = "live ", 6, 28
+LIVE, MOST_LIVE_COMMANDS, MOST_LIVE_OPTIONS = ("live ", "plc run", "plc compare", "condition"), 10, 50
 """The live twin beside them: a program of its own that runs on for days, with few options, as its files say the rest."""
 MEANINGS = tomllib.loads(Path(__file__).with_name("options.toml").read_text(encoding="utf-8"))
 """Every option of every command, with the one thing that it means."""

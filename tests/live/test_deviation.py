@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from stillhook.live.deviation import CLEARS_AT, Deviations
+from stillhook.live.watch.deviation import CLEARS_AT, Deviations
 
 EVERY, WINDOW, LIMIT = 0.1, 2.0, 10.0
 N = round(WINDOW / EVERY)

@@ -19,10 +19,10 @@ import stillhook
 from stillhook.errors import LiveError
 from stillhook.formats.case_file import CaseFile
 from stillhook.live.demo import with_friction
-from stillhook.live.deviation import LIMITS
 from stillhook.live.live_file import LivePlan
-from stillhook.live.replay import Moment, longest_stretch, replay, scenario_of
 from stillhook.live.servers.modbus import ModbusSettings
+from stillhook.live.watch.deviation import LIMITS
+from stillhook.live.watch.replay import Moment, longest_stretch, replay, scenario_of
 from stillhook.logs.log import read_log
 
 CRANE = stillhook.load_crane("nov-250t")

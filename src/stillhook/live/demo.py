@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from stillhook.engine.session import Session
-from stillhook.live.deviation import COMPARED, LIMITS, Deviation, Deviations, shown
 from stillhook.live.runtime import Event, LiveTwin, Task, event
 from stillhook.live.runtime.deadlines import Deadlines
+from stillhook.live.watch.deviation import COMPARED, LIMITS, Deviation, Deviations, shown
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 

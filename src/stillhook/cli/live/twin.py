@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from stillhook.live.demo import Moment
-    from stillhook.live.replay import Moment as ReplayMoment
-    from stillhook.live.replay import Replayed
     from stillhook.live.runtime import Event
     from stillhook.live.runtime.doctor import Diagnosis, Lateness
+    from stillhook.live.watch.replay import Moment as ReplayMoment
+    from stillhook.live.watch.replay import Replayed
 
 USUAL = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 9 s", "mode": "ssc"}
 """What a twin runs where a case file says nothing else."""
@@ -170,7 +170,7 @@ def replay(
     """
     from stillhook.formats.case_file import load_subject
     from stillhook.live.live_file import read_live_file
-    from stillhook.live.replay import replay as run_replay
+    from stillhook.live.watch.replay import replay as run_replay
     from stillhook.logs.log import read_log
     from stillhook.logs.mapping import read_mapping
 
@@ -191,7 +191,7 @@ def replay(
 
 
 def _print_replayed(result: Replayed) -> None:
-    from stillhook.live.deviation import LIMITS, shown
+    from stillhook.live.watch.deviation import LIMITS, shown
 
     rows = [
         [
@@ -266,7 +266,7 @@ class _Lines:
 
     def show(self, moment: Moment | ReplayMoment) -> None:
         """Print a moment where it is time for it."""
-        from stillhook.live.deviation import shown
+        from stillhook.live.watch.deviation import shown
 
         if self._quiet:
             return
@@ -284,7 +284,7 @@ def _table(moment: Moment, events: list[str]) -> Any:
     from rich.table import Table
     from rich.text import Text
 
-    from stillhook.live.deviation import shown
+    from stillhook.live.watch.deviation import shown
 
     status = moment.status
     title = (

@@ -12,10 +12,10 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import Mode, mode_of_code
 from stillhook.errors import LiveError
-from stillhook.live.deviation import COMPARED, Deviation, Deviations
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import Event, LiveTwin, Row, Task, event
 from stillhook.live.serving import serve
+from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
 from stillhook.logs.types import Log
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario
