@@ -108,10 +108,12 @@ def run(
     case = plan.case
     task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
     sinks: list[Sink] = [EventLog(plan.folder / EVENTS_FILE), _EventLines()]
+    history = None
     if plan.history is not None:
         every, budget = plan.history
-        sinks.append(HistorySink(plan.folder / HISTORY, STATUS, every=every, budget=budget))
-    with LiveTwin(task, sinks) as twin:
+        history = HistorySink(plan.folder / HISTORY, STATUS, every=every, budget=budget)
+        sinks.append(history)
+    with LiveTwin(task, sinks, history) as twin:
         serve(twin, twin, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
         last = twin.latest()
     if last is not None:

@@ -10,6 +10,7 @@ import multiprocessing
 import os
 import time as clock
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -21,8 +22,9 @@ from stillhook.errors import LiveError
 from stillhook.live.history.budget import Budget
 from stillhook.live.history.events import Event, EventKind
 from stillhook.live.history.hours import HOUR, archive
+from stillhook.live.history.journal import JOURNAL, connect, in_one_line
 from stillhook.live.history.moments import LATEST
-from stillhook.live.history.writer import History
+from stillhook.live.history.writer import History, stored_states
 from stillhook.report.terminal import say
 from stillhook.variables import BY_NAME
 
@@ -33,6 +35,8 @@ COMMIT = 1.0
 """Time between two commits of rows [s]."""
 EVENT_COMMIT = 0.1
 """Events are stored at once, but no oftener than this [s]."""
+STATE = "twin"
+"""Name of the states that it stores."""
 MOST_WAITING = 6000
 """Rows, and events, that wait in memory: a minute of 10 ms."""
 POLITE = 10
@@ -89,6 +93,7 @@ class HistorySink:
         self.history: History | None = None
         self._waiting: list[_Waiting] = []
         self._events: list[Event] = []
+        self._states: dict[str, bytes] = {}
         self._dropped = self._flags = 0
         self._problem = ""
         self._rows_at = self._events_at = -np.inf
@@ -126,11 +131,18 @@ class HistorySink:
         if self.history is not None and clock.monotonic() - self._events_at >= EVENT_COMMIT:
             self._store()
 
-    def save_state(self, name: str, data: bytes) -> None:
-        """Store a saved state behind all rows so far. Errors: LiveError."""
+    def save_state(self, data: bytes) -> None:
+        """Store a state of the twin in one commit with all rows so far; the newest one waits where that fails."""
+        self._states = {STATE: data}
         if self.history is not None:
             self._store()
-            self.history.save_state(name, data)
+
+    def last_state(self) -> bytes | None:
+        """The newest state that is not damaged, of a history that nobody writes yet. Errors: LiveError."""
+        if not (self._folder / JOURNAL).exists():
+            return None
+        with closing(connect(self._folder)) as connection, in_one_line(self._folder / JOURNAL):
+            return next((state.data for _, sound, state in stored_states(connection, STATE) if sound), None)
 
     def close(self) -> None:
         """Store what waits, and give the folder free."""
@@ -158,11 +170,12 @@ class HistorySink:
             events = [*events, Event(EventKind.DAMAGED, text, {"dropped": self._dropped})]
         values = np.array([row.values for row in waiting]).reshape(len(waiting), len(self.history.columns))
         try:
-            self.history.append([row.time for row in waiting], values, [row.status for row in waiting], events=events)
+            times, flags = [row.time for row in waiting], [row.status for row in waiting]
+            self.history.append(times, values, flags, events=events, states=self._states)
         except LiveError as problem:
             self._keep_some(str(problem))
             return
-        self._waiting, self._events, self._dropped, self._problem = [], [], 0, ""
+        self._waiting, self._events, self._states, self._dropped, self._problem = [], [], {}, 0, ""
         if waiting:
             self._archive_after(waiting[-1].time // HOUR)
 

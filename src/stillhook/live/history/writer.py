@@ -206,15 +206,12 @@ class History:
         is an event. Errors: LiveError."""
         with self._guard, in_one_line(self._path):
             self._refuse_unusable()
-            rows = self._connection.execute(
-                "SELECT row, time, data, sha256, id FROM states WHERE name = ? ORDER BY id DESC", (name,)
-            ).fetchall()
-            for row, time, data, sha256, identity in rows:
-                if hashlib.sha256(data).hexdigest() == sha256:
-                    return SavedState(row, time, data)
+            for identity, sound, state in stored_states(self._connection, name):
+                if sound:
+                    return state
                 with transaction(self._connection):
                     self._connection.execute("DELETE FROM states WHERE id = ?", (identity,))
-                    text = f"saved state {name} after row {row} is damaged: the one before it is taken"
+                    text = f"saved state {name} after row {state.row} is damaged: the one before it is taken"
                     add_events(self._connection, [Event(EventKind.DAMAGED, text)], self._row)
         return None
 
@@ -316,6 +313,13 @@ class History:
             raise LiveError(f"{self.folder}: opened by process {self._pid}. Open it in the process that writes.")
         if not self._open:
             raise LiveError(f"{self.folder}: closed. Open it again.")
+
+
+def stored_states(connection: sqlite3.Connection, name: str) -> Iterator[tuple[int, bool, SavedState]]:
+    """States of a name, the newest first: identity, whether its bytes are those that were stored, and the state."""
+    query = "SELECT row, time, data, sha256, id FROM states WHERE name = ? ORDER BY id DESC"
+    for row, time, data, sha256, identity in connection.execute(query, (name,)).fetchall():
+        yield identity, hashlib.sha256(data).hexdigest() == sha256, SavedState(row, time, data)
 
 
 def _check_state(name: str, data: object) -> None:

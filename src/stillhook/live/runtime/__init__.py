@@ -3,7 +3,20 @@
 from stillhook.live.runtime.board import STATUS, Flag
 from stillhook.live.runtime.deadlines import Scheduling
 from stillhook.live.runtime.kernel import LATE, Task
-from stillhook.live.runtime.sink import Event, EventLog, Sink, event
+from stillhook.live.runtime.sink import Event, EventLog, Sink, StateKeeper, event
 from stillhook.live.runtime.twin import LiveTwin, Row
 
-__all__ = ["LATE", "STATUS", "Event", "EventLog", "Flag", "LiveTwin", "Row", "Scheduling", "Sink", "Task", "event"]
+__all__ = [
+    "LATE",
+    "STATUS",
+    "Event",
+    "EventLog",
+    "Flag",
+    "LiveTwin",
+    "Row",
+    "Scheduling",
+    "Sink",
+    "StateKeeper",
+    "Task",
+    "event",
+]

@@ -48,6 +48,9 @@ STATUS = {
     "refused_inputs": Column("1", "values of inputs that were refused since the start"),
     "input_age": Column("s", "time since the oldest streamed input came in; 0 where none ever did"),
     "source_delay": Column("s", "from the newest input's own time stamp to its arrival; clocks of both sides"),
+    "late_cause": Column(
+        "1", "why the cycle before was late: 0 not, 1 no processor, 2 pages, 3 host, 4 the cycle before it, 5 timer"
+    ),
 }
 """Numbers of the runtime, which stand before those of the winch in a row."""
 ROWS, INPUT_ROWS, EVENTS, STATES = 1024, 16, 256, 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 PRIORITY = 50
@@ -38,6 +39,14 @@ def ordinary() -> Scheduling:
     return Scheduling(False, f"Ordinary class, as requested: {CONSEQUENCE}.")
 
 
+def two_shares() -> Sequence[frozenset[int]]:
+    """Its processors in two parts, the second of one; empty where a process has one alone, or cannot choose."""
+    if not hasattr(os, "sched_getaffinity"):
+        return ()
+    *first, last = sorted(os.sched_getaffinity(0))
+    return (frozenset(first), frozenset([last])) if first else ()
+
+
 class Deadlines:
     """Deadlines at whole cycles after a start, so that a late cycle delays none of the later ones.
 
@@ -56,8 +65,8 @@ class Deadlines:
         """Time that has gone since deadline n, negative before it [s]."""
         return (time.monotonic_ns() - self._start - n * self._cycle) / NS
 
-    def wait(self, n: int) -> float:
-        """Sleep until deadline n, and return how late it is then [s]."""
-        while (ahead := -self.lateness(n)) > 0.0:
+    def wait(self, n: int, behind: float = 0.0) -> float:
+        """Sleep until deadline n, or so much longer [s], and return how late it is then [s]."""
+        while (ahead := behind - self.lateness(n)) > 0.0:
             time.sleep(ahead)
         return self.lateness(n)

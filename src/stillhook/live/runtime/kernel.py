@@ -12,7 +12,10 @@ import gc
 import math
 import os
 import signal
+import threading
 import time
+from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,11 +24,13 @@ import numpy as np
 from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.session import Session
 from stillhook.errors import LiveError, SimulationError
+from stillhook.live.runtime import memory
 from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, STATUS, Board, Face, Flag
-from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary
+from stillhook.live.runtime.causes import Cause, Stolen, Watch
+from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary, two_shares
 from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
 from stillhook.live.runtime.sink import event
-from stillhook.live.runtime.state import LiveState, write_state
+from stillhook.live.runtime.state import LiveState, lock_state, newest_state, write_state
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -46,12 +51,16 @@ MOST_MOTION = {"s_tip": 100.0, "v_tip": 50.0, "a_tip": 100.0}
 """Motion of a crane tip at most [m, m/s, m/s^2]."""
 PARENT_EVERY = 100
 """Cycles between two looks whether the parent is still there."""
+BEHIND = 0.5e-3
+"""Time by which a second thread, on another processor, waits longer for a deadline [s]. It takes a cycle that the
+first has not begun then: a host often holds up one processor of a virtual machine alone."""
 
 
 class Task(NamedTuple):
     """What a kernel's process runs.
 
-    crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end;
+    crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end, and
+    beside it a lock that keeps other twins away;
     timeout of streamed inputs [s]; real_time: whether to ask for that class; speed: the winch's time over that of the
     wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never.
     """
@@ -100,23 +109,28 @@ class Kernel:
         self._row = np.zeros(MOST_NAMES)
         self._kept = self._first = self.session.keep()
         self._was_reset = False
+        self._n, self._turn = 0, threading.Lock()
+        self._over, self._number = False, 0
+        self._problem: BaseException | None = None
         self.late = self.overrun = self.missed = self.refused = 0
         self.worst = 0.0
         self._flags = Flag(0)
         self._stale: frozenset[str] = frozenset()
         self._reported = -math.inf
-        self._reported_late = 0
-        self._worst_unreported = 0.0
+        self._unreported: list[tuple[float, Cause]] = []
+        self._lateness, self._cause, self._chain, self._stolen = 0.0, Cause.NONE, Cause.NONE, Stolen()
 
     def run(self) -> None:
         """Until the end: rows, events and states on the board, and the last state in its file."""
+        self._lock = None if self.task.state is None else lock_state(self.task.state)
         saved = self._resumed()
         kept = self.session.keep()
         self.session.step(cycles=WARM_UP)
         self._values()
         self.session.go_back(kept)
+        kept_in_memory = memory.hold()
         scheduling = ask_for_real_time() if self.task.real_time else ordinary()
-        cycle, parent = self._wall, os.getppid()
+        line = f"{scheduling.line} {kept_in_memory}"
         modes = {name: code for code, name in self._modes.items()}
         face = Face(
             self.names,
@@ -124,40 +138,21 @@ class Kernel:
             self._streamed,
             self.session.cycle,
             modes,
-            scheduling.line,
+            line,
             scheduling.real_time,
         )
         self.board.faces.add(face.to_json())
-        self._event("started", f"At {self.session.time:.2f} s of the winch. {scheduling.line}")
-        gc.collect()
-        gc.freeze()
-        gc.disable()
-        deadlines = Deadlines(cycle)
+        self._event("started", f"At {self.session.time:.2f} s of the winch. {line}")
+        deadlines = Deadlines(self._wall)
         if saved is not None:
             self.inputs.resume(saved.inputs, deadlines.at(0))
-        n, save, keep = 0, round(SAVE_EVERY / cycle), round(KEEP_EVERY / cycle)
         self._kept = self._first = self.session.keep()
-        self.board.states.add(self._state(deadlines.at(0)))
-        while not self.board.stopping:
-            lateness = deadlines.wait(n)
-            if lateness > CATCH_UP:
-                left_out = int(lateness / cycle)
-                n, self.missed = n + left_out, self.missed + left_out
-                self._flags |= Flag.MISSED
-                self._event("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
-                lateness = deadlines.lateness(n)
-            self._cycle(n, deadlines, lateness)
-            n += 1
-            if n % save == 0:
-                self.board.states.add(self._state(deadlines.at(n)))
-                gc.collect(0)
-            if n % keep == 0:
-                self._kept, self._was_reset = self.session.keep(), False
-            if self.task.cycles is not None and n >= self.task.cycles:
-                self.board.stop()
-            if n % PARENT_EVERY == 0 and os.getppid() != parent:
-                break
-        data = self._state(deadlines.at(n))
+        begin = self._state(deadlines.at(0))
+        self.board.states.add(begin)
+        if self.task.state is not None and saved is None:
+            write_state(self.task.state, begin)
+        self._run_loops(deadlines, two_shares() if scheduling.real_time else ())
+        data = self._state(deadlines.at(self._n))
         self.board.states.add(data)
         if self.task.state is not None:
             write_state(self.task.state, data)
@@ -165,16 +160,80 @@ class Kernel:
             "stopped", f"At {self.session.time:.2f} s of the winch, {self.late} late cycles.", self.session.time
         )
 
+    def _run_loops(self, deadlines: Deadlines, shares: Sequence[frozenset[int]]) -> None:
+        """Cycle after cycle until the end, in a thread for each share of the processors, this one the first."""
+        second = threading.Thread(target=self._second_loop, args=(deadlines, *shares[1:])) if shares else None
+        try:
+            if second is not None:
+                second.start()
+                os.sched_setaffinity(0, shares[0])
+            self._loop(deadlines)
+        finally:
+            self._over = True
+            if second is not None:
+                second.join()
+            self._stolen.close()
+        if self._problem is not None:
+            raise self._problem
+
+    def _second_loop(self, deadlines: Deadlines, processors: frozenset[int]) -> None:
+        try:
+            os.sched_setaffinity(0, processors)
+            self._loop(deadlines, BEHIND)
+        except BaseException as problem:
+            self._problem, self._over = problem, True
+
+    def _loop(self, deadlines: Deadlines, behind: float = 0.0) -> None:
+        """Wait for each cycle, `behind` longer [s], and calculate it where no other thread has begun it."""
+        parent = os.getppid()
+        with closing(Watch()) as watch:
+            while not (self.board.stopping or self._over):
+                n = self._n
+                over = deadlines.lateness(n) > 0.0
+                watch.begin(over)
+                deadlines.wait(n, behind)
+                with self._turn:
+                    if self._n == n and not self.board.stopping:
+                        self._due(n, deadlines, watch)
+                        self._over |= self._n % PARENT_EVERY == 0 and os.getppid() != parent
+
+    def _due(self, n: int, deadlines: Deadlines, watch: Watch) -> None:
+        """The cycle that is due, and what is due beside it."""
+        lateness = deadlines.lateness(n)
+        if lateness > CATCH_UP:
+            left_out = int(lateness / self._wall)
+            n, self.missed = n + left_out, self.missed + left_out
+            self._flags |= Flag.MISSED
+            self._event("missed", f"{left_out} cycles were left out after a stall of {lateness:.1f} s.", lateness)
+            lateness = deadlines.lateness(n)
+        cause = watch.look(lateness) if lateness > LATE else Cause.NONE
+        self._cycle(n, deadlines, lateness)
+        self._cause = cause
+        self._n = n = n + 1
+        if n % round(SAVE_EVERY / self._wall) == 0:
+            self.board.states.add(self._state(deadlines.at(n)))
+            gc.collect(0)
+            self._stolen.more()
+        if n % round(KEEP_EVERY / self._wall) == 0:
+            self._kept, self._was_reset = self.session.keep(), False
+        if self.task.cycles is not None and n >= self.task.cycles:
+            self.board.stop()
+
     def _resumed(self) -> LiveState | None:
-        """Go on from the saved state where there is one. Errors: LiveError, SimulationError."""
-        path = self.task.state
-        if path is None or not path.exists():
+        """Go on from the newest state, of the file or handed over; anew where there is no file. Errors: LiveError."""
+        path, handed = self.task.state, self.board.states.newest()
+        if path is None:
             return None
-        saved = LiveState.from_bytes(path)
+        saved, problem = newest_state(path, None if handed is None else handed[1])
+        self._number = 0 if saved is None else saved.number
+        if saved is None or not path.exists():
+            return None
+        if problem:
+            self._event("damaged-state", f"{problem} The state that is not damaged was taken.")
         try:
             self.session.restore(saved.session)
-        except SimulationError as problem:
-            reason = str(problem).removeprefix("saved state: ")
+        except SimulationError as refused:
+            reason = str(refused).removeprefix("saved state: ")
             raise LiveError(f"{path}: {reason} Or start without it: move the file away.") from None
         return saved
 
@@ -200,11 +259,13 @@ class Kernel:
         flags = int(self._flags)
         counts = (self.late, self.overrun, self.missed, self.worst, len(self._stale), self.refused)
         ages = self.inputs.age, self.inputs.source_delay
-        status = (n, self.session.time, utc, lateness, done - lateness, flags, *counts, *ages)
+        before = self._cause_before()
+        status = (n, self.session.time, utc, lateness, done - lateness, flags, *counts, *ages, before)
         self._row[: len(self.names)] = (*status, *values)
         self.board.rows.publish(self._row)
         self._flags = Flag(0)
-        self._report_late(lateness, now)
+        self._report_late(now, before)
+        self._lateness = lateness
 
     def _step(self, motion: dict[str, float]) -> None:
         """One cycle of the winch. A motion that no tip makes is forgotten, and the cycle goes without it; from a state
@@ -236,7 +297,8 @@ class Kernel:
         return [get(name) for name in self._read]
 
     def _state(self, now: float) -> bytes:
-        return LiveState(self.session.save(), self.inputs.saved(now)).to_bytes()
+        self._number += 1
+        return LiveState(self.session.save(), self.inputs.saved(now), self._number).to_bytes()
 
     # Events
 
@@ -260,12 +322,23 @@ class Kernel:
             self._event("fresh", f"{', '.join(back)}: comes again.")
         self._stale = now
 
-    def _report_late(self, lateness: float, now: float) -> None:
-        """Say how many cycles were late since the last such event, at most once in `QUIET`."""
-        if lateness > LATE:
-            self._worst_unreported = max(self._worst_unreported, lateness)
-        if self.late > self._reported_late and now - self._reported >= QUIET:
-            count = self.late - self._reported_late
-            worst = 1e3 * self._worst_unreported
-            self._event("late", f"{count} late cycles, the latest by {worst:.1f} ms.", self._worst_unreported)
-            self._reported, self._reported_late, self._worst_unreported = now, self.late, 0.0
+    def _cause_before(self) -> Cause:
+        """Why the cycle before was late. What the host took is known a while later; a cycle that is late because of a
+        late one has the cause of that."""
+        cause = self._cause
+        if cause in (Cause.TIMER, Cause.CYCLE) and self._stolen.more():
+            cause = Cause.HOST
+        elif cause is Cause.CYCLE:
+            cause = self._chain or cause
+        self._chain = cause
+        return cause
+
+    def _report_late(self, now: float, cause: Cause) -> None:
+        """Say how many cycles before this one were late since the last such event, at most once in `QUIET`."""
+        if self._lateness > LATE:
+            self._unreported.append((self._lateness, cause))
+        if self._unreported and now - self._reported >= QUIET:
+            worst, why = max(self._unreported)
+            text = f"{len(self._unreported)} late cycles, the latest by {1e3 * worst:.1f} ms: {why.text}."
+            self._event("late", text, worst)
+            self._reported, self._unreported = now, []

@@ -64,6 +64,16 @@ class Sink(Protocol):
         """Nothing more comes."""
 
 
+class StateKeeper(Protocol):
+    """Who acknowledges states beside the file of a twin: a history, together with its rows."""
+
+    def save_state(self, data: bytes) -> None:
+        """Store a state behind all rows so far."""
+
+    def last_state(self) -> bytes | None:
+        """The newest state; None where there is none. Errors: LiveError."""
+
+
 class EventLog:
     """Events as lines of JSON at the end of a file, each written through before the next. Rows are not kept.
 

@@ -1,32 +1,41 @@
-"""The saved state of a live twin: that of its session, and the streamed inputs with their ages."""
+"""The saved state of a live twin: that of its session, and the streamed inputs with their ages; where it is kept, and
+which of several is the newest.
+
+States of a twin are numbered on from start to start, so that the clock has no say in which is newer.
+"""
 
 from __future__ import annotations
 
 import base64
 import math
+import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, NamedTuple
 
-from stillhook.base.atomic import atomic_file
+from stillhook.base.atomic import durable_file
 from stillhook.engine.saved import bytes_of, seal, unseal
 from stillhook.errors import LiveError, SimulationError
 
 FORMAT = 1
 MOST_AGE = 1.0e9
 """Age of an input at most [s]."""
+PATIENCE, LOOK = 5.0, 0.02
+"""Time for a kernel whose servers died to end, and between two looks whether it has [s]."""
 
 
 class LiveState(NamedTuple):
-    """session: bytes of `Session.save`; inputs: value and age [s] by name."""
+    """session: bytes of `Session.save`; inputs: value and age [s] by name; number: of this state."""
 
     session: bytes
     inputs: Mapping[str, tuple[float, float]]
+    number: int
 
     def to_bytes(self) -> bytes:
         """With a checksum at the end."""
         inputs = {name: [value.hex(), age.hex()] for name, (value, age) in self.inputs.items()}
-        return seal("live", FORMAT, {"session": base64.b64encode(self.session).decode(), "inputs": inputs}, [])
+        head = {"session": base64.b64encode(self.session).decode(), "inputs": inputs, "number": self.number}
+        return seal("live", FORMAT, head, [])
 
     @classmethod
     def from_bytes(cls, state: bytes | Path) -> LiveState:
@@ -39,15 +48,58 @@ class LiveState(NamedTuple):
         try:
             session = base64.b64decode(head["session"], validate=True)
             inputs = {str(n): (float.fromhex(v), float.fromhex(a)) for n, (v, a) in head["inputs"].items()}
+            number = head["number"]
             good = all(math.isfinite(v) and 0.0 <= a <= MOST_AGE for v, a in inputs.values())
+            good &= type(number) is int and number >= 0
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
             good = False
         if not good:
             raise LiveError(f"{label}: damaged: its inputs are no numbers with ages. Start without it: move it away.")
-        return cls(session, inputs)
+        return cls(session, inputs, number)
 
 
 def write_state(path: Path, data: bytes) -> None:
-    """The state in a file, which is complete or not there."""
-    with atomic_file(path) as part:
+    """The state in a file, which is complete and on the disk, or as it was. Errors: SimulationError."""
+    with durable_file(path) as part:
         part.write_bytes(data)
+
+
+def newest_state(path: Path, handed: bytes | None) -> tuple[LiveState | None, str]:
+    """The newer one of the state in a file and of one that was handed over; None where there is neither. With a line on
+    one that is damaged, where the other is not. Errors: LiveError where there is none but damaged ones."""
+    states: list[LiveState] = []
+    problems: list[LiveError] = []
+    for each in (path if path.exists() else None, handed):
+        if each is not None:
+            try:
+                states.append(LiveState.from_bytes(each))
+            except LiveError as problem:
+                problems.append(problem)
+    if problems and not states:
+        raise problems[0]
+    return max(states, key=lambda state: state.number, default=None), " ".join(map(str, problems))
+
+
+def lock_state(path: Path) -> IO[bytes] | None:
+    """Make this process the one that owns a state, until it ends; None on Windows, which has no such lock.
+
+    Errors: LiveError where another twin has it, and goes on to have it for `PATIENCE`.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = path.with_suffix(".lock").open("ab")
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return file
+        except OSError:
+            if time.monotonic() > end:
+                file.close()
+                raise LiveError(
+                    f"{path}: another twin goes on from it. Stop that one, or choose another folder."
+                ) from None
+            time.sleep(LOOK)

@@ -10,11 +10,11 @@ from types import TracebackType
 from typing import NamedTuple
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import LiveError
+from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime.board import Board, Face
 from stillhook.live.runtime.inputs import InputWriter
 from stillhook.live.runtime.kernel import Task, run_kernel
-from stillhook.live.runtime.sink import Event, Sink, event
+from stillhook.live.runtime.sink import Event, Sink, StateKeeper, event
 from stillhook.live.runtime.state import write_state
 
 START, STOP = 60.0, 20.0
@@ -36,21 +36,30 @@ class LiveTwin:
     """A winch in real time in a process of its own. A context: it starts on entry, and ends on exit with its state
     saved.
 
-    Parameters: task; sinks of rows and events, which `pump` feeds.
+    Parameters: task; sinks of rows and events, which `pump` feeds; keeper of states beside the task's file. A twin goes
+    on from the newer state of both; without the file it begins anew.
 
     Errors: LiveError, one line, where crane, scenario or saved state are refused, or the process does not start.
     """
 
-    def __init__(self, task: Task, sinks: Sequence[Sink] = ()) -> None:
-        self.task, self.sinks = task, tuple(sinks)
+    def __init__(self, task: Task, sinks: Sequence[Sink] = (), keeper: StateKeeper | None = None) -> None:
+        self.task, self.sinks, self._keeper = task, tuple(sinks), keeper
         self._board = Board()
         self._row = self._event = self._state = 0
         self.lost_rows = self.restarts = 0
-        self._ending = False
+        self._ending = self._unsaved = False
         self.events: list[Event] = []
 
     def __enter__(self) -> LiveTwin:
         try:
+            state = self.task.state
+            if (
+                self._keeper is not None
+                and state is not None
+                and state.exists()
+                and (kept := self._keeper.last_state())
+            ):
+                self._board.states.add(kept)
             self._start()
         except BaseException:
             self._end()
@@ -172,12 +181,22 @@ class LiveTwin:
         )
 
     def _save(self) -> None:
-        """Write the newest state that the kernel handed over. Also after its end: what is written here last must not be
-        older than what the kernel itself wrote then."""
+        """Write the newest state that the kernel handed over, then give it to the keeper: what that one has, the file
+        has. Also after its end: what is written here last must not be older than what the kernel itself wrote then. A
+        disk that does not take it holds the twin up no more than by an event."""
         newest = self._board.states.newest()
-        if newest is not None and newest[0] >= self._state and self.task.state is not None:
-            self._state = newest[0] + 1
+        if newest is None or newest[0] < self._state or self.task.state is None:
+            return
+        self._state = newest[0] + 1
+        try:
             write_state(self.task.state, newest[1])
+            self._unsaved = False
+        except SimulationError as problem:
+            if not self._unsaved:
+                self.tell(event("twin", "state-not-saved", f"{problem} The twin goes on."))
+            self._unsaved = True
+        if self._keeper is not None:
+            self._keeper.save_state(newest[1])
 
     def _restart(self) -> None:
         code = self._process.exitcode
