@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gc
 import math
+import multiprocessing
 import os
 import signal
 import threading
@@ -185,7 +186,7 @@ class Kernel:
 
     def _loop(self, deadlines: Deadlines, behind: float = 0.0) -> None:
         """Wait for each cycle, `behind` longer [s], and calculate it where no other thread has begun it."""
-        parent = os.getppid()
+        parent = multiprocessing.parent_process()  # may have died before this process was ready
         with closing(Watch()) as watch:
             while not (self.board.stopping or self._over):
                 n = self._n
@@ -195,7 +196,8 @@ class Kernel:
                 with self._turn:
                     if self._n == n and not self.board.stopping:
                         self._due(n, deadlines, watch)
-                        self._over |= self._n % PARENT_EVERY == 0 and os.getppid() != parent
+                        if parent is not None and self._n % PARENT_EVERY == 0:
+                            self._over |= not parent.is_alive()
 
     def _due(self, n: int, deadlines: Deadlines, watch: Watch) -> None:
         """The cycle that is due, and what is due beside it."""
