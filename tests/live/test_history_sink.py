@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,21 +12,12 @@ from tests.live.histories import HOUR, START
 from stillhook.errors import LiveError
 from stillhook.live.history import EventKind, History, HistorySink, overview, read, read_events
 from stillhook.live.history import sink as sink_module
+from stillhook.live.history.events import event
 
 pytestmark = pytest.mark.slow  # each waits for the disk several times
 
 NAMES = ("cycle_number", "time", "time_utc", "lateness", "cycle_flags", "e_c", "mode")
 OWN = {name: ("s" if name in ("time", "lateness") else "1", f"meaning of {name}") for name in NAMES[:5]}
-
-
-class Happened(NamedTuple):
-    """As the runtime has it."""
-
-    time: float
-    source: str
-    name: str
-    value: float
-    text: str
 
 
 def rows_of(first: int, n: int, *, start: float = START, flags: int = 0) -> list[np.ndarray]:
@@ -53,7 +43,7 @@ def test_rows_are_stored_at_a_tenth_of_the_cycles_with_the_flags_of_all(tmp_path
 
 def test_events_keep_who_what_and_how_much(tmp_path: Path):
     sink = HistorySink(tmp_path, OWN)
-    sink.event(Happened(START, "kernel", "started", np.nan, "At 0 s of the winch."))
+    sink.event(event("kernel", "started", "At 0 s of the winch.", np.nan, START))
     sink.rows(0, NAMES, rows_of(0, 10))
     for name, value in (
         ("alarm", 0.3),
@@ -62,7 +52,7 @@ def test_events_keep_who_what_and_how_much(tmp_path: Path):
         ("malformed", np.nan),
         ("late", 2.0),
     ):
-        sink.event(Happened(START + 1.0, "modbus", name, value, f"{name}\nforged"))
+        sink.event(event("modbus", name, f"{name}\nforged", value, START + 1.0))
     sink.close()
     events = [event for event in read_events(tmp_path) if "source" in event.data]
     assert [event.data["name"] for event in events[:2]] == ["started", "alarm"]
@@ -76,7 +66,7 @@ def test_an_event_that_came_alone_is_there_before_it_is_answered(tmp_path: Path)
     sink = HistorySink(tmp_path, OWN)
     sink.rows(0, NAMES, rows_of(0, 10))
     time.sleep(sink_module.EVENT_COMMIT)
-    sink.event(Happened(START, "opcua", "refused-write", 1.0, "v_op from 10.0.0.9"))
+    sink.event(event("opcua", "refused-write", "v_op from 10.0.0.9", 1.0, START))
     assert [e.text for e in read_events(tmp_path, kinds=[EventKind.REFUSED])] == ["v_op from 10.0.0.9"]
     sink.close()
 

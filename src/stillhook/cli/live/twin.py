@@ -65,6 +65,10 @@ def _print_diagnosis(diagnosis: Diagnosis) -> None:
     costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
     print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
     print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
+    for text, count in diagnosis.judged.causes.items():
+        print(f"{count} late: {text}.")
+    if diagnosis.throttled > 0.0:
+        print(f"The limit of a group of processes (a container's) held this one up for {diagnosis.throttled:.2f} s.")
     if diagnosis.stolen > 0.0:
         print(
             f"A virtual machine: its host took {diagnosis.stolen:.2%} of the processors' time, which no class prevents."

@@ -22,6 +22,8 @@ from stillhook.units import quote
 
 LONGEST_TEXT, LONGEST_DATA = 500, 4000
 """Letters that are stored of a text and of the data of an event."""
+LONGEST = 480
+"""Bytes of an event as a line of JSON at most; a longer text is cut."""
 
 
 class EventKind(StrEnum):
@@ -38,9 +40,17 @@ class EventKind(StrEnum):
     DAMAGED = "damaged"
 
 
+KINDS = {"alarm": EventKind.ALARM, "command": EventKind.COMMAND, "write": EventKind.COMMAND}
+KINDS |= {"malformed": EventKind.REFUSED, "started": EventKind.START, "stopped": EventKind.STOP}
+"""What a name says an event is about; one that begins with `refused` is refused, any other a state."""
+
+
 class Event(NamedTuple):
     """An event: kind, one line of text, facts as plain data; time in UTC [s since 1970], None for that of this
-    computer. number and row are given by the journal: the last row that was acknowledged before it."""
+    computer. number and row are given by the journal: the last row that was acknowledged before it.
+
+    The data of one of a running twin (`event`) has its source, its name and its value.
+    """
 
     kind: EventKind
     text: str
@@ -54,6 +64,44 @@ class Event(NamedTuple):
         """Its time as ISO 8601."""
         return "" if self.time is None else show_moment(self.time)
 
+    @property
+    def source(self) -> str:
+        """Who of a running twin: kernel, opcua, modbus, udp, replay, twin; empty for the history itself."""
+        return str(self.data.get("source", ""))
+
+    @property
+    def name(self) -> str:
+        """What, in one word."""
+        return str(self.data.get("name", self.kind))
+
+    @property
+    def value(self) -> float:
+        """Its size in SI, NaN where it has none."""
+        value = self.data.get("value")
+        return math.nan if value is None else float(value)
+
+    def to_json(self) -> str:
+        """Time, source, name, value and text as one line of JSON, at most `LONGEST` bytes."""
+        row = {"time": self.time, "source": self.source, "name": self.name, "value": self.data.get("value")}
+        for most in (300, 60, 20):
+            line = json.dumps({**row, "text": self.text[:most]})
+            if len(line) <= LONGEST:
+                break
+        return line
+
+    @classmethod
+    def from_json(cls, line: str | bytes) -> Event:
+        """The event of such a line."""
+        row = json.loads(line)
+        return event(row["source"], row["name"], row["text"], row["value"], row["time"])
+
+
+def event(source: str, name: str, text: str, value: float | None = None, time: float | None = None) -> Event:
+    """An event of a running twin, of now where no time is given. value: its size in SI, where it has one."""
+    kind = EventKind.REFUSED if name.startswith("refused") else KINDS.get(name, EventKind.STATE)
+    size = float(value) if value is not None and math.isfinite(value) else None
+    return Event(kind, text, {"source": source, "name": name, "value": size}, clock.time() if time is None else time)
+
 
 def one_line(text: str, most: int = LONGEST_TEXT) -> str:
     """A text with nothing in it that is not printed, cut where it is too long."""
@@ -63,22 +111,22 @@ def one_line(text: str, most: int = LONGEST_TEXT) -> str:
 
 def add_events(connection: sqlite3.Connection, events: Sequence[Event], row: int) -> None:
     """Store events, within a transaction. row: the last one that was acknowledged. Errors: LiveError."""
-    for event in events:
-        if event.kind not in tuple(EventKind):
-            raise LiveError(f"event: kind = {quote(event.kind)}: choose one of {', '.join(EventKind)}.")
-        at = clock.time() if event.time is None else moment(event.time, f"event {quote(event.text)}: time", 0.0)
+    for each in events:
+        if each.kind not in tuple(EventKind):
+            raise LiveError(f"event: kind = {quote(each.kind)}: choose one of {', '.join(EventKind)}.")
+        at = clock.time() if each.time is None else moment(each.time, f"event {quote(each.text)}: time", 0.0)
         connection.execute(
             "INSERT INTO events (time, row, kind, text, data) VALUES (?, ?, ?, ?, ?)",
-            (at, row, str(event.kind), one_line(event.text), _as_text(event)),
+            (at, row, str(each.kind), one_line(each.text), _as_text(each)),
         )
 
 
-def _as_text(event: Event) -> str:
+def _as_text(of: Event) -> str:
     try:
-        text = json.dumps(dict(event.data), default=lambda value: one_line(str(value)))
+        text = json.dumps(dict(of.data), default=lambda value: one_line(str(value)))
     except (TypeError, ValueError, RecursionError) as problem:
         reason = one_line(str(problem))
-        raise LiveError(f"event {quote(event.text)}: its data cannot be stored ({reason}). Give plain data.") from None
+        raise LiveError(f"event {quote(of.text)}: its data cannot be stored ({reason}). Give plain data.") from None
     return text if len(text) <= LONGEST_DATA else json.dumps({"cut": text[: LONGEST_DATA // 2]})
 
 

@@ -12,7 +12,7 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,23 +41,6 @@ MOST_WAITING = 6000
 """Rows, and events, that wait in memory: a minute of 10 ms."""
 POLITE = 10
 """Priority that an archiver gives up."""
-KINDS = {"alarm": EventKind.ALARM, "command": EventKind.COMMAND, "write": EventKind.COMMAND}
-KINDS |= {"malformed": EventKind.REFUSED, "started": EventKind.START, "stopped": EventKind.STOP}
-
-
-class Happened(Protocol):
-    """An event of the runtime: UTC [s since 1970], who, what in one word, its size in SI, one sentence."""
-
-    @property
-    def time(self) -> float: ...
-    @property
-    def source(self) -> str: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def value(self) -> float: ...
-    @property
-    def text(self) -> str: ...
 
 
 class _Waiting(NamedTuple):
@@ -120,14 +103,9 @@ class HistorySink:
         if now - self._rows_at >= COMMIT or (self._events and now - self._events_at >= EVENT_COMMIT):
             self._store()
 
-    def event(self, happened: Happened) -> None:
+    def event(self, happened: Event) -> None:
         """Take an event; it is on the disk when this returns, or with the next ones in a flood of them."""
-        kind = KINDS.get(happened.name, EventKind.STATE)
-        if happened.name.startswith("refused"):
-            kind = EventKind.REFUSED
-        value = happened.value if np.isfinite(happened.value) else None
-        data = {"source": happened.source, "name": happened.name, "value": value}
-        self._events.append(Event(kind, happened.text, data, happened.time if np.isfinite(happened.time) else None))
+        self._events.append(happened)
         if self.history is not None and clock.monotonic() - self._events_at >= EVENT_COMMIT:
             self._store()
 

@@ -6,7 +6,8 @@ import math
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from stillhook.engine.arguments import SERIES_STEP
 from stillhook.engine.session import Session
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiveError
+from stillhook.live.runtime.causes import STEAL, Cause
 from stillhook.live.runtime.kernel import LATE, Task
 from stillhook.live.runtime.twin import LiveTwin
 from stillhook.spec.crane import Crane
@@ -26,8 +28,6 @@ ALLOWED_P999, ALLOWED_WORST = LATE, 10.0e-3
 """Lateness that a machine may show: 99.9 % of the cycles, and the worst of them [s]."""
 SHORT, LONG = 20.0, 80.0
 """Two runs whose difference is the machine code's time of a cycle [s]."""
-STEAL = 8
-"""Place of the stolen time in the first line of /proc/stat."""
 FEWEST = 1000
 """Cycles from which one in a thousand is a cycle at all."""
 
@@ -37,7 +37,7 @@ class Lateness(NamedTuple):
 
     real_time: whether in the real-time class; scheduling: one sentence; cycles: how many; p50, p99, p999, worst: of the
     time from deadline to begin; cost_p50, cost_p99: from begin to the complete row; late, overrun, missed: counts of
-    the runtime; lost: cycles that were not measured.
+    the runtime; lost: cycles that were not measured; causes: how many cycles were late because of what.
     """
 
     real_time: bool
@@ -53,6 +53,7 @@ class Lateness(NamedTuple):
     overrun: int
     missed: int
     lost: int
+    causes: Mapping[str, int] = {}
 
     @property
     def good(self) -> bool:
@@ -66,7 +67,8 @@ class Diagnosis(NamedTuple):
     measured: with the real-time class first, where it is allowed; kernel, session: cost of a cycle in machine code, and
     of `Session.step` around it, both without a clock and in the ordinary class [s]; cycle [s]; processors; load:
     processes that wanted to run in the last minute; stolen: time per processor that the host of a virtual machine took
-    during the measurements, over theirs, NaN where the system does not say; system: its name.
+    during the measurements, over theirs, NaN where the system does not say; system: its name; throttled: time for
+    which the limit of a group of processes held this one's group up meanwhile, NaN likewise [s].
     """
 
     measured: tuple[Lateness, ...]
@@ -77,6 +79,7 @@ class Diagnosis(NamedTuple):
     load: float
     stolen: float
     system: str
+    throttled: float = math.nan
 
     @property
     def judged(self) -> Lateness:
@@ -122,7 +125,7 @@ def diagnose(
     tell("Cost of a cycle.")
     kernel, session = kernel_cost(crane, scenario), session_cost(crane, scenario)
     measured = []
-    taken, begun = stolen_time(), time.monotonic()
+    taken, held, begun = stolen_time(), throttled_time(), time.monotonic()
     for real_time in (True, False):
         tell(f"{duration:g} s {'in the real-time class' if real_time else 'without it'}.")
         one = measure(Task(crane, scenario, real_time=real_time), duration)
@@ -133,7 +136,8 @@ def diagnose(
     processors = os.cpu_count() or 1
     stolen = (stolen_time() - taken) / processors / (time.monotonic() - begun)
     system = f"{platform.system()} {platform.release()}"
-    return Diagnosis(tuple(measured), kernel, session, cycle, processors, load, stolen, system)
+    throttled = throttled_time() - held
+    return Diagnosis(tuple(measured), kernel, session, cycle, processors, load, stolen, system, throttled)
 
 
 def stolen_time() -> float:
@@ -146,10 +150,24 @@ def stolen_time() -> float:
         return math.nan
 
 
+def throttled_time(root: Path = Path("/")) -> float:
+    """Time for which the limit of a group (cgroup, that of a container) held this process's group up [s]; NaN where the
+    system does not say."""
+    try:
+        lines = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+        group = {name: path for _, names, path in (line.split(":", 2) for line in lines) for name in names.split(",")}
+        first, name, unit = ("", "throttled_usec", 1.0e-6) if "cpu" not in group else ("cpu", "throttled_time", 1.0e-9)
+        file = root / "sys/fs/cgroup" / first / group[first].lstrip("/") / "cpu.stat"
+        counts = dict(line.split() for line in file.read_text(encoding="ascii").splitlines())
+        return unit * int(counts[name])
+    except (OSError, ValueError, KeyError):
+        return math.nan
+
+
 def measure(task: Task, duration: float) -> Lateness:
     """Run a twin for a duration [s] and read every row of it."""
-    lateness, cost = _Column("lateness"), _Column("cost")
-    with LiveTwin(task, (lateness, cost)) as twin:
+    lateness, cost, cause = _Column("lateness"), _Column("cost"), _Column("late_cause")
+    with LiveTwin(task, (lateness, cost, cause)) as twin:
         twin.wait_for_end(duration)
         scheduling, last = twin.face, twin.latest()
     late, costs = lateness.values(), cost.values()
@@ -160,7 +178,8 @@ def measure(task: Task, duration: float) -> Lateness:
     overrun, missed = int(last.values["overrun_cycles"]), int(last.values["missed_cycles"])
     spread = (p50, p99, p999, float(late.max()), cost_p50, cost_p99)
     counts = int(last.values["late_cycles"]), overrun, missed, twin.lost_rows
-    return Lateness(scheduling.real_time, scheduling.scheduling, len(late), *spread, *counts)
+    causes = Counter(Cause(int(each)).text for each in cause.values() if each)
+    return Lateness(scheduling.real_time, scheduling.scheduling, len(late), *spread, *counts, dict(causes))
 
 
 def kernel_cost(crane: Crane, scenario: Scenario) -> float:

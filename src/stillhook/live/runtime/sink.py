@@ -2,53 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, NamedTuple, Protocol
+from typing import IO, Protocol
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LiveError
-
-LONGEST = 480
-"""Bytes of an event at most; a longer text is cut."""
-
-
-class Event(NamedTuple):
-    """Something that happened.
-
-    time: UTC [s since 1970]; source: kernel, opcua, modbus, udp, replay or twin; name: what, in one word; value: its
-    size in SI, NaN where it has none; text: one sentence.
-    """
-
-    time: float
-    source: str
-    name: str
-    value: float
-    text: str
-
-    def to_json(self) -> str:
-        """One line of JSON, at most `LONGEST` bytes."""
-        value = None if self.value != self.value else self.value
-        for most in (300, 60, 20):
-            row = {**self._asdict(), "value": value, "text": self.text[:most]}
-            line = json.dumps(row)
-            if len(line) <= LONGEST:
-                break
-        return line
-
-    @classmethod
-    def from_json(cls, line: str | bytes) -> Event:
-        """The event of such a line."""
-        row = json.loads(line)
-        value = float("nan") if row["value"] is None else float(row["value"])
-        return cls(float(row["time"]), str(row["source"]), str(row["name"]), value, str(row["text"]))
-
-
-def event(source: str, name: str, text: str, value: float = float("nan")) -> Event:
-    """An event of now."""
-    return Event(time.time(), source, name, value, text)
+from stillhook.live.history.events import LONGEST as LONGEST
+from stillhook.live.history.events import Event as Event
+from stillhook.live.history.events import event as event
 
 
 class Sink(Protocol):
