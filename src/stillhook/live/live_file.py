@@ -79,6 +79,7 @@ class LiveTables(Spec):
     case: Text = Field(description="case file with crane and scenario, seen from this file")
     folder: Text = Field(description="folder for state, certificates and events, seen from this file")
     timeout: Annotated[Time, Field(ge=SHORTEST, le=LONGEST)] = Field(default=TIMEOUT, description="age of stale inputs")
+    sensed: bool = Field(default=False, description="serve what a PLC reads, for hardware in the loop", strict=True)
     opcua: OpcUaTable | None = Field(default=None, description="OPC UA server; without the table there is none")
     modbus: ModbusTable | None = Field(default=None, description="Modbus server; without the table there is none")
     udp: UdpTable | None = Field(default=None, description="UDP sender; without the table there is none")
@@ -87,7 +88,7 @@ class LiveTables(Spec):
 
 class LivePlan(NamedTuple):
     """What a live file says: crane and scenario, folder, time-out of inputs [s], settings of the servers, and the
-    history: PLC cycles from row to row, and what it may hold."""
+    history: PLC cycles from row to row, and what it may hold; sensed: whether what a PLC reads is served."""
 
     case: CaseFile
     folder: Path
@@ -96,6 +97,7 @@ class LivePlan(NamedTuple):
     modbus: ModbusSettings | None
     udp: UdpSettings | None
     history: tuple[int, Budget] | None = None
+    sensed: bool = False
 
 
 def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:
@@ -129,7 +131,7 @@ def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
         h = file.history
         every = max(1, round(h.every / case.crane.control.t_cycle))
         kept = every, Budget(bytes=round(1e9 * h.size), days=h.days)
-    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept)
+    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept, file.sensed)
 
 
 LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"

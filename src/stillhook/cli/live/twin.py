@@ -106,7 +106,7 @@ def run(
     plan = read_live_file(live_file, writes=allow_writes, insecure=insecure)
     end = _ending(duration)
     case = plan.case
-    task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
+    task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout, sensed=plan.sensed)
     sinks: list[Sink] = [EventLog(plan.folder / EVENTS_FILE), _EventLines()]
     if plan.history is not None:
         every, budget = plan.history
