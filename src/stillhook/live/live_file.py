@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -174,7 +175,11 @@ mode = "ssc"
 def example_live(out: Path) -> list[Path]:
     """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
     SimulationError."""
-    texts = {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()}
+    return write_files(out, {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()})
+
+
+def write_files(out: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write files by name into a folder without them. Errors: LiveError, SimulationError."""
     if present := [name for name in texts if (out / name).exists()]:
         raise LiveError(f"{out / present[0]}: is there already. Choose another folder.")
     check_folder(out, tuple(texts))

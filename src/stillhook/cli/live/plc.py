@@ -39,7 +39,6 @@ def plc_run(
     import time
 
     from stillhook.cli.live.twin import ending
-    from stillhook.live.hil.controller import LibraryController
     from stillhook.live.hil.cost import bus_cost
     from stillhook.live.hil.plc_file import read_plc_file
     from stillhook.live.hil.plc_log import PlcLog
@@ -48,7 +47,7 @@ def plc_run(
     from stillhook.live.serving import stopping
 
     plan = read_plc_file(plc_file)
-    bus, controller = plan.bus(), LibraryController(plan.crane, plan.mode)
+    bus, controller = plan.bus(), plan.controller()
     cycle = f"{1e3 * controller.t_cycle:g} ms"
     say(f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}. {ask_for_real_time().line}")
     end = ending(duration)

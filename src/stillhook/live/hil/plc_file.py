@@ -17,6 +17,7 @@ from stillhook.library import changed
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.hil.bus import Bus
+from stillhook.live.hil.controller import Controller, LibraryController
 from stillhook.live.hil.modbus import ModbusBus, ModbusBusSettings
 from stillhook.live.hil.opcua import OpcUaBus, OpcUaBusSettings
 from stillhook.live.hil.script import Script, read_script
@@ -33,6 +34,7 @@ from stillhook.units import Time
 FASTEST, SLOWEST = 1.0e-3, 0.2
 """Cycle at least and at most [s]."""
 LOG = "plc-log.csv"
+LIBRARY, TEXT = "library", "structured-text"
 
 
 class PlcOpcUaTable(Spec):
@@ -62,6 +64,10 @@ class PlcTables(Spec):
     command_delay: Annotated[Time, Field(ge=0.0, le=1.0)] = Field(
         default=0.0, description="by which the bus makes commands late: added to the lead of the feedforward"
     )
+    program: Text = Field(
+        default=LIBRARY,
+        description="library; structured-text: its export, compiled; or a .st file, seen from this file",
+    )
     log: Text = Field(default=LOG, description="log of every cycle, seen from this file")
     script: Text | None = Field(default=None, description="script of the inputs, seen from this file")
     opcua: PlcOpcUaTable | None = Field(default=None, description="OPC UA; one of the two buses")
@@ -87,6 +93,20 @@ class PlcPlan(NamedTuple):
     def path(self) -> Path:
         """The file."""
         return self.table.path
+
+    def controller(self) -> Controller:
+        """The controller, at its start. Errors: LiveError, PlcError of one line."""
+        program = self.file.program
+        if program == LIBRARY:
+            return LibraryController(self.crane, self.mode)
+        from stillhook.live.hil.structured_text import CompiledText
+
+        if program == TEXT:
+            return CompiledText(self.crane, self.mode)
+        if not program.endswith(".st"):
+            raise self.table.wrong(f"choose {LIBRARY} or {TEXT}, or give a file whose name ends in .st.", "program")
+        text = self.table.relative_file(program, "program").read_text(encoding="utf-8")
+        return CompiledText(self.crane, self.mode, text)
 
     def bus(self) -> Bus:
         """The bus that the file names. Errors: LiveError where it names none, or two."""

@@ -93,14 +93,14 @@ class SoftPlc:
 
     async def run(self, done: Callable[[], bool]) -> Outcome:
         """Until it is done. Errors: LiveError where the plant refuses, or another PLC commands it."""
-        await self._bus.connect()
-        self._connected = True
-        await self._first_image()
         n = 0
         gc.collect()
         gc.freeze()
         gc.disable()
         try:
+            await self._bus.connect()
+            self._connected = True
+            await self._first_image()
             deadlines = Deadlines(self._cycle)
             while not done():
                 await asyncio.sleep(max(0.0, -deadlines.lateness(n)))
@@ -172,6 +172,7 @@ class SoftPlc:
     def _start(self, name: str, request: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         started = time.monotonic()
         task = asyncio.create_task(request)
+        task.add_done_callback(lambda ended: ended.cancelled() or ended.exception())  # nobody may ask for it any more
         if name in self._trips:
             task.add_done_callback(lambda _: self._trips[name].append(time.monotonic() - started))
         self._pending[name] = task
@@ -204,7 +205,8 @@ class SoftPlc:
         image: Image | None = self._collect("read")
         if image is None:
             return False
-        new = image.get("cycle_number") != self._image.get("cycle_number")
+        number = image.get("cycle_number")
+        new = math.isfinite(number) and number != self._image.get("cycle_number")
         if new:
             self._changed = time.monotonic()
         self._image = image
