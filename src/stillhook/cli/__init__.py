@@ -68,8 +68,13 @@ COMMANDS: dict[str, Entry | Group] = {
     "vessel": Entry("sea.vessel", "vessel"),
     "payload": Entry("sea.payload", "payload"),
     "plc": Group(
-        "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; check such a text.",
-        {"export": Entry("export", "plc_export"), "check": Entry("export", "plc_check")},
+        "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; a soft PLC over a bus; a PLC compared.",
+        {
+            "export": Entry("export", "plc_export"),
+            "check": Entry("export", "plc_check"),
+            "run": Entry("live.plc", "plc_run"),
+            "compare": Entry("live.plc", "plc_compare"),
+        },
     ),
     "live": Group(
         "Live twin: beside a PLC in real time, with its history; how well this machine keeps time; a log played back.",

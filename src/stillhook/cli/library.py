@@ -14,13 +14,15 @@ from stillhook.errors import CommandError
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
 from stillhook.units import quote, show
 
-PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP, LIVE = "plan", "sea-trials", "friction-tests", "motor-map", "live"
+PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = "plan", "sea-trials", "friction-tests", "motor-map"
+LIVE, HIL = "live", "hil"
 EXAMPLES = {
     PLAN: "the example plan, to edit",
     SEA_TRIALS: "SYNTHETIC logs of a crane's tests, for validate",
     FRICTION_TESTS: "SYNTHETIC logs of friction tests, for identify friction",
     MOTOR_MAP: "a SYNTHETIC supplier's map, for identify motor",
     LIVE: "a live twin with its register map, for live run",
+    HIL: "the same with a soft PLC and a script, for plc run",
 }
 WHAT_HELP = "; ".join(f"{name}: {text}" for name, text in EXAMPLES.items()) + "."
 
@@ -205,7 +207,7 @@ def example(
     """
     if what not in EXAMPLES:
         raise CommandError(f"example {quote(what)}: choose {', '.join(EXAMPLES)}.")
-    write = {PLAN: _plan, MOTOR_MAP: _map, LIVE: _live}.get(what, lambda folder: _campaign(what, folder))
+    write = {PLAN: _plan, MOTOR_MAP: _map, LIVE: _live, HIL: _hil}.get(what, lambda folder: _campaign(what, folder))
     answer, lines = write(out)
     if json:
         print_json(answer)
@@ -222,6 +224,18 @@ def _plan(out: Path) -> tuple[dict[str, Any], list[str]]:
     return {"plan": str(first), "files": written}, [
         f"written: {', '.join(written)}",
         f"edit it, then: stillhook plan {first} --check",
+    ]
+
+
+def _hil(out: Path) -> tuple[dict[str, Any], list[str]]:
+    from stillhook.live.hil.example import example_hil
+
+    live, plc, *rest = example_hil(out)
+    written = [str(path) for path in (live, plc, *rest)]
+    return {"live": str(live), "plc": str(plc), "files": written}, [
+        f"written: {', '.join(written)}",
+        f"next: stillhook live run {live} --allow-writes",
+        f'and beside it: stillhook plc run {plc} --duration "60 s"',
     ]
 
 

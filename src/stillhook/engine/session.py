@@ -14,6 +14,7 @@ import numpy as np
 from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.control.interface import Sensed
 from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.arguments import SERIES_STEP, check_step, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import (
@@ -143,9 +144,7 @@ class Session:
         }
         text = json.dumps([crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str)
         self._identity = hashlib.sha256(text.encode()).hexdigest()
-        self._k = 0
-        self._held: dict[str, float] = {}
-        self._changed: dict[str, float] = {}
+        self._k, self._held, self._changed = 0, dict[str, float](), dict[str, float]()
         self._prepare_calls()
         self._row, self._next = np.zeros(TICK), np.zeros(TICK)
         self._fill(self._row, 0, {})
@@ -261,6 +260,13 @@ class Session:
             if (columns := self._columns.get(name)) is not None:
                 return float(self._row[columns[0]])
         raise SimulationError(self._unknown(name, (*self._signals, *self.parameters, *self._columns)))
+
+    def sensed(self) -> Sensed:
+        """What the PLC reads at the present time, through the sensors of crane and scenario [SI]."""
+        lane, at = self._A.tolist(), self._ranges.names.index(".tick.s")
+        lane[at : at + TICK] = self._row.tolist()
+        self._block.d.read(lane, read := [0.0] * len(Sensed._fields))
+        return Sensed(*read)
 
     def state(self, name: str) -> float:
         """A state at the present time [SI]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -79,6 +80,7 @@ class LiveTables(Spec):
     case: Text = Field(description="case file with crane and scenario, seen from this file")
     folder: Text = Field(description="folder for state, certificates and events, seen from this file")
     timeout: Annotated[Time, Field(ge=SHORTEST, le=LONGEST)] = Field(default=TIMEOUT, description="age of stale inputs")
+    sensed: bool = Field(default=False, description="serve what a PLC reads, for hardware in the loop", strict=True)
     opcua: OpcUaTable | None = Field(default=None, description="OPC UA server; without the table there is none")
     modbus: ModbusTable | None = Field(default=None, description="Modbus server; without the table there is none")
     udp: UdpTable | None = Field(default=None, description="UDP sender; without the table there is none")
@@ -87,7 +89,7 @@ class LiveTables(Spec):
 
 class LivePlan(NamedTuple):
     """What a live file says: crane and scenario, folder, time-out of inputs [s], settings of the servers, and the
-    history: PLC cycles from row to row, and what it may hold."""
+    history: PLC cycles from row to row, and what it may hold; sensed: whether what a PLC reads is served."""
 
     case: CaseFile
     folder: Path
@@ -96,6 +98,7 @@ class LivePlan(NamedTuple):
     modbus: ModbusSettings | None
     udp: UdpSettings | None
     history: tuple[int, Budget] | None = None
+    sensed: bool = False
 
 
 def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:
@@ -129,7 +132,7 @@ def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
         h = file.history
         every = max(1, round(h.every / case.crane.control.t_cycle))
         kept = every, Budget(bytes=round(1e9 * h.size), days=h.days)
-    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept)
+    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept, file.sensed)
 
 
 LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"
@@ -172,7 +175,11 @@ mode = "ssc"
 def example_live(out: Path) -> list[Path]:
     """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
     SimulationError."""
-    texts = {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()}
+    return write_files(out, {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()})
+
+
+def write_files(out: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write files by name into a folder without them. Errors: LiveError, SimulationError."""
     if present := [name for name in texts if (out / name).exists()]:
         raise LiveError(f"{out / present[0]}: is there already. Choose another folder.")
     check_folder(out, tuple(texts))

@@ -28,7 +28,7 @@ def serve(
 
     Errors: LiveError where a server cannot start.
     """
-    with _signals() as stopped:
+    with stopping() as stopped:
         asyncio.run(_serve(twin, served, plan, lambda: stopped() or done(), ready))
 
 
@@ -68,7 +68,7 @@ async def _serve(
 
 
 @contextlib.contextmanager
-def _signals() -> Iterator[Callable[[], bool]]:
+def stopping() -> Iterator[Callable[[], bool]]:
     """Whether SIGINT or SIGTERM came, which end nothing by themselves meanwhile."""
     came: list[int] = []
     before: dict[signal.Signals, Any] = {}

@@ -108,9 +108,9 @@ def run(
     from stillhook.live.serving import serve
 
     plan = read_live_file(live_file, writes=allow_writes, insecure=insecure)
-    end = _ending(duration)
+    end = ending(duration)
     case = plan.case
-    task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout)
+    task = Task(case.crane, case.case, case.step, plan.folder / STATE_FILE, plan.timeout, sensed=plan.sensed)
     sinks: list[Sink] = [EventLog(plan.folder / EVENTS_FILE), _EventLines()]
     history = None
     if plan.history is not None:
@@ -126,7 +126,7 @@ def run(
         print(f"{v['cycle_number'] + 1:.0f} cycles, {counts}; worst lateness {1e3 * v['worst_lateness']:.2f} ms.")
 
 
-def _ending(duration: str | None) -> float:
+def ending(duration: str | None) -> float:
     """When to end, on the monotonic clock [s]."""
     from stillhook.units import parse
 

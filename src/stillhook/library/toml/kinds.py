@@ -42,6 +42,8 @@ class FileKind(Enum):
     WEATHER = auto()
     LIVE = auto()
     REGISTERS = auto()
+    PLC = auto()
+    SCRIPT = auto()
 
     @property
     def noun(self) -> str:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.control.interface import Sensed
 from stillhook.live.runtime.ring import CELL, Records, Ring
 from stillhook.live.runtime.sink import LONGEST
 
@@ -53,6 +54,10 @@ STATUS = {
     ),
 }
 """Numbers of the runtime, which stand before those of the winch in a row."""
+SENSED = tuple(f"sensed_{name}" for name in Sensed._fields)
+"""Names of what the PLC reads, behind the numbers of the winch in a row that has them."""
+IMAGE = ("cycle_number", "time", "time_utc", "e_c", "u_p", *SENSED)
+"""The process image of a PLC: numbers of one cycle that are read together, see `stillhook.live.hil`."""
 ROWS, INPUT_ROWS, EVENTS, STATES = 1024, 16, 256, 2
 """Slots of each ring: rows of ten seconds at 10 ms."""
 MOST_NAMES, MOST_INPUTS, INPUT_CELLS = 256, 64, 3

@@ -26,7 +26,7 @@ from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.session import Session
 from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime import memory
-from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, STATUS, Board, Face, Flag
+from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, SENSED, STATUS, Board, Face, Flag
 from stillhook.live.runtime.causes import Cause, Stolen, Watch
 from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary, two_shares
 from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
@@ -63,7 +63,8 @@ class Task(NamedTuple):
     crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end, and
     beside it a lock that keeps other twins away;
     timeout of streamed inputs [s]; real_time: whether to ask for that class; speed: the winch's time over that of the
-    wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never.
+    wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never; sensed: whether rows hold what
+    a PLC reads of the winch.
     """
 
     crane: Crane
@@ -74,6 +75,7 @@ class Task(NamedTuple):
     real_time: bool = True
     speed: float = 1.0
     cycles: int | None = None
+    sensed: bool = False
 
 
 def run_kernel(task: Task, memory: str) -> None:
@@ -101,7 +103,7 @@ class Kernel:
         self.inputs = Inputs(board.inputs, names, streamed, task.timeout, task.speed)
         held = tuple(name for name in names if name not in self.session.signals)
         self._read = (*self.session.signals, *held)
-        self.names = (*STATUS, *self._read)
+        self.names = (*STATUS, *self._read, *(SENSED if task.sensed else ()))
         if len(self.names) > MOST_NAMES or len(names) > MOST_INPUTS:
             raise LiveError(f"Live twin: {len(self.names)} signals; at most {MOST_NAMES} are served.")
         self._input_names, self._streamed = names, streamed
@@ -296,7 +298,7 @@ class Kernel:
     def _values(self) -> list[float]:
         """The winch's numbers at the present time."""
         get = self.session.get
-        return [get(name) for name in self._read]
+        return [*map(get, self._read), *(self.session.sensed() if self.task.sensed else ())]
 
     def _state(self, now: float) -> bytes:
         self._number += 1

@@ -7,11 +7,12 @@ its types are not loaded, so that a client finds its way by names and not by typ
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from stillhook.live.runtime.board import STATUS
-from stillhook.live.servers.served import about
+from stillhook.live.runtime.board import IMAGE, STATUS
+from stillhook.live.servers.served import Served, about
 
 if TYPE_CHECKING:
     from asyncua import Node, Server, ua
@@ -47,6 +48,7 @@ DRIVE = "Drive"
 AXIS: Mapping[str, str] = {"ActualPosition": "s_w", "ActualSpeed": "v_w"}
 """Numbers of an axis of OPC 40010-1 and what they are here."""
 LOAD = "F_w"
+IMAGE_NODE = "Plc.image"
 
 
 class Model(NamedTuple):
@@ -111,6 +113,27 @@ async def build(
         await node.set_writable()
         written[name] = node
     return Model(values, written)
+
+
+async def image(server: Server, served: Served) -> None:
+    """Add `IMAGE_NODE`: the numbers of `IMAGE` of the newest cycle, as they are when a client reads, for a PLC that
+    reads faster than the other nodes change. There is no subscription to it."""
+    from asyncua import ua
+
+    def newest(nodeid: ua.NodeId, attribute: ua.AttributeIds) -> ua.DataValue:
+        row = served.latest()
+        good = row is not None and served.alive
+        numbers = [math.nan if row is None else row.values[name] for name in IMAGE]
+        status = ua.StatusCode(ua.StatusCodes.Good if good else ua.StatusCodes.UncertainLastUsableValue)
+        return ua.DataValue(ua.Variant(numbers, ua.VariantType.Double), status)
+
+    space = await server.get_namespace_index(NAMESPACE)
+    node = await server.get_node(ua.NodeId("object.Plc", space)).add_variable(
+        ua.NodeId(IMAGE_NODE, space), ua.QualifiedName("image", space), [0.0] * len(IMAGE), ua.VariantType.Double
+    )
+    names = ua.DataValue(ua.Variant(ua.LocalizedText(", ".join(IMAGE))))
+    await node.write_attribute(ua.AttributeIds.Description, names)
+    server.iserver.aspace.set_attribute_value_callback(node.nodeid, ua.AttributeIds.Value, newest)
 
 
 class _Maker:

@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook._version import __version__
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
+from stillhook.live.runtime.board import IMAGE
 from stillhook.live.runtime.sink import event
 from stillhook.live.servers.library_log import LibraryLog
-from stillhook.live.servers.model import Model, build
+from stillhook.live.servers.model import Model, build, image
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free, is_loopback
 from stillhook.live.servers.trust import TrustFolder, fingerprint
 
@@ -157,6 +158,8 @@ class OpcUaServer:
         served = self._served
         model = await build(self._server, self._crane, __version__, served.names, served.inputs, self._streamed)
         self._keep(model)
+        if set(IMAGE) <= set(served.names):
+            await image(self._server, served)
         await self._server.start()
 
     def _keep(self, model: Model) -> None:

@@ -184,7 +184,7 @@ def _factor(place: TomlTable, row: RegisterRow) -> float:
     unit, _ = about(row.name)
     if row.unit is None or row.unit == unit:
         return row.scale
-    of = None if row.name in STATUS else BY_NAME.get(row.name)
+    of = None if row.name in STATUS else BY_NAME.get(row.name, BY_NAME.get(row.name.removeprefix("sensed_")))
     if of is None or not of.kind:
         percent = row.unit == "%" and unit == "1"
         if not percent:

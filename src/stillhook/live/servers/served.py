@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from stillhook.errors import LiveError
-from stillhook.live.runtime.board import STATUS
+from stillhook.live.runtime.board import SENSED, STATUS
 from stillhook.live.runtime.sink import Event
 from stillhook.live.runtime.twin import Row
 from stillhook.units import quote
@@ -60,6 +60,9 @@ def about(name: str) -> tuple[str, str]:
         side, _, signal = name.partition(".")
         unit, meaning = about(signal)
         return ("1" if side == "alarm" else unit), f"{side}: {meaning}"
+    if name in SENSED and name not in BY_NAME:
+        unit, meaning = about(name.removeprefix("sensed_"))
+        return unit, f"as the PLC reads it: {meaning}"
     if name in STATUS:
         return STATUS[name].unit, STATUS[name].meaning
     if name in BY_NAME:

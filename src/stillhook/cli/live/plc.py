@@ -1,0 +1,143 @@
+"""`stillhook plc run` and `plc compare`: hardware in the loop."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Json
+from stillhook.report.terminal import print_json, print_table, say
+
+if TYPE_CHECKING:
+    from stillhook.base.arrays import FloatArray
+    from stillhook.live.hil.compare import Comparison
+    from stillhook.live.hil.cost import BusCost
+    from stillhook.live.hil.soft_plc import Outcome
+
+PlcFile = Annotated[
+    Path,
+    typer.Argument(metavar="PLC.toml", help="PLC file: case, controller, cycle, bus (stillhook example live)."),
+]
+
+
+def plc_run(
+    plc_file: PlcFile,
+    duration: Annotated[str | None, typer.Option(help="Length of the run; without it until it is stopped.")] = None,
+    json: Json = False,
+) -> None:
+    """Run a soft PLC: a controller at a fixed cycle that moves the live twin's winch over OPC UA or Modbus TCP.
+
+    The twin (stillhook live run) has sensed = true in its live file. A script may change what the PLC reads. Every
+    cycle is in the log, for stillhook plc compare. At the end it says what the bus costs: the control error over the
+    bus against that in process.
+
+    Example: stillhook plc run plc.toml --duration "60 s"
+    """
+    import time
+
+    from stillhook.cli.live.twin import ending
+    from stillhook.live.hil.cost import bus_cost
+    from stillhook.live.hil.plc_file import read_plc_file
+    from stillhook.live.hil.plc_log import PlcLog
+    from stillhook.live.hil.soft_plc import SoftPlc
+    from stillhook.live.runtime.deadlines import ask_for_real_time
+    from stillhook.live.serving import stopping
+
+    plan = read_plc_file(plc_file)
+    bus, controller = plan.bus(), plan.controller()
+    cycle = f"{1e3 * controller.t_cycle:g} ms"
+    say(f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}. {ask_for_real_time().line}")
+    end = ending(duration)
+    with PlcLog(plan.log) as log, stopping() as stopped:
+        plc = SoftPlc(bus, controller, plan.script, log, say)
+        outcome = asyncio.run(plc.run(lambda: stopped() or time.monotonic() >= end))
+    cost = bus_cost(plan.plant, plan.scenario, outcome.seen)
+    if json:
+        numbers = {name: value for name, value in outcome._asdict().items() if isinstance(value, bool | int)}
+        trips = {name: _spread(getattr(outcome, name)) for name in ("ages", "reads", "writes")}
+        of = {"reason": cost} if isinstance(cost, str) else {**cost._asdict(), "cost": cost.cost}
+        print_json({"log": str(plan.log), **numbers, **trips, "bus_cost": of})
+    else:
+        _print_outcome(outcome, cost, plan.log)
+
+
+def _spread(values: FloatArray) -> dict[str, float] | None:
+    """Median, 99th percentile and largest [s]; None where nothing came."""
+    import numpy as np
+
+    kept = values[np.isfinite(values)]
+    if not kept.size:
+        return None
+    p50, p99, largest = np.percentile(kept, (50, 99, 100)).tolist()
+    return {"p50": p50, "p99": p99, "largest": largest}
+
+
+def _print_outcome(outcome: Outcome, cost: BusCost | str, log: Path) -> None:
+    rows = []
+    for name, values in (("age of the sample", outcome.ages), ("reading", outcome.reads), ("writing", outcome.writes)):
+        spread = _spread(values)
+        rows.append([name, *(["-"] * 3 if spread is None else [f"{1e3 * x:.2f}" for x in spread.values()])])
+    print_table(["", "p50", "p99", "largest"], rows, title="Over the bus [ms]")
+    print(
+        f"{outcome.cycles} cycles: {outcome.late} late, {outcome.without_answer} without a new sample,"
+        f" {outcome.unconfirmed} without a write, {outcome.reconnected} times connected again."
+    )
+    if outcome.stopped:
+        print("The guard had stopped the winch at the end.")
+    if isinstance(cost, str):
+        print(cost)
+    else:
+        over, within = 100.0 * cost.e_c_pp, 100.0 * cost.e_c_pp_in_process
+        print(
+            f"Control error peak to peak {over:.2f} cm over the bus, {within:.2f} cm in process, of {cost.s_tip_pp:.2f}"
+            f" m of the tip, {cost.begin:.0f} to {cost.end:.0f} s: the bus costs {100.0 * cost.cost:.2f} cm."
+        )
+    print(f"written: {log}")
+
+
+def plc_compare(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a PLC: of stillhook plc run, or of any other.")],
+    plc_file: PlcFile,
+    json: Json = False,
+) -> None:
+    """Compare a PLC with the library, cycle by cycle: the inputs that it saw go through the same controller.
+
+    Rounding of the log and of the bus is told apart from real differences. A log of another PLC has its columns in the
+    table [signals] of the PLC file. Exit code 1 if they differ.
+
+    Example: stillhook plc compare plc-log.csv plc.toml
+    """
+    from stillhook.live.hil.compare import compare, stated_steps
+    from stillhook.live.hil.plc_file import read_plc_file
+    from stillhook.live.hil.plc_log import read_plc_log
+
+    plan = read_plc_file(plc_file)
+    recorded = read_plc_log(log, plan.file.signals, plan.path.name)
+    steps = {**recorded.steps, **stated_steps(plan.file.resolution, plan.path.name)}
+    result = compare(plan.crane, plan.mode, recorded, steps)
+    if json:
+        rows = [d._asdict() | {"verdict": d.verdict} for d in result.outputs]
+        print_json({"same": result.same, "cycles": result.cycles, "outputs": rows, "absent": result.absent})
+    else:
+        _print_comparison(result, f"{plan.mode} on {plan.crane.name}")
+    raise typer.Exit(0 if result.same else 1)
+
+
+def _print_comparison(result: Comparison, what: str) -> None:
+    rows: list[list[Any]] = [
+        [d.name, d.unit, f"{d.largest:.3g}", f"{d.explained:.3g}", d.verdict] for d in result.outputs
+    ]
+    title = f"PLC less library ({what}), {result.cycles} cycles"
+    print_table(["output", "unit", "largest", "explained by rounding", "verdict"], rows, title=title)
+    firsts = [d for d in result.outputs if d.first >= 0.0]
+    if firsts:
+        d = min(firsts, key=lambda each: each.first)
+        print(f"First difference: cycle {d.first:.0f}, {d.name}: PLC {d.plc:.9g}, library {d.library:.9g} {d.unit}.")
+    if result.absent:
+        print(f"Not in the log: {', '.join(result.absent)}.")
+    if result.begins > 0.0:
+        print(f"The log begins in mode {result.begins:g}: it is compared as if the PLC started there.")
+    print("PLC and library give the same." if result.same else "PLC and library differ.")
