@@ -26,6 +26,9 @@ SILENT = 10.0
 REST = 60.0
 """Time after a withdrawal for which the factor stays certified [s], so that it does not flicker; a step of friction
 needs none, since its estimate begins anew."""
+SETTLED = 40.0
+"""Time at the estimate after which a deviation that is an alarm speaks against the factor [s]: two windows of
+deviations. Before that the twin is still on its way, and the alarm may be what the factor is about."""
 
 
 class Change(NamedTuple):
@@ -64,23 +67,28 @@ class Adaptation:
         self.value = value
         self._deadline = now + CONFIRM
         self._changed = self._rest = -math.inf
-        self._after = -math.inf
-        self._alarms = 0
+        self._arrived = math.inf
+        self._blocked = False
+        self._steps = 0
 
     def begin_again(self, now: float) -> None:
         """The observer was started anew: it has seen no alarm yet, and needs time to confirm the factor."""
-        self._alarms, self._deadline = 0, now + CONFIRM
+        self._steps, self._deadline = 0, now + CONFIRM
 
     def next(self, proposal: Proposal | None, now: float) -> Change | None:
         """What is to change at a time, if anything."""
         if proposal is None or now - proposal.time > SILENT:
             return self._lost("the observer is silent", now)
-        if proposal.alarms > self._alarms:
-            self._alarms = proposal.alarms
+        self._blocked = self._blocked and bool(proposal.deviating)
+        if proposal.steps > self._steps:
+            self._steps = proposal.steps
             if self.value != CERTIFIED:
-                rest = 0.0 if proposal.friction else REST
-                self._after = -math.inf if proposal.friction else proposal.time
-                return self._withdraw(f"alarm: {proposal.alarm.rstrip('.')}", now, rest)
+                return self._withdraw(f"alarm: {proposal.step.rstrip('.')}", now, 0.0)
+        if proposal.deviating and self.value != CERTIFIED and now - self._arrived > SETTLED:
+            self._blocked = True
+            return self._withdraw(
+                f"alarm: {proposal.deviating} deviates although the factor is the estimate", now, REST
+            )
         if not proposal.known:
             return self._lost(f"no estimate: {proposal.reason}", now)
         if proposal.value is None:
@@ -97,10 +105,11 @@ class Adaptation:
         return self._change(CERTIFIED, math.nan, math.nan, f"withdrawn, {reason}", now)
 
     def _follow(self, proposal: Proposal, wanted: float, now: float) -> Change | None:
-        if now < self._rest or proposal.start < self._after:
-            return None
         self._deadline = -math.inf
-        if now - self._changed < self._settings.every or abs(wanted - self.value) < DEADBAND:
+        if self._blocked or now < self._rest or now - self._changed < self._settings.every:
+            return None
+        if abs(wanted - self.value) < DEADBAND:
+            self._arrived = min(self._arrived, now)
             return None
         step = min(max(wanted - self.value, -self._settings.step), self._settings.step)
         reason = f"estimate {wanted:.3f}"
@@ -108,5 +117,5 @@ class Adaptation:
 
     def _change(self, new: float, low: float, high: float, reason: str, now: float) -> Change:
         change = Change(self.value, new, low, high, reason)
-        self.value, self._changed = new, now
+        self.value, self._changed, self._arrived = new, now, math.inf
         return change

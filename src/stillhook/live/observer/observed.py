@@ -19,6 +19,7 @@ from stillhook.live.observer.adaptation import CERTIFIED, Adaptation, Change, no
 from stillhook.live.observer.observer import FACTOR, Task, shown_names
 from stillhook.live.observer.panel import Panel, Proposal
 from stillhook.live.observer.process import message_names, padded, run_observer
+from stillhook.live.observer.received import Received
 from stillhook.live.observer.settings import ObserverSettings
 from stillhook.live.observer.signals import OF_INPUTS, implausible
 from stillhook.live.runtime import Event, LiveTwin, Row, Sink, event
@@ -64,11 +65,11 @@ class ObservedTwin:
         self, task: TwinTask, sinks: Sequence[Sink], settings: ObserverSettings, folder: Path | None = None
     ) -> None:
         self.settings = settings
-        self.twin = LiveTwin(task, [_Beside(sink, self) for sink in sinks])
+        self.twin = LiveTwin(task, [_Beside(sinks, self)] if sinks else [])
         self._file = None if folder is None else folder / FILE
         self._crane = task.crane
         self._shown = dict.fromkeys(shown_names(settings), math.nan)
-        self._received: dict[str, tuple[float, float]] = {}
+        self._received = Received(settings.signals, settings.timeout)
         self._tokens, self._filled = BURST, time.monotonic()
         self._left_out: dict[str, int] = {}
         self._reported = -math.inf
@@ -131,17 +132,16 @@ class ObservedTwin:
 
     def beside(self) -> dict[str, float]:
         """Measured values (NaN once they are stale) with their ages, and the numbers of the observer."""
-        now, values, ages = time.monotonic(), {}, {}
-        for name in self.settings.signals:
-            value, arrival = self._received.get(name, (math.nan, math.nan))
-            age = now - arrival
-            values[f"{MEASURED}.{name}"] = value if age <= self.settings.timeout else math.nan
-            ages[f"{AGE}.{name}"] = age
-        return {**values, **ages, **self._shown}
+        numbers = [*self._received.newest(time.time()).tolist(), *self._shown.values()]
+        return dict(zip(names_of(self.settings), numbers, strict=True))
+
+    def passed(self, utc: float) -> FloatArray:
+        """The same for a row of the twin that is passed on, as known at its time [s]."""
+        return np.concatenate([self._received.passed(utc), list(self._shown.values())])
 
     def write(self, values: Mapping[str, float], source: str, stamp: float = math.nan) -> None:
-        """Inputs to the twin, all or none of them; measured values to the observer, each by itself: what no sensor shows
-        is left out, with an event. stamp: of both, UTC [s]. Errors: LiveError."""
+        """Inputs to the twin, all or none of them; measured values to the observer, each by itself: what no sensor
+        shows is left out, with an event. stamp: of both, UTC [s]. Errors: LiveError."""
         measured = {n.partition(".")[2]: x for n, x in values.items() if n.startswith(f"{MEASURED}.")}
         inputs = {n: x for n, x in values.items() if not n.startswith(f"{MEASURED}.")}
         if self.settings.adapt is not None and FACTOR in inputs:
@@ -158,9 +158,9 @@ class ObservedTwin:
             else:
                 taken[name] = value
         if taken and self._may():
-            now = time.monotonic()
-            self._received |= {name: (taken[name], now) for name in measured.keys() & taken.keys()}
-            row = [time.time(), stamp, *(taken.get(name, math.nan) for name in message_names(self._task))]
+            now = time.time()
+            self._received.take(now, taken)
+            row = [now, stamp, *(taken.get(name, math.nan) for name in message_names(self._task))]
             self._panel.messages.publish(padded(row, self._panel.messages.width))
 
     def tell(self, happened: Event) -> None:
@@ -286,22 +286,24 @@ class ObservedTwin:
 
 
 class _Beside:
-    """A sink that gets what is measured and compared beside each row; a history has no points in its names."""
+    """Sinks that get what is measured and compared beside each row; a history has no points in its names."""
 
-    def __init__(self, sink: Sink, of: ObservedTwin) -> None:
-        self._sink, self._of = sink, of
+    def __init__(self, sinks: Sequence[Sink], of: ObservedTwin) -> None:
+        self._sinks, self._of = sinks, of
 
     def rows(self, first: int, names: Sequence[str], rows: Sequence[FloatArray]) -> None:
         """Pass them on, longer."""
-        beside = self._of.beside()
-        more = np.array(list(beside.values()))
-        wider = [np.concatenate([row, more]) for row in rows]
-        self._sink.rows(first, (*names, *columns(self._of.settings)), wider)
+        at = list(names).index("time_utc")
+        wider = [np.concatenate([row, self._of.passed(float(row[at]))]) for row in rows]
+        for sink in self._sinks:
+            sink.rows(first, (*names, *columns(self._of.settings)), wider)
 
     def event(self, happened: Event) -> None:
         """Pass it on."""
-        self._sink.event(happened)
+        for sink in self._sinks:
+            sink.event(happened)
 
     def close(self) -> None:
         """Nothing more comes."""
-        self._sink.close()
+        for sink in self._sinks:
+            sink.close()

@@ -1,4 +1,4 @@
-"""What is measured against the twin, sample by sample, and how much friction it shows; no process, no clock of its own."""
+"""What is measured against the twin, sample by sample, and how much friction it shows; without a process or a clock."""
 
 from __future__ import annotations
 
@@ -167,14 +167,10 @@ class Observer:
         for d in deviations:
             if d.alarm and d.name not in self._alarmed:
                 text = f"{d.name} deviates by {shown(d.name, d.rms)} rms, limit {shown(d.name, d.limit)}."
-                self._alarm(text, d.rms, friction=False)
+                self._tell("alarm", text, d.rms)
             elif d.name in self._alarmed and not d.alarm:
                 self._tell("alarm-over", f"{d.name} deviates by {shown(d.name, d.rms)} rms.", d.rms)
         self._alarmed = alarmed
-
-    def _alarm(self, text: str, value: float, *, friction: bool) -> None:
-        self._tell("alarm", text, value)
-        self.proposal = self.proposal._replace(alarms=self.proposal.alarms + 1, friction=friction, alarm=text)
 
     def _weigh(self, measured: Mapping[str, float], simulated: Mapping[str, float]) -> None:
         """Say where a signal seems to be in another unit than SI; the estimator goes without it meanwhile."""
@@ -201,12 +197,14 @@ class Observer:
             self._last_step = alarm.t
             ago = f"{(self._next * STEP - alarm.onset) / self._task.speed:.0f} s before this event"
             text = alarm.message.replace(f"since {alarm.onset:.0f} s", f"since {ago}")
-            self._alarm(text, alarm.rise.value, friction=True)
+            self._tell("alarm", text, alarm.rise.value)
+            self.proposal = self.proposal._replace(steps=self.proposal.steps + 1, step=text)
 
     def _propose(self, now: float) -> None:
         state, t = self._state, self._time(now)
         found = None if state is None else state.estimate
-        before = self.proposal._replace(time=now, known=False, value=None)
+        deviating = ", ".join(sorted(self._alarmed))
+        before = self.proposal._replace(time=now, known=False, value=None, deviating=deviating)
         if self._estimator is None:
             self.proposal = before._replace(reason="friction of this winch type is not estimated")
             return
@@ -216,12 +214,9 @@ class Observer:
             self.values |= dict.fromkeys(ESTIMATE[:3], math.nan)
         else:
             x = found.system
-            start = self._begin + found.start / self._task.speed
             self.values |= dict(zip(ESTIMATE, (x.value, x.low, x.high), strict=False))
             reason = "; ".join(state.bounds)
-            self.proposal = before._replace(
-                known=True, value=state.applied, low=x.low, high=x.high, start=start, reason=reason
-            )
+            self.proposal = before._replace(known=True, value=state.applied, low=x.low, high=x.high, reason=reason)
         stepped = state is not None and bool(state.alarms)
         after = found is not None and stepped and found.start > state.alarms[-1].onset  # type: ignore[union-attr]
         self.values[ESTIMATE[3]] = float(stepped and not after)

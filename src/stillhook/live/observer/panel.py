@@ -22,9 +22,9 @@ class Proposal(NamedTuple):
     """What the observer says of friction.
 
     time: UTC [s]; known: whether there is an estimate that is not old; value: factor that may be applied, None where it
-    may not; low, high: its 95 % interval; start: begin of the estimate's window, UTC [s]; reason why there is none or
-    may not be applied; alarms since the observer's start; friction: whether the last one was a step of friction, which
-    begins the estimate anew; alarm: what it says.
+    may not; low, high: its 95 % interval; reason why there is none or may not be applied; steps of friction since the
+    observer's start, and what the last one says: each begins the estimate anew; deviating: signals whose deviation is now
+    an alarm.
     """
 
     time: float
@@ -32,15 +32,14 @@ class Proposal(NamedTuple):
     value: float | None = None
     low: float = 0.0
     high: float = 0.0
-    start: float = 0.0
     reason: str = "no rows yet"
-    alarms: int = 0
-    friction: bool = False
-    alarm: str = ""
+    steps: int = 0
+    step: str = ""
+    deviating: str = ""
 
     def to_json(self) -> bytes:
         """As bytes, at most PROPOSAL_BYTES."""
-        return json.dumps(self._replace(reason=self.reason[:200], alarm=self.alarm[:200])._asdict()).encode()
+        return json.dumps(self._replace(reason=self.reason[:200], step=self.step[:200])._asdict()).encode()
 
     @classmethod
     def from_json(cls, data: bytes) -> Proposal:
