@@ -23,9 +23,9 @@ CONFIRM = 240.0
 waves as long."""
 SILENT = 10.0
 """Age of a proposal from which the observer says nothing [s]."""
-REST = 60.0
-"""Time after a withdrawal for which the factor stays certified [s], so that it does not flicker; a step of friction
-needs none, since its estimate begins anew."""
+REST, LONGEST_REST, GOOD = 60.0, 3600.0, 600.0
+"""Time after a withdrawal for which the factor stays certified, so that it does not flicker: doubled each time up to
+the longest, and from new after so long at the estimate [s]. A step of friction needs none: its estimate begins anew."""
 SETTLED = 40.0
 """Time at the estimate after which a deviation that is an alarm speaks against the factor [s]: two windows of
 deviations. Before that the twin is still on its way, and the alarm may be what the factor is about."""
@@ -69,6 +69,7 @@ class Adaptation:
         self._changed = self._rest = -math.inf
         self._arrived = math.inf
         self._blocked = False
+        self._withdrawn = 0
         self._steps = 0
 
     def begin_again(self, now: float) -> None:
@@ -83,25 +84,26 @@ class Adaptation:
         if proposal.steps > self._steps:
             self._steps = proposal.steps
             if self.value != CERTIFIED:
-                return self._withdraw(f"alarm: {proposal.step.rstrip('.')}", now, 0.0)
+                return self._withdraw(f"alarm: {proposal.step.rstrip('.')}", now, rests=False)
         if proposal.deviating and self.value != CERTIFIED and now - self._arrived > SETTLED:
             self._blocked = True
-            return self._withdraw(
-                f"alarm: {proposal.deviating} deviates although the factor is the estimate", now, REST
-            )
+            return self._withdraw(f"alarm: {proposal.deviating} deviates although the factor is the estimate", now)
         if not proposal.known:
             return self._lost(f"no estimate: {proposal.reason}", now)
         if proposal.value is None:
-            return self._withdraw(proposal.reason, now, REST) if self.value != CERTIFIED else None
+            return self._withdraw(proposal.reason, now) if self.value != CERTIFIED else None
         return self._follow(proposal, proposal.value, now)
 
     def _lost(self, reason: str, now: float) -> Change | None:
         if self.value == CERTIFIED or now < self._deadline:
             return None
-        return self._withdraw(reason, now, 0.0)
+        return self._withdraw(reason, now, rests=False)
 
-    def _withdraw(self, reason: str, now: float, rest: float) -> Change:
-        self._rest = now + rest
+    def _withdraw(self, reason: str, now: float, *, rests: bool = True) -> Change:
+        if rests:
+            self._withdrawn = 0 if now - self._arrived > GOOD else self._withdrawn
+            self._rest = now + min(REST * 2.0**self._withdrawn, LONGEST_REST)
+            self._withdrawn += 1
         return self._change(CERTIFIED, math.nan, math.nan, f"withdrawn, {reason}", now)
 
     def _follow(self, proposal: Proposal, wanted: float, now: float) -> Change | None:

@@ -12,6 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.live.estimate import FrictionEstimator, FrictionState
+from stillhook.live.estimate.balance import ENCODER
 from stillhook.live.estimate.half_waves import LONGEST
 from stillhook.live.observer.panel import Proposal
 from stillhook.live.observer.settings import ObserverSettings, estimator
@@ -33,6 +34,10 @@ SETTLE = 10.0
 """Begin of a comparison in which standing offsets are measured, and nothing is compared [s]."""
 STANDING = ("s_w",)
 """Signals that are compared from where each side began: a counter has a zero of its own."""
+MOST_OFFSET = 0.5
+"""Largest offset of the encoder's clock that is put right [s]."""
+LEAST_OFFSET = 0.01
+"""Change of that offset that is followed [s]: a wire at 1 m/s moves by a centimetre."""
 NEAR = 0.1
 """Longest time between two rows of the twin that a sample may lie between [s]."""
 UNITS_EVERY = 100
@@ -86,6 +91,7 @@ class Observer:
             self._estimator = None
         self._state: FrictionState | None = None
         self._last_step = math.nan
+        self._offset = 0.0
         self.values = dict.fromkeys(shown_names(task.settings), math.nan)
         self.proposal = Proposal(begin)
 
@@ -124,13 +130,16 @@ class Observer:
     def _block(self, first: int, count: int) -> None:
         times: FloatArray = STEP * np.arange(first, first + count, dtype=np.float64)
         rows = self._stream.rows(times)
-        self._stream.forget(times[-1] - 1.0)
+        self._stream.forget(times[-1] - MOST_OFFSET)
         if rows:
             self._compare(times, rows)
             self._estimate(times, rows)
 
     def _compare(self, times: FloatArray, rows: Mapping[str, FloatArray]) -> None:
         middle = times[PER_SAMPLE // 2 :: PER_SAMPLE]
+        if self._offset:
+            late = self._stream.rows(times + self._offset, ENCODER)
+            rows = {**rows, **late}
         medians = {name: np.median(x.reshape(-1, PER_SAMPLE), axis=1) for name, x in rows.items()}
         for i, t in enumerate(middle.tolist()):
             simulated = self._simulated(t)
@@ -192,6 +201,7 @@ class Observer:
         doubted = [name for name, unit in self._units.items() if unit]
         known = {n: np.full_like(x, np.nan) if n in doubted else x for n, x in rows.items()}
         state = self._state = self._estimator.update({"time": times, **known})
+        self._follow_clock(state)
         if state.alarms and state.alarms[-1].t != self._last_step:
             alarm = state.alarms[-1]
             self._last_step = alarm.t
@@ -199,6 +209,18 @@ class Observer:
             text = alarm.message.replace(f"since {alarm.onset:.0f} s", f"since {ago}")
             self._tell("alarm", text, alarm.rise.value)
             self.proposal = self.proposal._replace(steps=self.proposal.steps + 1, step=text)
+
+    def _follow_clock(self, state: FrictionState) -> None:
+        """Compare the encoder's values at the times that the estimator finds for them."""
+        clock = None if state.estimate is None else state.estimate.clock
+        if clock is None or not clock.found or abs(clock.offset) > MOST_OFFSET:
+            return
+        if abs(clock.offset - self._offset) > LEAST_OFFSET:
+            self._offset = clock.offset
+            text = (
+                f"{', '.join(ENCODER)} come {1e3 * self._offset:.0f} ms later than the pressures, which is taken out."
+            )
+            self._tell("encoder-clock", text, self._offset)
 
     def _propose(self, now: float) -> None:
         state, t = self._state, self._time(now)

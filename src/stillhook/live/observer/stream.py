@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -78,9 +78,11 @@ class Stream:
             if not samples or t > samples[-1][0]:
                 samples.append((t, value))
 
-    def rows(self, times: FloatArray) -> dict[str, FloatArray]:
-        """Values at increasing times [s], on straight lines between samples without spikes; NaN where none are near."""
-        return {name: _at(times, name, np.array(samples)) for name, samples in self._samples.items()}
+    def rows(self, times: FloatArray, names: Sequence[str] | None = None) -> dict[str, FloatArray]:
+        """Values at increasing times [s] of these signals (default all), on straight lines between samples without
+        spikes; NaN where none are near."""
+        use = self.names if names is None else [name for name in names if name in self._samples]
+        return {name: _at(times, name, np.array(self._samples[name])) for name in use}
 
     def forget(self, before: float) -> None:
         """Leave out what is before a time [s], but for the newest of it."""
