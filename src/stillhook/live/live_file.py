@@ -15,6 +15,7 @@ from stillhook.formats.case_file import CaseFile, load_case
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.history import Budget
+from stillhook.live.observer.settings import AdaptTable, MeasuredTable, ObserverSettings, settings_of
 from stillhook.live.runtime.inputs import TIMEOUT
 from stillhook.live.servers import modbus, opcua, udp
 from stillhook.live.servers.modbus import ModbusSettings
@@ -85,11 +86,14 @@ class LiveTables(Spec):
     modbus: ModbusTable | None = Field(default=None, description="Modbus server; without the table there is none")
     udp: UdpTable | None = Field(default=None, description="UDP sender; without the table there is none")
     history: HistoryTable | None = Field(default=None, description="history; without the table there is none")
+    measured: MeasuredTable | None = Field(default=None, description="what the crane measures; without it nothing")
+    adapt: AdaptTable | None = Field(default=None, description="friction that follows the crane; without it none does")
 
 
 class LivePlan(NamedTuple):
-    """What a live file says: crane and scenario, folder, time-out of inputs [s], settings of the servers, and the
-    history: PLC cycles from row to row, and what it may hold; sensed: whether what a PLC reads is served."""
+    """What a live file says: crane and scenario, folder, time-out of inputs [s], settings of the servers, the
+    history: PLC cycles from row to row, and what it may hold; sensed: whether what a PLC reads is served; and what the
+    crane measures."""
 
     case: CaseFile
     folder: Path
@@ -99,6 +103,7 @@ class LivePlan(NamedTuple):
     udp: UdpSettings | None
     history: tuple[int, Budget] | None = None
     sensed: bool = False
+    observer: ObserverSettings | None = None
 
 
 def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = False) -> LivePlan:
@@ -132,7 +137,8 @@ def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
         h = file.history
         every = max(1, round(h.every / case.crane.control.t_cycle))
         kept = every, Budget(bytes=round(1e9 * h.size), days=h.days)
-    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept, file.sensed)
+    observer = settings_of(table, file.measured, file.adapt, case.crane)
+    return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept, file.sensed, observer)
 
 
 LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"
@@ -160,6 +166,11 @@ every = "0.1 s"
 [history]                   # in folder/history; stillhook live history prints what it holds
 every = "0.1 s"
 size = 20                   # GB; the oldest hours go first; days = 30 as well
+
+[measured]                  # what the crane measures: inputs such as measured.p_a, compared with the twin
+signals = ["s_w", "omega_m", "p_a", "p_b", "p_hp", "u_p", "alpha_p", "alpha_m", "alpha_pm", "F_w"]
+
+# [adapt]                   # friction follows the crane within the envelope of its certificate
 """
 EXAMPLE_CASE = """\
 crane = "nov-250t"

@@ -50,12 +50,12 @@ async def _serve(
             udp = await stack.enter_async_context(UdpServer(served, plan.udp))
             ready(f"UDP {plan.udp.host}:{udp.port} to {plan.udp.to_host}:{plan.udp.to_port}")
             tasks.append(asyncio.create_task(udp.serve(lambda: over)))
-        twin.pump()
+        served.pump()
         twin.tell(event("twin", "serving", "Servers are ready."))
         try:
             while not done():
                 ended = twin.ended
-                twin.pump()
+                served.pump()
                 if ended:
                     break
                 for task in tasks:

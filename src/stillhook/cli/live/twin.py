@@ -104,6 +104,7 @@ def run(
     """
     from stillhook.live.history import HistorySink
     from stillhook.live.live_file import read_live_file
+    from stillhook.live.observer import ObservedTwin, columns
     from stillhook.live.runtime import STATUS, EventLog, LiveTwin, Sink, Task
     from stillhook.live.serving import serve
 
@@ -115,11 +116,18 @@ def run(
     history = None
     if plan.history is not None:
         every, budget = plan.history
-        history = HistorySink(plan.folder / HISTORY, STATUS, every=every, budget=budget)
+        own = {**STATUS, **({} if plan.observer is None else columns(plan.observer))}
+        history = HistorySink(plan.folder / HISTORY, own, every=every, budget=budget)
         sinks.append(history)
-    with LiveTwin(task, sinks, history) as twin:
-        serve(twin, twin, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
-        last = twin.latest()
+    over, ready = lambda: time.monotonic() >= end, lambda line: print(line, flush=True)
+    if plan.observer is None:
+        with LiveTwin(task, sinks, history) as twin:
+            serve(twin, twin, plan, over, ready)
+            last = twin.latest()
+    else:
+        with ObservedTwin(task, sinks, plan.observer, plan.folder, history) as observed:
+            serve(observed.twin, observed, plan, over, ready)
+            last = observed.latest()
     if last is not None:
         v = last.values
         counts = f"{v['late_cycles']:.0f} late, {v['overrun_cycles']:.0f} overrun, {v['missed_cycles']:.0f} missed"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from collections.abc import Sequence
 from enum import IntFlag
 from multiprocessing.shared_memory import SharedMemory
 from typing import NamedTuple
@@ -91,21 +92,14 @@ class Face(NamedTuple):
         return cls(**{**row, "names": tuple(row["names"]), "inputs": tuple(row["inputs"])})
 
 
-class Board:
-    """Rows, inputs, events, states and a flag to stop, in one block of shared memory.
+class Block:
+    """Parts of one piece of shared memory, of which the first holds a flag to stop.
 
-    Parameters: name of an existing block; None makes one, which `close` removes again.
+    Parameters: sizes of the other parts [bytes]; name of an existing block; None makes one, which `close` removes.
     """
 
-    def __init__(self, name: str | None = None) -> None:
-        sizes = [
-            8 * CELL,
-            Ring.size(ROWS, MOST_NAMES),
-            Ring.size(INPUT_ROWS, INPUT_CELLS * MOST_INPUTS),
-            Records.bytes_of(EVENTS, LONGEST),
-            Records.bytes_of(STATES, STATE_BYTES),
-            Records.bytes_of(1, FACE_BYTES),
-        ]
+    def __init__(self, sizes: Sequence[int], name: str | None = None) -> None:
+        sizes = [8 * CELL, *sizes]
         self._creator = name is None
         self._memory = SharedMemory(name, create=self._creator, size=sum(sizes))
         buffer = self._memory.buf
@@ -113,14 +107,9 @@ class Board:
         if self._creator:
             buffer[:] = bytes(len(buffer))
         ends = np.cumsum(sizes).tolist()
-        parts = [buffer[end - size : end] for end, size in zip(ends, sizes, strict=True)]
-        self._parts = parts
-        self._control = np.frombuffer(parts[0], dtype=np.int64)
-        self.rows = Ring(parts[1], ROWS, MOST_NAMES)
-        self.inputs = Ring(parts[2], INPUT_ROWS, INPUT_CELLS * MOST_INPUTS)
-        self.events = Records(parts[3], EVENTS, LONGEST)
-        self.states = Records(parts[4], STATES, STATE_BYTES)
-        self.faces = Records(parts[5], 1, FACE_BYTES)
+        self._parts = [buffer[end - size : end] for end, size in zip(ends, sizes, strict=True)]
+        self._control = np.frombuffer(self._parts[0], dtype=np.int64)
+        self.rings: tuple[Ring, ...] = ()
 
     @property
     def name(self) -> str:
@@ -129,21 +118,16 @@ class Board:
 
     @property
     def stopping(self) -> bool:
-        """Whether the kernel is to stop."""
+        """Whether the process behind it is to stop."""
         return bool(self._control[0])
 
     def stop(self, wanted: bool = True) -> None:
-        """Ask the kernel to stop after its cycle."""
+        """Ask that process to stop after its cycle."""
         self._control[0] = int(wanted)
-
-    def face(self) -> Face | None:
-        """What the kernel says of itself; None before it is ready."""
-        newest = self.faces.newest()
-        return None if newest is None else Face.from_json(newest[1])
 
     def close(self) -> None:
         """Let go of the memory, and remove it where it was made here."""
-        for ring in (self.rows, self.inputs, self.events, self.states, self.faces):
+        for ring in self.rings:
             ring.close()
         del self._control
         for part in self._parts:
@@ -152,3 +136,29 @@ class Board:
         if self._creator:
             with contextlib.suppress(FileNotFoundError):
                 self._memory.unlink()
+
+
+class Board(Block):
+    """Rows, inputs, events, states and a flag to stop of the kernel's process. Parameter: name, as of a `Block`."""
+
+    def __init__(self, name: str | None = None) -> None:
+        sizes = [
+            Ring.size(ROWS, MOST_NAMES),
+            Ring.size(INPUT_ROWS, INPUT_CELLS * MOST_INPUTS),
+            Records.bytes_of(EVENTS, LONGEST),
+            Records.bytes_of(STATES, STATE_BYTES),
+            Records.bytes_of(1, FACE_BYTES),
+        ]
+        super().__init__(sizes, name)
+        parts = self._parts
+        self.rows = Ring(parts[1], ROWS, MOST_NAMES)
+        self.inputs = Ring(parts[2], INPUT_ROWS, INPUT_CELLS * MOST_INPUTS)
+        self.events = Records(parts[3], EVENTS, LONGEST)
+        self.states = Records(parts[4], STATES, STATE_BYTES)
+        self.faces = Records(parts[5], 1, FACE_BYTES)
+        self.rings = (self.rows, self.inputs, self.events, self.states, self.faces)
+
+    def face(self) -> Face | None:
+        """What the kernel says of itself; None before it is ready."""
+        newest = self.faces.newest()
+        return None if newest is None else Face.from_json(newest[1])

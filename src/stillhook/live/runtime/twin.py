@@ -86,6 +86,11 @@ class LiveTwin:
         return self._process.pid or 0
 
     @property
+    def memory(self) -> str:
+        """Name of the shared memory with its rows."""
+        return self._board.name
+
+    @property
     def alive(self) -> bool:
         """Whether the kernel's process runs."""
         return self._process.is_alive()

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from stillhook.live.runtime.board import IMAGE, STATUS
-from stillhook.live.servers.served import Served, about
+from stillhook.live.servers.served import MEASURED, Served, about
 
 if TYPE_CHECKING:
     from asyncua import Node, Server, ua
@@ -43,8 +43,9 @@ COMPONENTS: Mapping[str, tuple[str, ...]] = {
     "Wire": ("s_w", "v_w", "F_w", "layer", "s_load", "v_load"),
     "Plc": ("e_c", "e_c_measured", "u_p", "u_m", "u_ff", "u_raw", "mode", "v_op", "s_op", "f_pump"),
 }
-"""Numbers by the component that they are of; all others are of the drive."""
-DRIVE = "Drive"
+"""Numbers by the component that they are of."""
+DRIVE, COMPARISON = "Drive", "Comparison"
+"""Where all others are, and those of the measured crane beside the twin's, such as deviation.s_w."""
 AXIS: Mapping[str, str] = {"ActualPosition": "s_w", "ActualSpeed": "v_w"}
 """Numbers of an axis of OPC 40010-1 and what they are here."""
 LOAD = "F_w"
@@ -60,6 +61,8 @@ class Model(NamedTuple):
 
 def component_of(name: str) -> str:
     """The component that a number is of."""
+    if "." in name:
+        return COMPARISON
     return next((part for part, names in COMPONENTS.items() if name in names), DRIVE)
 
 
@@ -100,16 +103,20 @@ async def build(
         load = await maker.object(axis, cranes, "ActualLoad")
         values.append((LOAD, await maker.number(load, ours, LOAD, "HoistAxis.ActualLoad", LOAD)))
     components = await maker.object(machine, machinery, "Components")
-    parts = {part: await maker.object(components, ours, part) for part in (*COMPONENTS, DRIVE)}
+    parts = {part: await maker.object(components, ours, part) for part in (*COMPONENTS, DRIVE, COMPARISON)}
     for name in names:
         parent = operational if name in STATUS else parts[component_of(name)]
         values.append((name, await maker.number(parent, ours, name, name, name)))
     received = await maker.object(machine, ours, "Inputs")
     configuration = await maker.object(machine, di, "Configuration", "machine")
     written: dict[str, Node] = {}
+    measured = await maker.object(machine, ours, "Measured")
     for i, name in enumerate(inputs):
         parent, place = (received, "Inputs") if i < streamed else (configuration, "Configuration")
-        node = await maker.number(parent, ours, name, f"{place}.{name}", name)
+        side, _, signal = name.rpartition(".")
+        if side == MEASURED:
+            parent, place = measured, "Measured"
+        node = await maker.number(parent, ours, signal, f"{place}.{signal}", name)
         await node.set_writable()
         written[name] = node
     return Model(values, written)

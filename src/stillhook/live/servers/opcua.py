@@ -26,7 +26,7 @@ from stillhook.live.runtime.board import IMAGE
 from stillhook.live.runtime.sink import event
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.model import Model, build, image
-from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free, is_loopback
+from stillhook.live.servers.served import LOOPBACK, MEASURED, Served, check_address, check_free, is_loopback
 from stillhook.live.servers.trust import TrustFolder, fingerprint
 
 if TYPE_CHECKING:
@@ -279,6 +279,8 @@ async def _write(session: Any, owner: OpcUaServer, params: Any, user: str | None
     for i, item in enumerate(params.NodesToWrite):
         name = owner.inputs.get(item.NodeId)
         value = _number(item.Value)
+        if value is None and name is not None and name.startswith(f"{MEASURED}.") and _is_nan(item.Value):
+            value = math.nan  # a sensor that is not known, which is left out by whoever measures
         if name is None or item.AttributeId != ua.AttributeIds.Value:
             results[i] = ua.StatusCode(codes.BadUserAccessDenied)
             owner.refuse(
@@ -319,6 +321,12 @@ def _number(data: ua.DataValue) -> float | None:
     except OverflowError:
         return None
     return number if math.isfinite(number) else None
+
+
+def _is_nan(data: ua.DataValue) -> bool:
+    """Whether a value is one number that is none."""
+    value = None if data is None or data.Value is None else data.Value.Value
+    return isinstance(value, float) and math.isnan(value)
 
 
 def _seconds(stamp: datetime) -> float:

@@ -184,7 +184,10 @@ def _factor(place: TomlTable, row: RegisterRow) -> float:
     unit, _ = about(row.name)
     if row.unit is None or row.unit == unit:
         return row.scale
-    of = None if row.name in STATUS else BY_NAME.get(row.name, BY_NAME.get(row.name.removeprefix("sensed_")))
+    side, _, signal = row.name.rpartition(".")
+    of = None
+    if row.name not in STATUS and not (side and unit != about(signal)[0]):
+        of = BY_NAME.get(signal, BY_NAME.get(signal.removeprefix("sensed_")))
     if of is None or not of.kind:
         percent = row.unit == "%" and unit == "1"
         if not percent:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import ipaddress
 import math
 import socket
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 from stillhook.errors import LiveError
 from stillhook.live.runtime.board import SENSED, STATUS
 from stillhook.live.runtime.sink import Event
 from stillhook.live.runtime.twin import Row
+from stillhook.live.watch.deviation import Deviation
 from stillhook.units import quote
 from stillhook.variables import BY_NAME
 
@@ -25,8 +26,12 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "t_lead": ("s", "lead of the feedforward"),
     "t_bumpless": ("s", "time of a change of mode"),
     "tau_F": ("s", "time constant of the load's filter"),
+    "friction_factor": ("1", "system friction over that of the crane file"),
 }
 """Unit and meaning of inputs and settings that are no signals."""
+MEASURED, AGE, DEVIATION, ALARM = "measured", "age", "deviation", "alarm"
+"""What servers show of a signal beside the twin's own: measured.s_w, age.s_w [s], deviation.s_w (rms over a window),
+alarm.s_w (0, 1)."""
 
 
 class Served(Protocol):
@@ -53,13 +58,24 @@ class Served(Protocol):
     def tell(self, happened: Event) -> None:
         """Pass an event on."""
 
+    def pump(self) -> None:
+        """Pass rows and events on; to be called several times a second."""
+
+
+def compared(deviations: Iterable[Deviation]) -> dict[str, float]:
+    """What servers show of deviations."""
+    shown: dict[str, float] = {}
+    for d in deviations:
+        shown |= {f"{DEVIATION}.{d.name}": d.rms, f"{ALARM}.{d.name}": float(d.alarm)}
+    return shown
+
 
 def about(name: str) -> tuple[str, str]:
     """Unit and meaning of a number."""
     if "." in name:
         side, _, signal = name.partition(".")
         unit, meaning = about(signal)
-        return ("1" if side == "alarm" else unit), f"{side}: {meaning}"
+        return {ALARM: "1", AGE: "s"}.get(side, unit), f"{side}: {meaning}"
     if name in SENSED and name not in BY_NAME:
         unit, meaning = about(name.removeprefix("sensed_"))
         return unit, f"as the PLC reads it: {meaning}"

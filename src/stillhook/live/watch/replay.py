@@ -14,6 +14,7 @@ from stillhook.control.registry import Mode, mode_of_code
 from stillhook.errors import LiveError
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import Event, LiveTwin, Row, Task, event
+from stillhook.live.servers.served import ALARM, DEVIATION, MEASURED, compared
 from stillhook.live.serving import serve
 from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
 from stillhook.logs.types import Log
@@ -163,10 +164,6 @@ def replay(
     return Replayed(comparison.compared, comparison.alarms, comparison.rms(), late, scheduling)
 
 
-MEASURED, DEVIATION, ALARM = "measured", "deviation", "alarm"
-"""What servers show of a compared signal beside the twin's own: measured.s_w, deviation.s_w (rms), alarm.s_w (0, 1)."""
-
-
 class _Comparison:
     """A sink that puts the log beside the rows; and what servers show: the twin's numbers and the comparison."""
 
@@ -238,6 +235,10 @@ class _Comparison:
         """Pass an event on."""
         self.twin.tell(happened)
 
+    def pump(self) -> None:
+        """Pass rows and events of the twin on."""
+        self.twin.pump()
+
     # The comparison
 
     def over(self) -> bool:
@@ -253,14 +254,14 @@ class _Comparison:
             return
         measured = {name: float(self._stretch.signals[name][i]) for name in self._names}
         deviations = self._deviations.add(measured, simulated)
+        self._shown |= compared(deviations)
         self.compared += self._stretch.every
         for d in deviations:
             difference = d.measured - d.simulated
             if math.isfinite(difference):
                 self._sums[d.name] += difference**2
                 self._counts[d.name] += 1
-            self._shown |= {f"{MEASURED}.{d.name}": d.measured, f"{DEVIATION}.{d.name}": d.rms}
-            self._shown[f"{ALARM}.{d.name}"] = float(d.alarm)
+            self._shown[f"{MEASURED}.{d.name}"] = d.measured
             if d.alarm and d.name not in self.alarms:
                 self.alarms[d.name] = simulated["time"]
                 self.tell(

@@ -1,0 +1,70 @@
+"""The observer's process: of the ordinary class, and behind all others."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import signal
+import time
+
+from stillhook.live.observer.observer import Observer, Task, shown_names
+from stillhook.live.observer.panel import HEAD, Panel
+from stillhook.live.runtime.board import Board
+from stillhook.live.runtime.sink import event
+
+LOOK = 0.2
+"""Time between two looks at rows and messages [s]."""
+POLITE = 5
+"""Priority that it gives up: kernel and servers come first."""
+
+
+def run_observer(task: Task, rows: str, panel: str) -> None:
+    """Until it is asked to stop, or its parent is gone. rows, panel: names of the kernel's board and of its own."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):  # Windows has none
+        os.nice(POLITE)
+    own = Panel(panel)
+    signal.signal(signal.SIGTERM, lambda *_: own.stop())
+    with contextlib.closing(own), contextlib.closing(Board(rows)) as board:
+        _loop(task, board, own)
+
+
+def _loop(task: Task, board: Board, own: Panel) -> None:
+    def tell(name: str, text: str, value: float) -> None:
+        own.events.add(event("observer", name, text, value).to_json().encode())
+
+    observer = Observer(task, time.time(), tell)
+    names, signals = shown_names(task.settings), message_names(task)
+    row, message, parent = board.rows.count, own.messages.count, os.getppid()
+    while not own.stopping and os.getppid() == parent:
+        first, rows, lost = board.rows.since(row)
+        row = first + len(rows)
+        for each in rows:
+            observer.see(each)
+        first, messages, gone = own.messages.since(message)
+        message = first + len(messages)
+        for each in messages:
+            arrival, stamp, *values = each[: HEAD + len(signals)].tolist()
+            known = {n: x for n, x in zip(signals, values, strict=True) if math.isfinite(x)}
+            observer.hear(arrival, stamp, known)
+        if lost or gone:
+            tell(
+                "lost", f"{lost} rows and {gone} messages came and went unread: the observer is too slow.", lost + gone
+            )
+        observer.advance(time.time())
+        own.values.publish(padded([observer.values[name] for name in names], own.values.width))
+        own.proposals.add(observer.proposal.to_json())
+        time.sleep(LOOK)
+
+
+def message_names(task: Task) -> tuple[str, ...]:
+    """Names of the values of a message."""
+    from stillhook.live.observer.signals import OF_INPUTS
+
+    return (*task.settings.signals, *OF_INPUTS)
+
+
+def padded(values: list[float], width: int) -> list[float]:
+    """A row of a ring."""
+    return [*values, *[math.nan] * (width - len(values))]
