@@ -1,7 +1,8 @@
 """The state of a crane's condition, beside its file: whether its certificate counts for planning, and its history.
 
-`stillhook condition` writes it; whoever reads a crane reads it. Every change is an entry: who, when, why, with hashes of
-crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, no signature.
+`stillhook condition` writes it; whoever reads a crane reads it. Every change is an entry: who, when, why, with hashes
+of crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, no
+signature.
 """
 
 from __future__ import annotations

@@ -168,7 +168,7 @@ def _named_file(key: str, node: Leaf | Tree, path: Path, example: str) -> str:
     """The path of another file under a key of a crane file."""
     name = node.value if isinstance(node, Leaf) else None
     if not isinstance(name, str) or not name.strip():
-        raise SpecError(f'{path.name}: {key} = {quote(name)}: give the path of {example}.')
+        raise SpecError(f"{path.name}: {key} = {quote(name)}: give the path of {example}.")
     return name
 
 

@@ -42,6 +42,7 @@ class FileKind(Enum):
     WEATHER = auto()
     LIVE = auto()
     REGISTERS = auto()
+    EVENTS = auto()
 
     @property
     def noun(self) -> str:
