@@ -34,6 +34,7 @@ TEXTS = {
     FileKind.MAPPING: MAPPING,
     FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
+    FileKind.EVENTS: '[[event]]\ndate = 2027-03-01\nwhat = "repair"\nnumbers = ["friction"]\n',
     FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',
     FileKind.REGISTERS: '[[register]]\nname = "s_w"\naddress = 0\n',
 }

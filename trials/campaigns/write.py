@@ -21,7 +21,7 @@ from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import quote, show
 from stillhook.winches.records import Tick
-from trials.campaigns.defects import STATED_DELAY, Defect, defect_of, defect_text
+from trials.campaigns.defects import STATED_DELAY, Defect, Setting, defect_of, defect_text
 from trials.campaigns.own import OfTwin
 from trials.campaigns.plc_log import (
     Clock,
@@ -98,6 +98,7 @@ def write_campaign(
     size: float | None = None,
     apart: bool = False,
     real: Crane | None = None,
+    made: Setting | None = None,
     threads: int = 2,
 ) -> WrittenCampaign:
     """Write a synthetic validation campaign of any winch type: `campaign.toml`, `logs/*.csv` and `reference.toml`,
@@ -111,7 +112,8 @@ def write_campaign(
     threads. defect: None for a crane that its twin matches well, or one of `Defect`; size of the defect (default: the
     one of `DEFECTS`). apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning, of a
     reference plant alone. real: crane that the logs are of in place of the plan's, which its PLC takes it for: any
-    number of the crane file may differ; not where the type has a reference plant.
+    number of the crane file may differ; not where the type has a reference plant. made: reference crane with its
+    sensors in place of that of the seed, such as one that has aged; where the type has a reference plant.
 
     Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
     """
@@ -125,6 +127,8 @@ def write_campaign(
     check_folder(folder, (CRANE_FILE,))
     of = OfReferencePlant if plan.crane.plant == reference_plant.OF else OfTwin
     crane: SimulatedCrane = of(plan, seed, named, size, apart=apart, real=real)
+    if made is not None and isinstance(crane, OfReferencePlant):
+        crane.made = made
 
     def run(i: int) -> Run:
         noise_seed = int(np.random.SeedSequence([seed, i]).generate_state(1)[0])

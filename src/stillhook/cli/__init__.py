@@ -53,6 +53,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "example": Entry("library", "example"),
     "calc": Entry("analysis.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
+    "condition": Entry("live.condition", "condition"),
     "identify": Group(
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",
         {

@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.errors import SpecError, StillhookError
-from stillhook.library.certificate import read_certified
+from stillhook.library.certificate import certified_of, read_certificate
+from stillhook.library.condition import condition_of, state_file
 from stillhook.library.leakage import leak_misfit
 from stillhook.library.parameter_sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.toml.file import explain
@@ -81,7 +82,8 @@ def load_crane(name_or_path: str | Path) -> Crane:
     "my-crane.friction.toml"``). A file that turns its base into a pure active winch drops the passive circuit of that
     base. ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin
     (`stillhook validate` writes both); the crane then carries it in short, and runs say where they leave what was
-    validated, or that it no longer holds for this crane.
+    validated, or that it no longer holds for this crane. The state that `stillhook condition` keeps beside the file
+    (``my-crane.condition.json``) is read with it; ``condition = "my-crane.condition.json"`` refuses a crane without it.
 
     Examples
     --------
@@ -154,22 +156,36 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
         raise SpecError(unknown_name("crane", name_or_path, cranes(), FileKind.CRANE))
     fields = _with_library(file_tree(path), path.name, path.parent)
-    base, certificate = fields.pop("base", None), fields.pop("certificate", None)
+    base, certificate, condition = (fields.pop(name, None) for name in ("base", "certificate", "condition"))
     if certificate is not None:
-        fields["certified"] = _certified(fields, certificate, path)
+        fields["certified"] = _certified(fields, certificate, condition, path)
+    elif condition is not None:
+        raise SpecError(f"{path.name}: condition: it belongs to a certificate. Remove it, or name the certificate.")
     return path.name, fields if base is None else _on_base(fields, base, path, above)
 
 
-def _certified(fields: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
-    """The certificate that a crane file names, in short."""
-    name = certificate.value if isinstance(certificate, Leaf) else None
+def _named_file(key: str, node: Leaf | Tree, path: Path, example: str) -> str:
+    """The path of another file under a key of a crane file."""
+    name = node.value if isinstance(node, Leaf) else None
     if not isinstance(name, str) or not name.strip():
-        do = 'give the path of a certificate, such as "certificate.json".'
-        raise SpecError(f"{path.name}: certificate = {quote(name)}: {do}")
+        raise SpecError(f"{path.name}: {key} = {quote(name)}: give the path of {example}.")
+    return name
+
+
+def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | None, path: Path) -> Leaf:
+    """The certificate that a crane file names, in short, with the state of its condition beside the crane file, or
+    where that names it."""
+    name = _named_file("certificate", certificate, path, 'a certificate, such as "certificate.json"')
     if "certified" in fields:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
+    example, file = f'a condition\'s state, such as "{state_file(path).name}"', state_file(path)
+    if condition is not None:
+        file = path.parent / _named_file("condition", condition, path, example)
     try:
-        record = read_certified(path.parent / name)
+        data = read_certificate(path.parent / name)
+        record = certified_of(data, Path(name).name)
+        if condition is not None or file.exists():
+            record = record.followed(condition_of(file, data))
     except StillhookError as problem:
         raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))

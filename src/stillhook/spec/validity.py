@@ -111,11 +111,28 @@ def _beyond(
     return f"{quantity} {value} (validated {_range(validated, kind, digits)})"
 
 
+class Condition(Spec):
+    """What dated campaigns say of a certified crane (`stillhook condition`). valid: for planning; date: of the last
+    campaign, or of the one that showed the drift; reason: why not valid; digest: of the state's file."""
+
+    valid: bool
+    date: Text
+    digest: Text
+    reason: Text | None = None
+
+    @property
+    def statement(self) -> str:
+        """In one line."""
+        if self.valid:
+            return f"valid for planning by the campaigns until {self.date}"
+        return f"validity for planning withdrawn by the campaign of {self.date}: {self.reason}"
+
+
 class Certified(Spec):
     """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic:
     the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
     content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of
-    the Stillhook that did it; envelope: None where not passed."""
+    the Stillhook that did it; envelope: None where not passed; condition: None where no campaign followed."""
 
     digest: Text
     date: Text
@@ -128,6 +145,7 @@ class Certified(Spec):
     code: Text
     content: Mapping[str, str]
     envelope: Envelope | None
+    condition: Condition | None = None
     seal: Text
 
     @model_validator(mode="after")
@@ -147,6 +165,11 @@ class Certified(Spec):
             bare = bare.model_copy(update={"envelope": Envelope.model_validate(fields["envelope"])})
         return cls.model_validate({**fields, "seal": _seal(bare)})
 
+    def followed(self, condition: Condition) -> Self:
+        """The record with what campaigns say since, sealed again."""
+        record = self.model_copy(update={"condition": condition})
+        return record.model_copy(update={"seal": _seal(record)})
+
     @property
     def short(self) -> str:
         """The digest as people are shown it."""
@@ -155,6 +178,8 @@ class Certified(Spec):
     def objections(self, content: Mapping[str, str], code: str) -> tuple[str, ...]:
         """Why it does not hold for a crane of this content on this code; empty where it holds."""
         reasons = [] if self.passed and self.envelope is not None else ["the validation was not passed"]
+        if self.condition is not None and not self.condition.valid:
+            reasons.append(self.condition.statement)
         parts = sorted(name for name in {*content, *self.content} if content.get(name) != self.content.get(name))
         if parts:
             reasons.append(f"the crane was changed since in {', '.join(parts)}")
@@ -172,5 +197,6 @@ class Certified(Spec):
 
 
 def _seal(record: Certified) -> str:
-    data = record.model_dump(mode="json", exclude={"seal"})
+    bare = {"seal"} if record.condition is not None else {"seal", "condition"}
+    data = record.model_dump(mode="json", exclude=bare)
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]

@@ -44,6 +44,7 @@ class FileKind(Enum):
     REGISTERS = auto()
     PLC = auto()
     SCRIPT = auto()
+    EVENTS = auto()
 
     @property
     def noun(self) -> str:

@@ -85,6 +85,7 @@ def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
             "synthetic": c.synthetic,
             "assumed": assumed,
             "unsigned": UNSIGNED,
+            "condition": None if c.condition is None else {**c.condition.model_dump(), "text": c.condition.statement},
         }
     more = {"digest": _crane_digest(crane), "twin": twin_line(crane), "certificate": certificate}
     return picked(crane, "name", "title", "SWL") | more

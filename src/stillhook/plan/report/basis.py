@@ -143,7 +143,9 @@ def credit(result: PlanResult) -> list[Part]:
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
     parts: list[Part] = [Text(TEXTS["credit"])]
-    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number)]))
+    state = (certificate or {}).get("condition")
+    condition = [("condition", state["text"])] if state else []
+    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number), *condition]))
     parts += [Text(UNSIGNED)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
     parts.append(Text(TEXTS["covered"]))

@@ -1,0 +1,131 @@
+"""The state of a crane's condition, beside its file: whether its certificate counts for planning, and its history.
+
+`stillhook condition` writes it; whoever reads a crane reads it. Every change is an entry: who, when, why, with hashes
+of crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, no
+signature.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ValidationError
+
+from stillhook.errors import SpecError
+from stillhook.library.certificate import canonical, digest_of
+from stillhook.spec.validity import SHORT, Condition
+from stillhook.tables.table import Spec, Text
+from stillhook.units import quote
+
+FORMAT = "stillhook condition 1"
+LARGEST = 20_000_000
+"""Bytes; an entry has some kB."""
+_DO = "Restore the file that stillhook condition wrote, or validate again into another folder."
+
+
+class Entry(Spec):
+    """A change of the state. state: after it; when: UTC; who: user and machine; date: of the campaign that it is by;
+    reason: one sentence; crane: hash of its content; certificate: its digest; logs: SHA-256 of all that were read by
+    then; previous: hash of the entry before, None of the first."""
+
+    state: Literal["valid", "withdrawn"]
+    when: Text
+    who: Text
+    date: Text
+    reason: Text
+    crane: Text
+    certificate: Text
+    logs: tuple[Text, ...]
+    previous: Text | None = None
+
+    @property
+    def digest(self) -> str:
+        """Hash of the entry."""
+        return hashlib.sha256(json.dumps(self.model_dump(mode="json"), sort_keys=True).encode()).hexdigest()
+
+
+class State(Spec):
+    """Contents of the file. checked: date of the last campaign that was read; history: oldest first."""
+
+    format: Text = FORMAT
+    crane: Text
+    checked: Text
+    history: tuple[Entry, ...]
+
+    @property
+    def digest(self) -> str:
+        """Checksum of the contents."""
+        return digest_of(self.model_dump(mode="json"))
+
+    def text(self) -> str:
+        """As the file has it."""
+        return canonical({**self.model_dump(mode="json"), "digest": self.digest})
+
+
+def state_file(crane_file: Path) -> Path:
+    """Place of the state of a crane file: beside it."""
+    return crane_file.with_suffix(".condition.json")
+
+
+def read_state(path: Path) -> State:
+    """The state in a file, complete and unchanged. Errors: SpecError of one line."""
+    try:
+        if path.stat().st_size > LARGEST:
+            raise SpecError(f"{path.name}: larger than {LARGEST // 1_000_000} MB, so not a condition's state. {_DO}")
+        data = json.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        raise SpecError(f"{quote(path.name)}: no such file, and the crane file names it. {_DO}") from None
+    except (OSError, ValueError, RecursionError) as problem:
+        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
+        raise SpecError(f"{path.name}: not a condition's state ({reason}). {_DO}") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        came = data.get("format") if isinstance(data, dict) else None
+        raise SpecError(f'{path.name}: format {quote(came)}: this Stillhook reads "{FORMAT}". {_DO}')
+    try:
+        state = State.model_validate({name: value for name, value in data.items() if name != "digest"})
+        unchanged = state.digest == data.get("digest") and all(_chained(state.history))
+    except (ValidationError, ValueError, RecursionError):
+        unchanged = False
+    if not unchanged:
+        raise SpecError(f"{path.name}: was changed after it was written: its digest does not fit. {_DO}")
+    return state
+
+
+def _chained(history: Sequence[Entry]) -> Iterator[bool]:
+    """Whether there is an entry, each names the one before, and dates are dates."""
+    yield bool(history)
+    for before, entry in zip((None, *history), history, strict=False):
+        yield entry.previous == (None if before is None else before.digest)
+        datetime.date.fromisoformat(entry.date)
+
+
+def condition_of(path: Path, certificate: Mapping[str, Any]) -> Condition:
+    """What the state in a file says of a certificate (contents of its file). Errors: SpecError of one line."""
+    state = read_state(path)
+    last = state.history[-1]
+    if last.state == "valid" or not (against := stands(last, certificate)):
+        return Condition(valid=True, date=state.checked, digest=state.digest)
+    return Condition(valid=False, date=last.date, reason=against, digest=state.digest)
+
+
+def stands(withdrawal: Entry, certificate: Mapping[str, Any]) -> str:
+    """Why a withdrawal stands against a certificate, "" where the certificate gives validity back: a passed one, of a
+    later date, of logs that the withdrawal has not seen."""
+    if certificate["digest"] == withdrawal.certificate:
+        return withdrawal.reason
+    short = str(certificate["digest"])[:SHORT]
+    seen = [log["test"] for log in certificate["campaign"]["logs"] if log["sha256"] in withdrawal.logs]
+    if not certificate["passed"]:
+        open_ = "was not passed"
+    elif str(certificate["date"]) <= withdrawal.date:
+        open_ = f"is of {certificate['date']}, not later than the campaign that showed the drift"
+    elif seen:
+        open_ = f"rests on logs from before (test {', '.join(seen)})"
+    else:
+        return ""
+    return f"{withdrawal.reason} (certificate {short} {open_}, so it does not give validity back)"

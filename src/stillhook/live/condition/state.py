@@ -1,0 +1,151 @@
+"""The state of the crane in use: withdrawn where drift is shown, given back by a new certificate alone."""
+
+from __future__ import annotations
+
+import datetime
+import getpass
+import socket
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stillhook.base.atomic import durable_file
+from stillhook.library.certificate import read_certificate
+from stillhook.library.condition import Entry, State, read_state, stands, state_file
+from stillhook.library.toml.tree import Leaf, file_tree
+from stillhook.live.condition.measured import Measured, hash_of
+from stillhook.spec.crane import Crane
+from stillhook.spec.validity import SHORT
+from stillhook.validate.data_set.campaign import Campaign
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Whether the certificate of the crane in use counts for planning. file: of the state, None where nothing is kept;
+    entry: the last of its history; added: whether it is new; reason: why there is no state."""
+
+    file: Path | None
+    state: State | None
+    added: bool = False
+    reason: str = ""
+
+    @property
+    def entry(self) -> Entry | None:
+        return self.state.history[-1] if self.state is not None else None
+
+    @property
+    def withdrawn(self) -> bool:
+        return self.entry is not None and self.entry.state == "withdrawn"
+
+
+def crane_file_of(campaign: Campaign) -> Path | None:
+    """The crane file that a campaign names, None where it is of the library."""
+    path = campaign.file.parent / campaign.crane_name
+    return path if campaign.crane_name.endswith(".toml") and path.is_file() else None
+
+
+def next_state(measured: Sequence[Measured], drifts: Sequence[str]) -> Standing:
+    """The state after the last campaign. measured: campaigns by date; drifts: a sentence for each number whose drift is
+    shown. Nothing is written. Errors: SpecError for a state that was changed manually."""
+    last = measured[-1].campaign
+    crane, path = last.crane, crane_file_of(last)
+    if path is None:
+        return Standing(
+            None, None, reason=f"{crane.name} is a crane of the library: it has no certificate to withdraw."
+        )
+    if crane.certified is None:
+        return Standing(None, None, reason=f"{path.name} names no certificate: nothing is valid for planning yet.")
+    file, named = state_file(path), file_tree(path)
+    certificate, elsewhere = named.get("certificate"), named.get("condition")
+    if not isinstance(certificate, Leaf):
+        return Standing(
+            None, None, reason=f"{path.name} has its certificate from its base: name the base in the campaign."
+        )
+    if isinstance(elsewhere, Leaf):
+        file = path.parent / str(elsewhere.value)
+    data = read_certificate(path.parent / str(certificate.value))
+    state = read_state(file) if file.exists() else None
+    entry = _change(state, data, crane, measured, drifts)
+    checked = last.date.isoformat()
+    if state is None and entry is None:
+        return Standing(file, None, reason=f"certificate {crane.certified.short} was not passed: nothing to withdraw.")
+    history = (*(state.history if state is not None else ()), *([entry] if entry is not None else []))
+    return Standing(file, State(crane=crane.name, checked=checked, history=history), entry is not None)
+
+
+def _change(
+    state: State | None, data: dict[str, object], crane: Crane, measured: Sequence[Measured], drifts: Sequence[str]
+) -> Entry | None:
+    """The next entry of the history, None where nothing changes."""
+    certified = crane.certified
+    assert certified is not None
+    last = state.history[-1] if state is not None else None
+    after = [m for m in measured if m.campaign.date.isoformat() > certified.date]
+    shown = "; ".join(drifts) if after else ""
+    if last is not None and last.state == "withdrawn":
+        if stands(last, data):
+            return None
+        reason = f"given back by certificate {certified.short} of {certified.date}"
+        return _entry("valid", reason, last, crane, measured)
+    if shown:
+        return _entry("withdrawn", shown, last, crane, measured)
+    if last is None and certified.passed:
+        return _entry(
+            "valid", f"certificate {certified.short} of {certified.date}, no drift shown since", None, crane, measured
+        )
+    if last is not None and last.certificate != certified.digest:
+        return _entry("valid", f"new certificate {certified.short} of {certified.date}", last, crane, measured)
+    return None
+
+
+def _entry(state: str, reason: str, last: Entry | None, crane: Crane, measured: Sequence[Measured]) -> Entry:
+    assert crane.certified is not None
+    return Entry.model_validate(
+        {
+            "state": state,
+            "when": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+            "who": _who(),
+            "date": measured[-1].campaign.date.isoformat(),
+            "reason": reason,
+            "crane": hash_of(crane),
+            "certificate": crane.certified.digest,
+            "logs": tuple(sorted(_logs(measured))),
+            "previous": None if last is None else last.digest,
+        }
+    )
+
+
+def _logs(measured: Iterable[Measured]) -> set[str]:
+    return {digest for m in measured for digest in m.logs.values()}
+
+
+def _who() -> str:
+    try:
+        user = getpass.getuser()
+    except (OSError, KeyError):  # a user without a name, as in containers
+        user = "unknown"
+    return f"{user} on {socket.gethostname() or 'unknown'}"
+
+
+def write_state(standing: Standing) -> None:
+    """Write the state where it says something new. Errors: SimulationError where it cannot be written."""
+    if standing.file is None or standing.state is None:
+        return
+    text = standing.state.text()
+    if standing.file.is_file() and standing.file.read_text(encoding="utf-8") == text:
+        return
+    with durable_file(standing.file) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def statement(standing: Standing) -> str:
+    """The state in one sentence."""
+    entry = standing.entry
+    if entry is None or standing.state is None:
+        return f"Valid for planning: no state. {standing.reason}"
+    if entry.state == "withdrawn":
+        return (
+            f"NOT valid for planning since the campaign of {entry.date}: {entry.reason}. Only a new certificate gives"
+            f" validity back (stillhook validate); certificate {entry.certificate[:SHORT]} does not count any more."
+        )
+    return f"Valid for planning by the campaigns until {standing.state.checked}: {entry.reason}."
