@@ -41,9 +41,9 @@ EVERY = 0.1
 class Fault(NamedTuple):
     """cause: what must be named, "" for none; text for the page; defect of the crane; friction: factor on system
     friction; form of its law; gas: factors on gas volume and on its charge, which the PLC's set value does not follow;
-    drawn, day: factors on what a seed draws of the crane; motors: factor on the
-    motors' loss; boost: pressure more than the file's [Pa]; plc: factors on the PLC's settings; rows: what the log makes of its rows; load: stated over true; clock of the
-    encoder [s], None: drawn; height: of the sea, over what was drawn; mode that the log states."""
+    drawn, day: factors on what a seed draws of the crane; motors: factor on the motors' loss; boost: pressure more than
+    the file's [Pa]; plc: factors on the PLC's settings; rows: what the log makes of its rows; load: stated over true;
+    height: of the sea, over what was drawn; other_mode: the log states another."""
 
     cause: str
     text: str
@@ -59,7 +59,7 @@ class Fault(NamedTuple):
     rows: Callable[[Rows], Rows] = dict
     load: float = 1.0
     height: float = 1.0
-    mode: float | None = None
+    other_mode: bool = False
 
 
 def scaled(name: str, gain: float = 1.0, zero: float = 0.0) -> Callable[[Rows], Rows]:
@@ -76,7 +76,10 @@ def frozen(names: tuple[str, ...], since: float) -> Callable[[Rows], Rows]:
     """Signals that stand from a time on [s]."""
     return lambda x: {
         **x,
-        **{name: np.where(x["time"] < since, x[name], x[name][round(since / CYCLE)] * (name == "s_tip")) for name in names},
+        **{
+            name: np.where(x["time"] < since, x[name], x[name][round(since / CYCLE)] * (name == "s_tip"))
+            for name in names
+        },
     }
 
 
@@ -93,7 +96,9 @@ FAULTS: Mapping[str, Fault] = {
     "boost": Fault("boost pressure", "boost pressure +8 bar", boost=8.0 * BAR),
     "friction": Fault("friction grown or fallen", "system friction ×1.8", friction=1.8),
     "leakage": Fault("leakage of the active circuit", "leakage of the active circuit ×2.5", {"leakage": 2.5}),
-    "displacement": Fault("displacement of the active motors", "active motors −8 % of displacement", {"displacement": 0.92}),
+    "displacement": Fault(
+        "displacement of the active motors", "active motors −8 % of displacement", {"displacement": 0.92}
+    ),
     "gas-lost": Fault("gas charge or volume", "gas charge −20 %, make-up holds the pressure", gas=(1.0, 0.8)),
     "gas-volume": Fault("gas charge or volume", "gas vessels shut: −50 % of gas volume", gas=(0.5, 1.0)),
     "dead-motors": Fault("passive motors without pressure", "2 of 16 passive motors dead", {"dead": 2}),
@@ -102,15 +107,29 @@ FAULTS: Mapping[str, Fault] = {
     "p_a": Fault("reading of p_a", "transmitter p_a +8 bar", rows=scaled("p_a", zero=8.0 * BAR)),
     "p_b": Fault("reading of p_b", "transmitter p_b −8 bar", rows=scaled("p_b", zero=-8.0 * BAR)),
     "p_hp": Fault("reading of p_hp", "transmitter p_hp reads 8 % too much", rows=scaled("p_hp", 1.08)),
-    "alpha_m": Fault("reading of alpha_m, or offset of the motors' control", "reading of alpha_m −6 % of full", rows=scaled("alpha_m", zero=-0.06)),
-    "alpha_p": Fault("reading of alpha_p, or control of the pumps", "reading of alpha_p 6 % too much", rows=scaled("alpha_p", 1.06)),
+    "alpha_m": Fault(
+        "reading of alpha_m, or offset of the motors' control",
+        "reading of alpha_m −6 % of full",
+        rows=scaled("alpha_m", zero=-0.06),
+    ),
+    "alpha_p": Fault(
+        "reading of alpha_p, or control of the pumps", "reading of alpha_p 6 % too much", rows=scaled("alpha_p", 1.06)
+    ),
     "omega_m": Fault("encoder of the motors", "encoder of the motors 4 % too fast", rows=scaled("omega_m", 1.04)),
-    "s_w": Fault("wire counter, or wire layer", "wire counter 4 % off", rows=lambda x: {**x, "s_w": x["s_w"][0] + 1.04 * (x["s_w"] - x["s_w"][0])}),
+    "s_w": Fault(
+        "wire counter, or wire layer",
+        "wire counter 4 % off",
+        rows=lambda x: {**x, "s_w": x["s_w"][0] + 1.04 * (x["s_w"] - x["s_w"][0])},
+    ),
     "clock": Fault("clock of the encoder", "encoder 250 ms late from 150 s on", rows=lambda x: _jump(x, 0.25, 150.0)),
-    "tip-late": Fault("tip motion delayed against the log", "tip in the log 150 ms later than the PLC's", rows=late(TIP, 0.15)),
+    "tip-late": Fault(
+        "tip motion delayed against the log", "tip in the log 150 ms later than the PLC's", rows=late(TIP, 0.15)
+    ),
     "tip-stale": Fault("tip motion stale", "tip in the log stands from 150 s on", rows=frozen(TIP, 150.0)),
     "gain": Fault("gain of the PLC's feedforward", "K_1 of the PLC +8 %", plc={"K_1": 1.08}),
-    "mode": Fault("mode or controller other than the twin's", "log states NS where the PLC runs SSC, or the reverse", mode=-1.0),
+    "mode": Fault(
+        "mode or controller other than the twin's", "log states NS where the PLC runs SSC, or the reverse", mode=-1.0
+    ),
     "limit": Fault("", "sea 2.3 times as high: pumps at their end, in the twin too", height=2.3),
 }
 
@@ -164,7 +183,7 @@ def logs_of(fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION
     run(inputs, s_w, CELL_ZERO * rng.uniform(-1.0, 1.0), winch, drift, settings, log)
     clock = CLOCK * rng.uniform(-1.0, 1.0)
     rows = fault.rows(logged(log, inputs, clock, Errors(seed, repeat)))  # type: ignore[arg-type]
-    if fault.mode is not None:
+    if fault.other_mode:
         rows["mode"] = np.full_like(rows["mode"], NS if mode == SSC else SSC)
     conditions = {"load": load, "s_w": s_w, "mode": mode, "height": wave.height, "period": wave.period}
     crane_rows, twin_rows = beside(rows, load * fault.load, crane)

@@ -38,8 +38,9 @@ class Balances:
         crane, twin = ({name: x[name] for name in x if name in other} for x, other in ((crane, twin), (twin, crane)))
         for name, of in (("torque", self._torque), ("flow", self._flow), ("gas", self._gas)):
             sides = [self._guarded(of, x, new, every, lag) for x, lag in ((crane, F_LAG), (twin, 0.0))]
-            if sides[0] is not None and sides[1] is not None:
-                out[name] = np.concatenate(sides)
+            known = [side for side in sides if side is not None]
+            if len(known) == len(sides):
+                out[name] = np.concatenate(known)
         return out
 
     def speed(self, x: Signals, every: float) -> FloatArray | None:

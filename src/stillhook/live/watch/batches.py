@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.statistics.estimate import Estimate, t_factor
 
 BATCH = 10.0
@@ -130,7 +130,7 @@ APART = 1e-8
 """Least eigenvalue of scaled normal equations from which columns are apart."""
 
 
-def normal(columns: list[FloatArray], y: FloatArray, use: FloatArray) -> FloatArray:
+def normal(columns: list[FloatArray], y: FloatArray, use: FloatArray | BoolArray) -> FloatArray:
     """Sums of a regression over the rows in use and known."""
     X = np.column_stack(columns)
     good = use.astype(bool) & np.isfinite(X).all(axis=1) & np.isfinite(y)

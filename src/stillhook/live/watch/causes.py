@@ -22,7 +22,9 @@ _TABLE = tomllib.loads((files("stillhook.live.watch") / "causes.toml").read_text
 SIGNS: Mapping[str, Mapping[str, Any]] = _TABLE["signs"]
 CAUSES: Sequence[Mapping[str, Any]] = tuple(_TABLE["cause"])
 NOT_VARIED: Sequence[str] = tuple(_TABLE["not_judged"]["names"])
-TOLD: Sequence[str] = tuple(tomllib.loads((files("stillhook.live.watch") / "told.toml").read_text(encoding="utf-8"))["told"])
+TOLD: Sequence[str] = tuple(
+    tomllib.loads((files("stillhook.live.watch") / "told.toml").read_text(encoding="utf-8"))["told"]
+)
 """Causes that may be named alone."""
 OTHER = "something else, or several things at once"
 
@@ -55,7 +57,11 @@ class Diagnosis(NamedTuple):
         if not self.candidates:
             return ""
         what = self.candidates[0] if self.told else f"one of: {'; '.join(self.candidates)}"
-        return f"Cause: {what}. Evidence: {'; '.join(s.text for s in self.evidence)}." if self.evidence else f"Cause: {what}."
+        return (
+            f"Cause: {what}. Evidence: {'; '.join(s.text for s in self.evidence)}."
+            if self.evidence
+            else f"Cause: {what}."
+        )
 
 
 def signs_of(watch: CriteriaWatch, window: str) -> tuple[Sign, ...]:

@@ -72,6 +72,7 @@ class CriteriaWatch:
         most = round(max(WINDOWS.values()) / BATCH)
         self._extremes: deque[FloatArray] = deque(maxlen=most)
         self.batches = 0
+        self._known: dict[tuple[str, str], Estimate | None] = {}  # of the batches so far
 
     @property
     def not_judged(self) -> dict[str, str]:
@@ -94,10 +95,14 @@ class CriteriaWatch:
                 of.add(sums.get(key, np.zeros(width)))
         self._extremes.append(_extremes(piece, self._relief))
         self.batches += 1
+        self._known = {}
 
     def estimate(self, key: str, window: str) -> Estimate | None:
         """Of a statistic; None while the window fills."""
-        return self._sums[key].estimate(window) if self.batches >= round(WINDOWS[window] / BATCH) else None
+        if (key, window) not in self._known:
+            full = self.batches >= round(WINDOWS[window] / BATCH)
+            self._known[key, window] = self._sums[key].estimate(window) if full else None
+        return self._known[key, window]
 
     def results(self) -> Iterator[WindowResult]:
         """All lines, a window after the other."""
@@ -138,10 +143,12 @@ class CriteriaWatch:
             return Estimate(float(np.nanmax(x[:, 7])) if np.isfinite(x[:, 7]).any() else math.nan)
         if not np.isfinite(x[:, 0]).any():
             return Estimate(math.nan)
-        low_m, high_m, mean_m, low_s, high_s, mean_s = (
-            f(x[:, k]) for k, f in enumerate((np.nanmin, np.nanmax, np.nanmean) * 2)
-        )
-        largest = [max(high - mean, mean - low) for low, high, mean in ((low_m, high_m, mean_m), (low_s, high_s, mean_s))]
+        low_m, low_s = (float(np.nanmin(x[:, k])) for k in (0, 3))
+        high_m, high_s = (float(np.nanmax(x[:, k])) for k in (1, 4))
+        mean_m, mean_s = (float(np.nanmean(x[:, k])) for k in (2, 5))
+        largest = [
+            max(high - mean, mean - low) for low, high, mean in ((low_m, high_m, mean_m), (low_s, high_s, mean_s))
+        ]
         return Estimate(float(largest[1] - largest[0]))
 
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.live.estimate.half_waves import AT_STOP
 from stillhook.live.watch.balances import Balances
 from stillhook.live.watch.batches import Statistic, ratio, share_below
-from stillhook.live.watch.rows import HISTORY, Piece
+from stillhook.live.watch.rows import HISTORY, Piece, Signals
 from stillhook.spec.crane import Crane
 from stillhook.validate.ahc.measures import COMMON, judged_signal
 from stillhook.validate.criteria.results import OF_SIGNAL
@@ -27,8 +27,10 @@ ETA_ABOVE = 1.0
 """Least peak-to-peak tip motion for which the efficiency is judged [m]: `eta_above` of paper F's criteria."""
 STANDS = 1.0
 """Motor speed below which the winch stands [rad/s]."""
-ROWS_NAMES = ("s_tip", "v_tip", "s_w", "v_w", "omega_m", "e_c_measured", "u_p", "u_m", "alpha_p", "alpha_m", "p_a", "p_b")
-ROWS_NAMES += ("p_hp", "alpha_pm", "alpha_pp", "V_acc", "F_w", "mode", "v_op", "brake")
+ROWS_NAMES: tuple[str, ...] = (
+    *("s_tip", "v_tip", "s_w", "v_w", "omega_m", "e_c_measured", "u_p", "u_m", "alpha_p", "alpha_m", "p_a", "p_b"),
+    *("p_hp", "alpha_pm", "alpha_pp", "V_acc", "F_w", "mode", "v_op", "brake"),
+)
 """Signals that the measures are from, besides those of the winch type."""
 Sums = dict[str, FloatArray]
 
@@ -48,7 +50,7 @@ class Measures:
 
     def __init__(self, crane: Crane) -> None:
         self.balances = Balances(crane)
-        self._misfits = misfit_signals(crane)
+        self._misfits = () if "active" in crane.circuits else misfit_signals(crane)  # judged by any-drive alone
         self._keys = {key.partition("/")[2]: key.partition("/")[0] for key in self.balances.statistics}
         own = {name: self.balances.statistics[f"{of}/{name}"] for name, of in self._keys.items()}
         misfits = {f"signal_misfit/{OF_SIGNAL}{s}": Statistic(_misfit) for s in self._misfits}
@@ -160,7 +162,7 @@ def _levels(p: Piece) -> Sums:
     """Mean levels of both sides."""
     c, w, out = p.crane, p.twin, {}
 
-    def mean_of(name: str, of: Callable[[Mapping[str, FloatArray]], FloatArray], where: FloatArray | None = None) -> None:
+    def mean_of(name: str, of: Callable[[Signals], FloatArray], where: BoolArray | None = None) -> None:
         try:
             pair = [np.asarray(of(x))[p.new] for x in (c, w)]
         except KeyError:
@@ -188,11 +190,11 @@ def _levels(p: Piece) -> Sums:
     return out
 
 
-def _product(x: Mapping[str, FloatArray]) -> Callable[[slice], float]:
+def _product(x: Signals) -> Callable[[slice], float]:
     return lambda new: float(np.nansum(x["alpha_p"][new] * x["u_p"][new]))
 
 
-def _square(x: Mapping[str, FloatArray]) -> Callable[[slice], float]:
+def _square(x: Signals) -> Callable[[slice], float]:
     return lambda new: float(np.nansum(x["u_p"][new] ** 2))
 
 

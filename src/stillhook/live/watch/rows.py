@@ -58,7 +58,7 @@ class RowBuffer:
         end = self._end - (self._new - self._batch)
         start = max(0, end - self._batch - round(HISTORY / self.every), end - self.rows)
         self._new -= self._batch
-        t = np.arange(start, end) * self.every
+        t: FloatArray = self.every * np.arange(start, end, dtype=np.float64)
         crane, twin = (dict(self._signals(side, start, end)) for side in (0, 1))
         if offset:
             for name in ENCODER:

@@ -1,4 +1,4 @@
-"""The watch of a running twin: rows of crane and twin in; criteria on sliding windows, causes and virtual sensors out."""
+"""The watch of a running twin: rows of crane and twin in; criteria on sliding windows and causes out."""
 
 from __future__ import annotations
 
