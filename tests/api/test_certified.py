@@ -78,7 +78,7 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     assert str(run.notes.values) == UNCERTIFIED_NOTES
     assert doubts(crane, case()) == ()
     assert re.fullmatch(
-        r"twin: level 2, variant 3: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 3 holds \(unsigned\)",
+        r"twin: level 2, variant 2: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 3 holds \(unsigned\)",
         run.attrs["twin"],
     )
 
@@ -281,7 +281,7 @@ HEAVY = "--load '200 t' --s-w '1000 m' --motion 'sine 0.8 m 9 s' --duration '40 
 def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert command(["crane", str(file)]) == 0
     out = capsys.readouterr().out
-    assert "twin: level 2, variant 3: certificate" in out
+    assert "twin: level 2, variant 2: certificate" in out
     assert "validated for: payload on the hook 82 t to 164 t" in out
     assert command(["crane", "nov-250t", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["twin"] == "twin: not validated (level 1: no certificate)"

@@ -243,7 +243,7 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
     out = capsys.readouterr().out
     assert out.startswith("SYNTHETIC Sea trial\nPASSED: ")
     assert "82 t to 164 t" in out
-    assert "Level 2, variant 3" in out
+    assert "Level 2, variant 2" in out
     assert command(["certificate", str(file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["envelope"]["load"] == [82e3, 164e3]
     assert command(["certificate", str(tmp_path / "nothing.json")]) == 2

@@ -65,7 +65,7 @@ def level_of(passed: bool, synthetic: bool, *, complete: bool = True) -> Level:
     if not passed:
         return Level(1, 1, words["not_verified"])
     parts = (words["verified"], "" if complete else words["partly"], words["synthetic"] if synthetic else "")
-    return Level(2, 3, " ".join(filter(None, parts)))
+    return Level(2, 2, " ".join(filter(None, parts)))
 
 
 def content_of(validation: Validation) -> dict[str, Any]:
