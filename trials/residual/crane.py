@@ -34,7 +34,7 @@ from trials.independent_crane.plc import NS, SSC
 from trials.independent_crane.sea_trial import SETTING_NOISE, STATED_DELAY, SeaTest, Wave, samples
 
 STREAM = 3907
-DURATION = 420.0
+DURATION = 300.0
 """Length of a log [s]: adaptation needs about one, the rest is learned from or judged."""
 WEAR, WARMER = 1.2, 4.0
 """A later campaign: factor on the system friction [-], oil at the start warmer by [K]."""

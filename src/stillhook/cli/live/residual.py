@@ -61,14 +61,14 @@ def residual(
 
 
 def _data(model: Model, held: Sequence[HeldOut]) -> dict[str, Any]:
-    names = ("log", "campaign", "adapted", "linear", "learned", "outside")
+    names = ("log", "campaign", "adapted", "linear", "learned", "outside", "without")
     return {
         "level": 4,
         "pays": model.pays,
         "ratio": model.ratio.to_dict(),
         "linear": model.linear.to_dict(),
         "confidence": model.confidence,
-        "half": {"slow": model.slow, "moving": model.moving},
+        "half": model.half,
         "terms": dict(zip(*_terms(model), strict=True)),
         "logs": [{name: getattr(one, name) for name in names} for one in held],
     }
@@ -83,20 +83,22 @@ def _terms(model: Model) -> tuple[tuple[str, ...], list[list[float]]]:
 
 def _print(model: Model, held: Sequence[HeldOut], out: Path | None) -> None:
     rows = [
-        [o.campaign, o.log, *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned)), f"{100.0 * o.outside:.0f} %"]
+        [
+            o.campaign,
+            o.log,
+            *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned)),
+            *(f"{100.0 * x:.0f} %" for x in (o.outside, o.without)),
+        ]
         for o in held
     ]
-    header = ["campaign", "log", "adapted", "and linear terms", "and trees", "no correction"]
+    header = ["campaign", "log", "adapted", "and linear terms", "and trees", "not seen", "no correction"]
     print_table(
         header, rows, title="Shaft torque that is left over on logs that were not learned from, rms in N m (level 4)"
     )
     table = [[name, f"{b:.1f}", f"{u:.1f}"] for name, (b, u) in zip(*_terms(model), strict=True)]
     print_table(["term", "coefficient [N m]", "standard error"], table, title="Linear part, learned from all logs")
     print(f"Trees: {len(model.fitted.trees)}.")
-    print(
-        f"{100.0 * model.confidence:.0f} % intervals: +-{model.slow:.0f} N m below 10 rad/s, +-{model.moving:.0f} N m"
-        " above."
-    )
+    print(f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.")
     print(model.verdict[0].upper() + model.verdict[1:])
     if out is not None:
         print(f"written: {out}. It is never part of a certificate.")

@@ -7,31 +7,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LiveError
 from stillhook.live.residual.proof import proven
-from stillhook.live.residual.samples import Samples, joined
+from stillhook.live.residual.samples import Samples
 from stillhook.live.residual.seen import Seen, seen_of
 from stillhook.live.residual.terms import Scales, conditions, side, terms
 from stillhook.live.residual.trees import NONE, boosted, values
 from stillhook.statistics.estimate import CONFIDENCE, Estimate
 
-PENALTIES = (1e-4, 1e-3, 1e-2, 1e-1)
+PENALTIES = (1e-3, 1e-2, 1e-1)
 """Penalties on the coefficients that are tried, in parts of the variance of a term."""
-COUNTS = (0, 25, 50, 100, 200)
+COUNTS = (0, 25, 50, 100)
 """Numbers of trees that are tried."""
-TURNS = 3
-"""Passes of the robust fit."""
-LIMIT = 3.0
-"""Error from which a sample counts less, in robust standard deviations (Huber 1964)."""
+TURNS, LIMIT = 3, 3.0
+"""Passes of the robust fit, and error from which a sample counts less, in robust standard deviations (Huber 1964)."""
 MOST_FOLDS, INNER_FOLDS = 10, 4
 """Parts that logs are held out in, for the test and for a choice within what is learned from."""
 FEWEST_CAMPAIGNS = 4
 """Campaigns from which anything is learned: one is held out, one within the rest, and two differ."""
 ALIKE = 0.1
 """Part by which height and period of two seas may differ for them to count as the same [-] (assumed)."""
-SLOW = 10.0
-"""Motor speed below which errors are larger and have an interval of their own [rad/s]."""
 DRAWS = 2000
 HALF = 0.5
 """Part of what adaptation leaves that level 4 may leave at most to pay [-]. Source: issue 39."""
@@ -60,7 +56,7 @@ class LearningLog(NamedTuple):
 
 class Fitted(NamedTuple):
     """A model of what adaptation leaves over of the torque of one crane. coefficients (8,) of the terms [N m]; errors
-    (8,) of them, standard, between logs [N m]."""
+    (8,) of them, standard, between logs [N m]; trees: nodes."""
 
     scales: Scales
     coefficients: FloatArray
@@ -77,15 +73,15 @@ class Fitted(NamedTuple):
         trees = values(self.trees, conditions(x, self.scales)).sum(axis=0)
         return np.asarray(self.linear(x) + side(x) * trees)
 
-    def outside(self, x: Samples) -> dict[str, np.ndarray]:
+    def outside(self, x: Samples) -> dict[str, BoolArray]:
         """Which samples (n,) are outside of what was seen, by reason."""
         return self.seen.outside(conditions(x, self.scales))
 
 
 class HeldOut(NamedTuple):
     """A log that was not learned from, under the correction that is zero where it is not seen or proven. Root mean
-    squares of what adaptation leaves, with the linear part, and with all of it [N m]; part of the samples without a
-    correction; errors of the samples that were seen [N m], and their speeds [rad/s]."""
+    squares of what adaptation leaves, with the linear part, and with all of it [N m]; part of the samples outside of
+    what was seen, and without a correction; errors of the samples that were seen [N m]."""
 
     log: str
     campaign: str
@@ -93,13 +89,8 @@ class HeldOut(NamedTuple):
     linear: float
     learned: float
     outside: float
+    without: float
     error: FloatArray
-    omega: FloatArray
-
-    @property
-    def ratio(self) -> float:
-        """What is left over, on what adaptation leaves [-]."""
-        return self.learned / self.adapted
 
 
 def _rms(x: FloatArray) -> float:
@@ -114,8 +105,7 @@ def _ridge(logs: Sequence[Samples], scales: Scales, penalty: float) -> tuple[Flo
     base = 1.0 / np.bincount(log)[log]
     size = np.sqrt(np.maximum((X**2).mean(axis=0), 1e-12))
     X = X / size
-    b, weight = np.zeros(X.shape[1]), base
-    inverse = np.eye(X.shape[1])
+    b, weight, inverse = np.zeros(X.shape[1]), base, np.eye(X.shape[1])
     for _ in range(TURNS):
         inverse = np.linalg.inv(X.T @ (weight[:, None] * X) + penalty * weight.sum() * np.eye(X.shape[1]))
         b = inverse @ (X.T @ (weight * y))
@@ -130,12 +120,12 @@ def _ridge(logs: Sequence[Samples], scales: Scales, penalty: float) -> tuple[Flo
 def learn(logs: Sequence[Samples], scales: Scales, penalty: float, count: int) -> Fitted:
     """A model of these logs, with a penalty of PENALTIES and so many trees."""
     b, errors = _ridge(logs, scales, penalty)
-    x = joined(logs)
-    at = [conditions(each, scales) for each in logs]
-    trees = NONE
+    at, trees = [conditions(x, scales) for x in logs], NONE
     if count:
-        weight = np.repeat([len(x.t) / len(logs) / len(each.t) for each in logs], [len(each.t) for each in logs])
-        trees = boosted(np.concatenate(at), side(x) * (x.left - terms(x, scales) @ b), weight, count)
+        left = np.concatenate([side(x) * (x.left - terms(x, scales) @ b) for x in logs])
+        mean = len(left) / len(logs)
+        weight = np.concatenate([np.full(len(x.t), mean / len(x.t)) for x in logs])
+        trees = boosted(np.concatenate(at), left, weight, count)
     return Fitted(scales, b, errors, trees, seen_of(at))
 
 
@@ -145,9 +135,8 @@ def folds(logs: Sequence[LearningLog], most: int) -> Iterator[tuple[list[Learnin
     for k in range(min(most, len(campaigns))):
         names = set(campaigns[k :: min(most, len(campaigns))])
         test = [log for log in logs if log.campaign in names]
-        rest = [
-            log for log in logs if log.campaign not in names and not any(log.sea.alike(other.sea) for other in test)
-        ]
+        others = [log for log in logs if log.campaign not in names]
+        rest = [log for log in others if not any(log.sea.alike(other.sea) for other in test)]
         if len({log.campaign for log in rest}) >= 2:
             yield rest, test
 
@@ -158,8 +147,7 @@ def choose(logs: Sequence[LearningLog], scales: Scales) -> tuple[float, int]:
     for rest, test in folds(logs, INNER_FOLDS):
         for i, penalty in enumerate(PENALTIES):
             fitted = learn([log.samples for log in rest], scales, penalty, COUNTS[-1])
-            for log in test:
-                x = log.samples
+            for x in (log.samples for log in test):
                 each = side(x) * values(fitted.trees, conditions(x, scales))
                 for j, count in enumerate(COUNTS):
                     errors[i, j] += _rms(x.left - fitted.linear(x) - each[:count].sum(axis=0)) / _rms(x.left)
@@ -167,14 +155,20 @@ def choose(logs: Sequence[LearningLog], scales: Scales) -> tuple[float, int]:
     return PENALTIES[best // len(COUNTS)], COUNTS[best % len(COUNTS)]
 
 
+def applied(fitted: Fitted, x: Samples) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Torque that a model says [N m], where it was seen, and where it is also proven by the samples before (n,)."""
+    torque, inside = fitted.torque(x), np.ones(len(x.t), dtype=np.bool_)
+    for outside in fitted.outside(x).values():
+        inside &= ~outside
+    return torque, inside, inside & proven(x.left, torque, inside)
+
+
 def judged(fitted: Fitted, log: LearningLog) -> HeldOut:
     """A log under a model that did not learn from it."""
     x = log.samples
-    torque, inside = fitted.torque(x), ~np.any([np.zeros(len(x.t), dtype=bool), *fitted.outside(x).values()], axis=0)
-    used = inside & proven(x.left, torque, inside)
-    adapted, linear = _rms(x.left), _rms(x.left - used * fitted.linear(x))
-    learned, error = _rms(x.left - used * torque), (x.left - torque)[inside]
-    return HeldOut(log.name, log.campaign, adapted, linear, learned, 1.0 - float(used.mean()), error, x.omega[inside])
+    torque, inside, used = applied(fitted, x)
+    rms = (_rms(x.left), _rms(x.left - used * fitted.linear(x)), _rms(x.left - used * torque))
+    return HeldOut(log.name, log.campaign, *rms, 1.0 - inside.mean(), 1.0 - used.mean(), (x.left - torque)[inside])
 
 
 def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:
@@ -182,11 +176,10 @@ def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:
 
     Errors: LiveError for too few campaigns, or seas that are all alike.
     """
-    campaigns = {log.campaign for log in logs}
-    if len(campaigns) < FEWEST_CAMPAIGNS:
+    if (n := len({log.campaign for log in logs})) < FEWEST_CAMPAIGNS:
         raise LiveError(
-            f"{len(campaigns)} campaigns with usable logs: {FEWEST_CAMPAIGNS} are the fewest that anything is learned"
-            " from. Give logs of more days, those of each in a folder of its own."
+            f"{n} campaigns with usable logs: {FEWEST_CAMPAIGNS} are the fewest that anything is learned from. Give"
+            " logs of more days, those of each in a folder of its own."
         )
     out = []
     for rest, test in folds(logs, MOST_FOLDS):
@@ -197,36 +190,31 @@ def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:
     return out
 
 
-def intervals(held: Sequence[HeldOut]) -> tuple[float, float, float]:
-    """Confidence, and half widths that hold what is left over on a campaign that was not seen [N m], below and from
-    SLOW on.
+def interval(held: Sequence[HeldOut]) -> tuple[float, float]:
+    """Confidence, and half width that holds what the correction leaves over on a campaign that was not seen [N m].
 
     Campaigns are exchangeable, samples within one are not: the distributions of the campaigns are averaged, with one
     more that is beyond all (Dunn, Wasserman and Ramdas 2022). With fewer than 19 campaigns 95 % cannot be stated, and
     the confidence is what can.
     """
     campaigns = sorted({one.campaign for one in held})
-    n = len(campaigns)
+    parts = [np.concatenate([np.abs(o.error) for o in held if o.campaign == name]) for name in campaigns]
+    parts = [part for part in parts if len(part)]
+    n = len(parts)
+    if not n:
+        return 0.0, np.inf
     confidence = min(CONFIDENCE, n / (n + 1.0))
-    halves = []
-    for slow in (True, False):
-        parts = []
-        for name in campaigns:
-            of = [np.abs(o.error[(np.abs(o.omega) < SLOW) == slow]) for o in held if o.campaign == name]
-            parts.append(np.concatenate(of))
-        parts = [part for part in parts if len(part)]
-        errors = np.concatenate(parts)
-        weights = np.concatenate([np.full(len(part), 1.0 / len(part) / (n + 1.0)) for part in parts])
-        order = np.argsort(errors)
-        total = np.cumsum(weights[order])
-        halves.append(float(errors[order][min(int(np.searchsorted(total, confidence - 1e-9)), len(errors) - 1)]))
-    return confidence, halves[0], halves[1]
+    errors = np.concatenate(parts)
+    order = np.argsort(errors)
+    weight = np.concatenate([np.full(len(part), 1.0 / len(part) / (n + 1.0)) for part in parts])[order]
+    place = min(int(np.searchsorted(np.cumsum(weight), confidence - 1e-9)), len(errors) - 1)
+    return confidence, float(errors[order][place])
 
 
-def ratio_of(held: Sequence[HeldOut], seed: int = 1) -> Estimate:
-    """Mean over campaigns of what is left over on what adaptation leaves, with the interval of a bootstrap over
+def ratio_of(held: Sequence[HeldOut], part: str = "learned", seed: int = 1) -> Estimate:
+    """Mean over campaigns of what `part` leaves over, on what adaptation leaves, with the interval of a bootstrap over
     campaigns [-]."""
     names = sorted({one.campaign for one in held})
-    means = np.array([np.mean([o.ratio for o in held if o.campaign == name]) for name in names])
+    means = np.array([np.mean([getattr(o, part) / o.adapted for o in held if o.campaign == name]) for name in names])
     draws = means[np.random.default_rng(seed).integers(0, len(means), (DRAWS, len(means)))].mean(axis=1)
     return Estimate.of_draws(float(means.mean()), draws, len(means))

@@ -17,7 +17,7 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import LiveError
 from stillhook.kernels.build import results_hash
-from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, intervals, learn, ratio_of
+from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, interval, learn, ratio_of
 from stillhook.live.residual.seen import Seen
 from stillhook.live.residual.terms import CONDITIONS, TERMS, Scales
 from stillhook.live.residual.trees import checked
@@ -32,8 +32,7 @@ LARGEST = 20_000_000
 class Model(NamedTuple):
     """A fitted model and what a reader must know of it. crane: name; content: hashes of the crane file; ratio: what is
     left over on what adaptation leaves, on held-out campaigns and seas; linear: of that the linear part alone; logs:
-    what it was learned from, digest -> name; confidence, slow, moving: interval, half widths below and from
-    `fit.SLOW` [N m]."""
+    what it was learned from, digest -> name; confidence and half width of the interval [N m]."""
 
     fitted: Fitted
     crane: str
@@ -42,8 +41,7 @@ class Model(NamedTuple):
     ratio: Estimate
     linear: Estimate
     confidence: float
-    slow: float
-    moving: float
+    half: float
     digest: str = ""
 
     @property
@@ -62,12 +60,6 @@ class Model(NamedTuple):
             " for. It stays off."
         )
 
-    def half(self, omega: float) -> float:
-        """Half width of the interval at a motor speed [N m]."""
-        from stillhook.live.residual.fit import SLOW
-
-        return self.slow if abs(omega) < SLOW else self.moving
-
 
 @cache
 def code() -> str:
@@ -82,9 +74,9 @@ def train(crane: Crane, logs: Sequence[LearningLog]) -> tuple[Model, list[HeldOu
     scales = Scales.of(crane)
     held = hold_out(logs, scales)
     fitted = learn([log.samples for log in logs], scales, *choose(logs, scales))
-    linear = ratio_of([one._replace(learned=one.linear) for one in held])
     names = {log.digest: log.name for log in logs}
-    return Model(fitted, crane.name, content(crane), names, ratio_of(held), linear, *intervals(held)), held
+    ratios = ratio_of(held), ratio_of(held, "linear")
+    return Model(fitted, crane.name, content(crane), names, *ratios, *interval(held)), held
 
 
 def _digest(data: Mapping[str, Any]) -> str:
@@ -107,7 +99,7 @@ def write_model(path: Path, model: Model) -> str:
         "terms": {name: [float(b), float(u)] for name, b, u in zip(TERMS, f.coefficients, f.errors, strict=True)},
         "trees": f.trees.tolist(),
         "seen": {n: x.tolist() if isinstance(x, np.ndarray) else x for n, x in f.seen._asdict().items()},
-        "interval": [model.confidence, model.slow, model.moving],
+        "interval": [model.confidence, model.half],
         "held_out": [[r.value, r.low, r.high, r.n] for r in (model.ratio, model.linear)],
     }
     data["digest"] = _digest(data)
@@ -159,11 +151,9 @@ def _model(data: Mapping[str, Any]) -> Model:
         Seen(low[0], high[0], scale[0], marks, float(data["seen"]["far"])),
     )
     ratio, linear = (Estimate(*(float(x) for x in row)) for row in data["held_out"])
-    confidence, slow, moving = (float(x) for x in data["interval"])
-    numbers = [*pairs.ravel(), *fitted.scales, *low[0], *high[0], *scale[0], *marks.ravel(), slow, moving]
+    confidence, half = (float(x) for x in data["interval"])
+    numbers = [*pairs.ravel(), *fitted.scales, *low[0], *high[0], *scale[0], *marks.ravel(), half]
     if not all(math.isfinite(x) for x in (*numbers, ratio.value, fitted.seen.far, confidence)):
         raise ValueError("numbers that are not finite")
     logs = {str(key): str(value) for key, value in data["logs"].items()}
-    return Model(
-        fitted, str(data["crane"]), data["content"], logs, ratio, linear, confidence, slow, moving, data["digest"]
-    )
+    return Model(fitted, str(data["crane"]), data["content"], logs, ratio, linear, confidence, half, data["digest"])

@@ -1,7 +1,8 @@
 """What adaptation leaves over of the shaft torque, in means over a fifth of a second, from the rows of a PLC.
 
-Torque of the motors less that of wire and inertia is what friction takes. The crane file's law (LuGre, with the factor
-on the system friction that `stillhook.live.estimate` follows) and the standing torque are taken off it.
+Torque of the motors less that of wire and inertia is what friction takes. The crane file's losses, with the factor on
+the system friction that `stillhook.live.estimate` follows, and the standing torque are taken off it. Only a winch that
+slides is looked at, as the estimator does.
 """
 
 from __future__ import annotations
@@ -17,43 +18,40 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LiveError
 from stillhook.live.estimate import FrictionEstimate, FrictionState
 from stillhook.live.estimate.accuracy import F_LAG
-from stillhook.live.estimate.balance import Balance, Geometry
-from stillhook.live.estimate.half_waves import AT_RELIEF, MANUAL, TURNED
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.motor import motors_dry, motors_moving
+from stillhook.live.estimate.balance import Balance
+from stillhook.live.estimate.half_waves import AT_RELIEF, MANUAL, MOVING
 from stillhook.spec.crane import Crane
 
 BIN = 0.2
 """Length of the means [s]: with the speeds at both ends of each, so that ringing of the circuit cancels."""
+PER_BIN, STEP = 20, BIN / 20
+"""Steps of a mean, and their length [s]: rows are interpolated to them, so that all means are of the same time."""
 WIDEST = 0.05
-"""Longest time between rows [s]: the bristle goes from rest to sliding in as much."""
+"""Longest time between rows [s]: four of them make a mean."""
 SLOW = 60.0
 """Time over which the load is averaged [s]: some waves, so that it holds no torque of the moment."""
 WARMS = 1200.0
 """Time over which oil warms [s] (assumed)."""
-LONGEST_SINCE = 10.0
-"""Time since a reversal beyond which it does not count [s]."""
+TOO_SLOW = f"below {MOVING:g} rad/s: the bristle decides, and its deflection is not measured"
 KEPT = 1.0
 """Rows before the next mean that are kept, for a clock that is late [s]."""
 
 
 class Samples(NamedTuple):
     """Columns (n,). t middle of the mean by the clock of the pressures [s]; left: torque that adaptation leaves over,
-    hoisting positive [N m]; modelled: the losses that were taken off, with their sign [N m]; sign mean of the
-    direction; omega [rad/s]; rate of it [rad/s^2]; F slow mean of the force in the wire [N]; alpha_m, alpha_pm
-    settings; layer; since the last reversal [s]; warm: part of a warm-up since the rows began."""
+    hoisting positive [N m]; modelled: the losses that were taken off, with their sign [N m]; omega motor speed [rad/s];
+    rate of it [rad/s^2]; F slow mean of the force in the wire [N]; alpha_m, alpha_pm settings; layer; warm: part of a
+    warm-up since the rows began."""
 
     t: FloatArray
     left: FloatArray
     modelled: FloatArray
-    sign: FloatArray
     omega: FloatArray
     rate: FloatArray
     F: FloatArray
     alpha_m: FloatArray
     alpha_pm: FloatArray
     layer: FloatArray
-    since: FloatArray
     warm: FloatArray
 
 
@@ -67,15 +65,14 @@ def joined(parts: Sequence[Samples]) -> Samples:
 
 class Sampler:
     """Makes samples of the rows of one crane as they come; memory is bounded. `left_out` counts means that say nothing,
-    by reason. gas_side as of `FrictionEstimator`."""
+    by reason. gas_side as of
+    `FrictionEstimator`."""
 
     def __init__(self, crane: Crane, *, gas_side: bool = False) -> None:
         self.balance = Balance(crane, gas_side)
         self.left_out: Counter[str] = Counter()
         self._rows: dict[str, FloatArray] = {}
         self._next = self._first = self._F = np.nan
-        self._z = self._side = 0.0
-        self._turned = -np.inf
 
     @property
     def reached(self) -> float:
@@ -118,70 +115,69 @@ class Sampler:
         if estimate is None or not known:
             self.left_out["no estimate of friction" if estimate is None else "clock of the encoder not found"] += n
         else:
-            out = self._samples(x, speed, edges, offset, estimate)
+            out = self._samples(speed, edges, offset, estimate)
         begin = int(np.searchsorted(t, self._next - KEPT))
         self._rows = {name: v[begin:] for name, v in x.items()}
         return out
 
-    def _samples(
-        self, x: Mapping[str, FloatArray], speed: str, edges: FloatArray, offset: float, estimate: FrictionEstimate
-    ) -> Samples:
-        t, n = x["time"], len(edges) - 1
-        part = slice(int(np.searchsorted(t, edges[0])), int(np.searchsorted(t, edges[-1])))
-        when = t[part]
-        place = np.minimum(((when - edges[0]) / BIN + 1e-9).astype(np.intp), n - 1)
-        count = np.bincount(place, minlength=n)
-        inside = {name: v[part] for name, v in x.items()}
-        low, high = np.nanmin(inside["s_w"], initial=np.inf), np.nanmax(inside["s_w"], initial=-np.inf)
-        good = self._good(inside, place, count, n)
-        if not (good.any() and self._same_layer(float(low), float(high), n)):
+    def _samples(self, speed: str, edges: FloatArray, offset: float, estimate: FrictionEstimate) -> Samples:
+        rows, t, n = self._rows, self._rows["time"], len(edges) - 1
+        good = self._good(edges)
+        part = rows["s_w"][(t >= edges[0]) & (t < edges[-1])]
+        low, high = float(np.nanmin(part, initial=np.inf)), float(np.nanmax(part, initial=-np.inf))
+        if not (good.any() and self._same_layer(low, high, n)):
             return NONE
-        geo = self.balance.geometry(0.5 * float(low + high))
+        geo = self.balance.geometry(0.5 * (low + high))
         per_speed = 1.0 if speed == "omega_m" else 1.0 / geo.r_eff
-        omega = per_speed * np.interp(when + offset, t, x[speed])
-        ends = per_speed * np.interp(edges + offset, t, x[speed])
-        inside["F_w"] = np.interp(when + F_LAG, t, x["F_w"])
-        weight = 1.0 / np.maximum(count, 1)
+        at = edges[0] + STEP * (np.arange(n * PER_BIN) + 0.5)  # in the middle of steps: means are then those of lines
+        x = {name: np.interp(at, t, rows[name]) for name in self.balance.needed}
+        x["F_w"] = np.interp(at + F_LAG, t, rows["F_w"])
+        omega = per_speed * np.interp(at + offset, t, rows[speed])
+        rate = per_speed * np.diff(np.interp(edges + offset, t, rows[speed])) / BIN
+        s = self.balance.samples(x, omega, geo)
 
         def mean(y: FloatArray) -> FloatArray:
-            return np.asarray(np.bincount(place, y, minlength=n) * weight)
+            return np.asarray(y.reshape(n, PER_BIN).mean(axis=1))
 
-        s = self.balance.samples(inside, omega, geo)
-        rate, speed_mean, middle = np.diff(ends) / BIN, mean(omega), 0.5 * (edges[1:] + edges[:-1])
-        modelled = mean(self._losses(inside, when, omega, geo, estimate.system.value))
+        modelled, middle = mean(estimate.system.value * s.system + s.motors), 0.5 * (edges[1:] + edges[:-1])
         columns = Samples(
             t=middle,
             left=mean(s.active + s.passive - s.wire) - geo.J * rate - modelled - estimate.standing,
             modelled=modelled,
-            sign=mean(np.sign(omega)),
-            omega=speed_mean,
+            omega=mean(omega),
             rate=rate,
-            F=self._slow(mean(inside["F_w"])),
-            alpha_m=mean(inside["alpha_m"]),
-            alpha_pm=mean(inside.get("alpha_pm", np.zeros(len(when)))),
+            F=self._slow(mean(x["F_w"])),
+            alpha_m=mean(x["alpha_m"]),
+            alpha_pm=mean(x["alpha_pm"]) if "alpha_pm" in x else np.zeros(n),
             layer=np.full(n, float(geo.layer)),
-            since=self._since(middle, speed_mean),
             warm=1.0 - np.exp(-(middle - self._first) / WARMS),
         )
-        good &= np.isfinite(columns.left) & np.isfinite(columns.F)
+        steps = omega.reshape(n, PER_BIN)
+        slides = (steps.min(axis=1) >= MOVING) | (steps.max(axis=1) <= -MOVING)
+        self.left_out[TOO_SLOW] += int((good & ~slides).sum())
+        good &= slides & np.isfinite(columns.left) & np.isfinite(columns.F)
         return Samples(*(column[good] for column in columns))
 
-    def _good(self, inside: Mapping[str, FloatArray], place: np.ndarray, count: np.ndarray, n: int) -> BoolArray:
+    def _good(self, edges: FloatArray) -> BoolArray:
         """Means that say something (n,); the others are counted."""
+        x, t, n = self._rows, self._rows["time"], len(edges) - 1
+        place = np.searchsorted(edges, t, side="right") - 1
+        inside = (place >= 0) & (place < n)
+
+        def some(bad: BoolArray) -> BoolArray:
+            return np.asarray(np.bincount(place[inside & bad], minlength=n) > 0)
+
         relief = AT_RELIEF * self.balance.params.active.relief.p
-        unknown = ~np.all([np.isfinite(inside[name]) for name in self.balance.needed], axis=0)
         reasons = {
-            "holes in the log": count < round(BIN / WIDEST),
-            "signal unknown": np.bincount(place, unknown, minlength=n) > 0,
-            "manual mode": np.bincount(place, inside["mode"] == MANUAL, minlength=n) > 0 if "mode" in inside else None,
-            "brake closed": np.bincount(place, inside["brake"] > 0.0, minlength=n) > 0 if "brake" in inside else None,
-            "relief valve open": np.bincount(
-                place, np.maximum(inside["p_a"], inside["p_b"]) > relief, minlength=n
-            ) > 0,
-        }  # fmt: skip
+            "holes in the log": some(np.diff(t, prepend=t[0]) > WIDEST) | ~some(inside),
+            "signal unknown": some(~np.all([np.isfinite(x[name]) for name in self.balance.needed], axis=0)),
+            "manual mode": some(x["mode"] == MANUAL) if "mode" in x else np.zeros(n, dtype=np.bool_),
+            "brake closed": some(x["brake"] > 0.0) if "brake" in x else np.zeros(n, dtype=np.bool_),
+            "relief valve open": some(np.maximum(x["p_a"], x["p_b"]) > relief),
+        }
         good = np.ones(n, dtype=np.bool_)
         for reason, bad in reasons.items():
-            if bad is not None and (bad & good).any():
+            if (bad & good).any():
                 self.left_out[reason] += int((bad & good).sum())
                 good &= ~bad
         return good
@@ -192,27 +188,6 @@ class Sampler:
         self.left_out["wire changes its layer"] += n
         return False
 
-    def _losses(
-        self, x: Mapping[str, FloatArray], t: FloatArray, omega: FloatArray, geo: Geometry, factor: float
-    ) -> FloatArray:
-        """Losses by the crane file with a factor on the system friction (n,), with the sign of the motion [N m]."""
-        P, h = self.balance.params, self.balance.params.hoist
-        scale = factor * float(h.n_motors)
-        T_d = np.maximum(x["F_w"] * geo.r_eff * self.balance.crane.i_hD, 0.0)
-        level = scale * system_friction_dry(omega, T_d, h.friction)
-        level = level + motors_dry(x["alpha_m"], x["p_a"] - x["p_b"], P.active.motors)
-        moving = scale * h.friction.Y_5 * np.abs(omega) + motors_moving(omega, x["alpha_m"], P.active.motors)
-        if self.balance.has_passive:
-            level = level + motors_dry(x["alpha_pm"], x["p_hp"] - P.passive.settings.p_lp, P.passive.motors)
-            moving = moving + motors_moving(omega, x["alpha_pm"], P.passive.motors)
-        step = np.minimum(np.diff(t, prepend=t[0] - (t[1] - t[0] if len(t) > 1 else BIN)), BIN)
-        dry, z = np.empty(len(t)), self._z
-        for i, (w, g, h_i) in enumerate(zip(omega.tolist(), level.tolist(), step.tolist(), strict=True)):
-            z = bristle_update(w, z, g, 0.0, h_i, h.bristle)
-            dry[i] = dry_torque(w, z, g, 0.0, h.bristle)
-        self._z = z if np.isfinite(z) else 0.0
-        return np.asarray(dry + np.sign(omega) * moving)
-
     def _slow(self, F: FloatArray) -> FloatArray:
         """Force averaged over SLOW; the first value until then."""
         out = np.empty(len(F))
@@ -220,14 +195,4 @@ class Sampler:
             if np.isfinite(now):
                 self._F = now if not np.isfinite(self._F) else self._F + (now - self._F) * BIN / SLOW
             out[i] = self._F
-        return out
-
-    def _since(self, t: FloatArray, omega: FloatArray) -> FloatArray:
-        """Time since the last reversal, at most LONGEST_SINCE."""
-        out = np.empty(len(t))
-        for i, (now, w) in enumerate(zip(t.tolist(), omega.tolist(), strict=True)):
-            side = 1.0 if w > TURNED else -1.0 if w < -TURNED else self._side
-            if side != self._side:
-                self._side, self._turned = side, now
-            out[i] = min(now - self._turned, LONGEST_SINCE)
         return out

@@ -63,8 +63,7 @@ class ResidualModel:
             reasons = (*standing, *(reason for reason, of in outside.items() if of[i]), *self._unproven())
             self.vetoes.update(reasons)
             said, left = float(torque[i]), float(x.left[i])
-            half = self.model.half(float(x.omega[i]))
-            self._last = Correction(float(x.t[i]), said, half, 0.0 if reasons else said, left, reasons)
+            self._last = Correction(float(x.t[i]), said, self.model.half, 0.0 if reasons else said, left, reasons)
             if not any(of[i] for of in outside.values()):
                 self._proof.add(left, said)
         return self._last

@@ -1,4 +1,4 @@
-"""What a sample is described by: eight terms of physics, in which the first part of the model is linear, and eight
+"""What a sample is described by: eight terms of physics, in which the first part of the model is linear, and seven
 conditions, on which the second part and the veto depend.
 
 None holds a pressure difference, and the force only as a mean over a minute: with the torque of the moment among them,
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.live.residual.samples import LONGEST_SINCE, Samples
+from stillhook.live.residual.samples import Samples
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 
@@ -20,13 +20,13 @@ TERMS = (
     "friction at any speed",
     "breaking away, as it fades in the crane file",
     "viscous",
+    "with the root of the speed",
     "viscous, with warming oil",
     "with the load",
     "with the displacement of the active motors",
-    "with the layer",
     "with acceleration",
 )
-CONDITIONS = ("speed", "acceleration", "load", "alpha_m", "alpha_pm", "layer", "since", "warm")
+CONDITIONS = ("speed", "acceleration", "load", "alpha_m", "alpha_pm", "layer", "warm")
 SPEED = RATE = 100.0
 """Speed [rad/s] and its rate [rad/s^2] that terms and conditions are in parts of."""
 
@@ -46,15 +46,15 @@ class Scales(NamedTuple):
 
 def terms(x: Samples, scales: Scales) -> FloatArray:
     """The terms (n, 8), hoisting positive."""
-    load = x.F / scales.F
+    sign, speed = side(x), np.abs(x.omega)
     columns = (
-        x.sign,
-        x.sign * np.exp(-np.abs(x.omega) / scales.fading),
+        sign,
+        sign * np.exp(-speed / scales.fading),
         x.omega / SPEED,
+        sign * np.sqrt(speed / SPEED),
         x.omega / SPEED * x.warm,
-        x.sign * load,
-        x.sign * x.alpha_m,
-        x.sign * x.layer / scales.layers,
+        sign * x.F / scales.F,
+        sign * x.alpha_m,
         x.rate / RATE,
     )
     return np.column_stack(columns)
@@ -66,7 +66,7 @@ def side(x: Samples) -> FloatArray:
 
 
 def conditions(x: Samples, scales: Scales) -> FloatArray:
-    """The conditions (n, 8): the same hoisting and lowering."""
+    """The conditions (n, 7): the same hoisting and lowering."""
     columns = (
         np.abs(x.omega) / SPEED,
         side(x) * x.rate / RATE,
@@ -74,7 +74,6 @@ def conditions(x: Samples, scales: Scales) -> FloatArray:
         x.alpha_m,
         x.alpha_pm,
         x.layer / scales.layers,
-        x.since / LONGEST_SINCE,
         x.warm,
     )
     return np.column_stack(columns)
