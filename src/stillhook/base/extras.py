@@ -17,6 +17,7 @@ EXTRAS = {
     "asyncua": "live",
     "pymodbus": "live",
     "duckdb": "live",
+    "lightgbm": "learn",
 }
 """Name of a library as it is imported, and the extra that it belongs to."""
 

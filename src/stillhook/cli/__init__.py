@@ -83,6 +83,7 @@ COMMANDS: dict[str, Entry | Group] = {
             **{name: Entry("live.twin", name) for name in ("run", "doctor", "replay", "demo")},
             "history": Entry("live.history", "history"),
             "friction": Entry("live.friction", "friction"),
+            "residual": Entry("live.residual", "residual"),
         },
     ),
     "weather": Group(

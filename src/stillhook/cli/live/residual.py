@@ -1,0 +1,104 @@
+"""`stillhook live residual`: a model of what adaptation leaves over, learned from logs, or tested by them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Json
+from stillhook.errors import CommandError
+from stillhook.report.terminal import print_json, print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stillhook.live.residual import HeldOut, Model
+
+
+def residual(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="[MODEL] LOG...", help="Logs, each in the folder of its campaign; before them a model."),
+    ],
+    crane: Annotated[str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file that names it.")],
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="File for the model (JSON).")] = None,
+    json: Json = False,
+) -> None:
+    """Learn what adaptation of the friction leaves over of the shaft torque (level 4), tested on campaigns and seas
+    that were held out; or test a model by logs that it has not seen.
+
+    A model (a file *.json before the logs) is tested. A campaign is a folder. Exit code 1 if level 4 does not pay.
+
+    Example: stillhook live residual day1/a.csv day2/b.csv day3/c.csv day4/d.csv --crane nov-250t --out model.json
+    """
+    from stillhook.formats.case_file import load_subject
+    from stillhook.live.residual import learning_log, read_model, test_model, train, write_model
+    from stillhook.logs.mapping import read_mapping
+
+    of = load_subject(crane).crane
+    columns = None if mapping is None else read_mapping(mapping)
+    file, paths = (logs[0], logs[1:]) if logs[0].suffix == ".json" else (None, logs)
+    if not paths or (file is not None and out is not None):
+        raise CommandError("live residual: give logs; with a model before them they test it, and --out has no meaning.")
+    model = None if file is None else read_model(file, of)
+    read = [learning_log(path, of, columns) for path in paths]
+    if model is None:
+        model, held = train(of, read)
+        if out is not None:
+            write_model(out, model)
+    else:
+        held = test_model(model, read)
+    if json:
+        print_json(_data(model, held))
+    else:
+        _print(model, held, out)
+    raise typer.Exit(0 if model.pays else 1)
+
+
+def _data(model: Model, held: Sequence[HeldOut]) -> dict[str, Any]:
+    names = ("log", "campaign", "adapted", "linear", "learned", "outside", "without")
+    return {
+        "level": 4,
+        "pays": model.pays,
+        "ratio": model.ratio.to_dict(),
+        "linear": model.linear.to_dict(),
+        "confidence": model.confidence,
+        "half": model.half,
+        "terms": dict(zip(*_terms(model), strict=True)),
+        "logs": [{name: getattr(one, name) for name in names} for one in held],
+    }
+
+
+def _terms(model: Model) -> tuple[tuple[str, ...], list[list[float]]]:
+    from stillhook.live.residual import TERMS
+
+    f = model.fitted
+    return TERMS, [[float(b), float(u)] for b, u in zip(f.coefficients, f.errors, strict=True)]
+
+
+def _print(model: Model, held: Sequence[HeldOut], out: Path | None) -> None:
+    rows = [
+        [
+            o.campaign,
+            o.log,
+            *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned)),
+            *(f"{100.0 * x:.0f} %" for x in (o.outside, o.without)),
+        ]
+        for o in held
+    ]
+    header = ["campaign", "log", "adapted", "and linear terms", "and trees", "not seen", "no correction"]
+    print_table(
+        header, rows, title="Shaft torque that is left over on logs that were not learned from, rms in N m (level 4)"
+    )
+    table = [[name, f"{b:.1f}", f"{u:.1f}"] for name, (b, u) in zip(*_terms(model), strict=True)]
+    print_table(["term", "coefficient [N m]", "standard error"], table, title="Linear part, learned from all logs")
+    print(f"Trees: {len(model.fitted.trees)}.")
+    print(f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.")
+    print(model.verdict[0].upper() + model.verdict[1:])
+    if out is not None:
+        print(f"written: {out}. It is never part of a certificate.")

@@ -1,0 +1,12 @@
+from stillhook.live.residual.fit import HeldOut as HeldOut
+from stillhook.live.residual.fit import LearningLog as LearningLog
+from stillhook.live.residual.fit import Sea as Sea
+from stillhook.live.residual.logs import learning_log as learning_log
+from stillhook.live.residual.logs import test_model as test_model
+from stillhook.live.residual.model import Model as Model
+from stillhook.live.residual.model import read_model as read_model
+from stillhook.live.residual.model import train as train
+from stillhook.live.residual.model import write_model as write_model
+from stillhook.live.residual.stream import Correction as Correction
+from stillhook.live.residual.stream import ResidualModel as ResidualModel
+from stillhook.live.residual.terms import TERMS as TERMS
