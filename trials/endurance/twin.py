@@ -18,7 +18,7 @@ import numpy as np
 from stillhook.live.history import HistorySink
 from stillhook.live.live_file import read_live_file
 from stillhook.live.runtime import STATUS, Event, EventLog, LiveTwin, Row, Task
-from stillhook.live.serving import serve
+from stillhook.live.servers.serving import serve
 
 NUMBERS = 100
 

@@ -44,7 +44,7 @@ def plc_run(
     from stillhook.live.hil.plc_log import PlcLog
     from stillhook.live.hil.soft_plc import SoftPlc
     from stillhook.live.runtime.deadlines import ask_for_real_time
-    from stillhook.live.serving import stopping
+    from stillhook.live.servers.serving import stopping
 
     plan = read_plc_file(plc_file)
     bus, controller = plan.bus(), plan.controller()

@@ -106,7 +106,7 @@ def run(
     from stillhook.live.live_file import read_live_file
     from stillhook.live.observer import ObservedTwin, columns
     from stillhook.live.runtime import STATUS, EventLog, LiveTwin, Sink, Task
-    from stillhook.live.serving import serve
+    from stillhook.live.servers.serving import serve
 
     plan = read_live_file(live_file, writes=allow_writes, insecure=insecure)
     end = ending(duration)

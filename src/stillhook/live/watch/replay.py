@@ -15,7 +15,7 @@ from stillhook.errors import LiveError
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import Event, LiveTwin, Row, Task, event
 from stillhook.live.servers.served import ALARM, DEVIATION, MEASURED, compared
-from stillhook.live.serving import serve
+from stillhook.live.servers.serving import serve
 from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
 from stillhook.logs.types import Log
 from stillhook.spec.crane import Crane
