@@ -1,5 +1,7 @@
 """A twin with servers, history and encrypted clients for a time: lateness with its causes, notifications against what
-was published, and the memory of each process: `python -m trials.endurance.hours FOLDER SECONDS [CLIENTS]`."""
+was published, and the memory of each process: `python -m trials.endurance.hours FOLDER SECONDS [CLIENTS]`.
+
+As time-lapse, for the memory alone: `... FOLDER SECONDS CLIENTS SPEED PUBLISH`, see `twin.py`."""
 
 from __future__ import annotations
 
@@ -58,10 +60,10 @@ def memory(pid: int) -> tuple[float, float]:
         return float("nan"), float("nan")
 
 
-def run(folder: Path, seconds: float, clients: int) -> dict[str, Any]:
+def run(folder: Path, seconds: float, clients: int, *lapse: str) -> dict[str, Any]:
     path = prepare(folder, clients)
     of = folder / "twin"
-    words = [sys.executable, "-m", "trials.endurance.twin", str(path), str(seconds + 3600.0)]
+    words = [sys.executable, "-m", "trials.endurance.twin", str(path), str(seconds + 3600.0), *lapse]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as twin:
         assert twin.stdout is not None
         url = twin.stdout.readline().split()[2].rstrip(",")
@@ -160,6 +162,6 @@ def notifications(folder: Path) -> dict[str, Any]:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1])
-    outcome = run(target, float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 5)
+    outcome = run(target, float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 5, *sys.argv[4:])
     (target / "outcome.json").write_text(json.dumps(outcome, indent=1) + "\n", encoding="utf-8")
     print(json.dumps(outcome, indent=1))
