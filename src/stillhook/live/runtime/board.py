@@ -53,8 +53,8 @@ STATUS = {
     ),
 }
 """Numbers of the runtime, which stand before those of the winch in a row."""
-ROWS, INPUT_ROWS, EVENTS, STATES = 1024, 16, 256, 2
-"""Slots of each ring: rows of ten seconds at 10 ms."""
+ROWS, INPUT_ROWS, EVENTS, STATES = 4096, 16, 256, 2
+"""Slots of each ring: rows of forty seconds at 10 ms, which servers take to start on a busy machine."""
 MOST_NAMES, MOST_INPUTS, INPUT_CELLS = 256, 64, 3
 """Numbers in a row and inputs at most; cells of an input: value, arrival, its own time stamp."""
 STATE_BYTES, FACE_BYTES = 262_144, 32_768
