@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,11 +18,15 @@ from tests.live.histories import START
 import stillhook
 from stillhook.errors import LiveError
 from stillhook.live.history import HistorySink, read
-from stillhook.live.runtime import LiveTwin, Task
+from stillhook.live.runtime import EventLog, LiveTwin, Task, event
+from stillhook.live.runtime import sink as sink_module
 from stillhook.live.runtime import state as state_module
+from stillhook.live.runtime import twin as twin_module
 from stillhook.live.runtime.board import Board
 from stillhook.live.runtime.kernel import Kernel
+from stillhook.live.runtime.sink import LONGEST
 from stillhook.live.runtime.state import LiveState, lock_state, newest_state, write_state
+from stillhook.live.runtime.twin import RESTARTS, WITHIN
 
 CRANE = stillhook.load_crane("nov-250t")
 CASE = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", mode="ssc")
@@ -159,3 +165,35 @@ def test_a_damaged_state_in_the_journal_gives_way_to_the_one_before_it(tmp_path:
     with closing(sqlite3.connect(tmp_path / "journal.sqlite")) as journal, journal:
         journal.execute("UPDATE states SET data = ? WHERE data = ?", (NEWER[:-1], NEWER))
     assert HistorySink(tmp_path).last_state() == OLDER
+
+
+def test_a_kernel_that_dies_too_often_is_not_started_again_but_one_that_dies_once_a_month_is(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    twin, now = LiveTwin(Task(CRANE, CASE)), [0.0]
+    twin._process = SimpleNamespace(exitcode=-9)
+    monkeypatch.setattr(twin, "_start", lambda: None)
+    monkeypatch.setattr(twin_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    for _ in range(3 * RESTARTS):
+        now[0] += 1.01 * WITHIN / RESTARTS
+        twin._restart()
+    assert [each.name for each in twin.events] == 3 * RESTARTS * ["kernel-died"]
+    now[0] += 2.0 * WITHIN
+    for _ in range(RESTARTS):
+        twin._restart()
+    with pytest.raises(LiveError, match="ended 6 times within 3600 s, last with -9"):
+        twin._restart()
+    twin._board.close()
+
+
+def test_files_of_events_are_bounded_and_the_newest_events_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sink_module, "FULL", 1000)
+    path = tmp_path / "events.jsonl"
+    log = EventLog(path)
+    for i in range(100):
+        log.event(event("opcua", "refused-write", f"number {i}", float(i)))
+    log.close()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["events.1.jsonl", "events.jsonl"]
+    lines = [json.loads(each) for p in sorted(tmp_path.iterdir()) for each in p.read_text().splitlines()]
+    assert [row["value"] for row in lines] == [float(i) for i in range(100 - len(lines), 100)]
+    assert all(p.stat().st_size < 1000 + LONGEST for p in tmp_path.iterdir())
