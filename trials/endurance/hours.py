@@ -122,11 +122,16 @@ def judge(folder: Path, samples: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def growth(samples: list[dict[str, Any]], name: str) -> dict[str, float]:
-    """Private memory of a process once it has all that it needs, and at the end: medians of a tenth of the samples."""
+    """Private memory of a process once it has all that it needs, and at the end [MB]: medians of a tenth of all;
+    and the slope of a straight line through all of them, for a day [MB]."""
     sizes = np.array([each["memory"][name][1] for each in samples])
+    at = np.array([each["time"] for each in samples])
+    there = np.isfinite(sizes)
+    sizes, at = sizes[there], at[there]
     n = max(1, len(sizes) // 10)
-    begin, end = np.nanmedian(sizes[:n]), np.nanmedian(sizes[-n:])
-    return {"begin": round(float(begin), 2), "end": round(float(end), 2), "growth": round(float(end - begin), 2)}
+    begin, end = float(np.median(sizes[:n])), float(np.median(sizes[-n:]))
+    slope = float(np.polyfit(at - at[0], sizes, 1)[0]) * 86400.0 if len(sizes) > 2 else float("nan")
+    return {"begin": round(begin, 2), "end": round(end, 2), "growth": round(end - begin, 2), "a_day": round(slope, 1)}
 
 
 def notifications(folder: Path) -> dict[str, Any]:
@@ -160,7 +165,9 @@ def notifications(folder: Path) -> dict[str, Any]:
     }
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[2] == "judge":
+    print(json.dumps(judge(Path(sys.argv[1]), json.loads((Path(sys.argv[1]) / "samples.json").read_text())), indent=1))
+elif __name__ == "__main__":
     target = Path(sys.argv[1])
     outcome = run(target, float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 5, *sys.argv[4:])
     (target / "outcome.json").write_text(json.dumps(outcome, indent=1) + "\n", encoding="utf-8")
