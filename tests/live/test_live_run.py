@@ -90,8 +90,10 @@ def test_what_does_not_do_is_refused_in_one_line(
     assert err.count("\n") == 1
 
 
-def lateness(p999: float, worst: float, *, real_time: bool = True, missed: int = 0) -> Lateness:
-    return Lateness(real_time, "", 3000, 1e-4, 1e-4, p999, worst, 4e-4, 5e-4, 0, 0, missed, 0)
+def lateness(
+    p999: float, worst: float, *, real_time: bool = True, missed: int = 0, causes: dict[str, int] | None = None
+) -> Lateness:
+    return Lateness(real_time, "", 3000, 1e-4, 1e-4, p999, worst, 4e-4, 5e-4, 0, 0, missed, 0, causes or {})
 
 
 @pytest.mark.parametrize(
@@ -102,6 +104,8 @@ def lateness(p999: float, worst: float, *, real_time: bool = True, missed: int =
         (lateness(ALLOWED_P999, 1.1 * ALLOWED_WORST), False, "does not keep time"),
         (lateness(1e-4, 1e-4, missed=1), False, "does not keep time"),
         (lateness(0.02, 0.02, real_time=False), False, "Allow the real-time class first"),
+        (lateness(0.02, 0.02, causes={"pages": 1, "host": 3}), False, "Use a physical machine"),
+        (lateness(0.02, 0.02, causes={"processor": 3, "host": 1}), False, "other processes of the real-time class"),
     ],
 )
 def test_the_verdict_is_that_of_the_class_in_which_a_twin_would_run(measured: Lateness, good: bool, text: str):

@@ -1,5 +1,7 @@
 """A twin with servers, history and encrypted clients for a time: lateness with its causes, notifications against what
-was published, and the memory of each process: `python -m trials.endurance.hours FOLDER SECONDS [CLIENTS]`."""
+was published, and the memory of each process: `python -m trials.endurance.hours FOLDER SECONDS [CLIENTS]`.
+
+As time-lapse, for the memory alone: `... FOLDER SECONDS CLIENTS SPEED PUBLISH`, see `twin.py`."""
 
 from __future__ import annotations
 
@@ -58,10 +60,10 @@ def memory(pid: int) -> tuple[float, float]:
         return float("nan"), float("nan")
 
 
-def run(folder: Path, seconds: float, clients: int) -> dict[str, Any]:
+def run(folder: Path, seconds: float, clients: int, *lapse: str) -> dict[str, Any]:
     path = prepare(folder, clients)
     of = folder / "twin"
-    words = [sys.executable, "-m", "trials.endurance.twin", str(path), str(seconds + 3600.0)]
+    words = [sys.executable, "-m", "trials.endurance.twin", str(path), str(seconds + 3600.0), *lapse]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as twin:
         assert twin.stdout is not None
         url = twin.stdout.readline().split()[2].rstrip(",")
@@ -120,11 +122,16 @@ def judge(folder: Path, samples: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def growth(samples: list[dict[str, Any]], name: str) -> dict[str, float]:
-    """Private memory of a process once it has all that it needs, and at the end: medians of a tenth of the samples."""
+    """Private memory of a process once it has all that it needs, and at the end [MB]: medians of a tenth of all;
+    and the slope of a straight line through all of them, for a day [MB]."""
     sizes = np.array([each["memory"][name][1] for each in samples])
+    at = np.array([each["time"] for each in samples])
+    there = np.isfinite(sizes)
+    sizes, at = sizes[there], at[there]
     n = max(1, len(sizes) // 10)
-    begin, end = np.nanmedian(sizes[:n]), np.nanmedian(sizes[-n:])
-    return {"begin": round(float(begin), 2), "end": round(float(end), 2), "growth": round(float(end - begin), 2)}
+    begin, end = float(np.median(sizes[:n])), float(np.median(sizes[-n:]))
+    slope = float(np.polyfit(at - at[0], sizes, 1)[0]) * 86400.0 if len(sizes) > 2 else float("nan")
+    return {"begin": round(begin, 2), "end": round(end, 2), "growth": round(end - begin, 2), "a_day": round(slope, 1)}
 
 
 def notifications(folder: Path) -> dict[str, Any]:
@@ -158,8 +165,10 @@ def notifications(folder: Path) -> dict[str, Any]:
     }
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[2] == "judge":
+    print(json.dumps(judge(Path(sys.argv[1]), json.loads((Path(sys.argv[1]) / "samples.json").read_text())), indent=1))
+elif __name__ == "__main__":
     target = Path(sys.argv[1])
-    outcome = run(target, float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 5)
+    outcome = run(target, float(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 5, *sys.argv[4:])
     (target / "outcome.json").write_text(json.dumps(outcome, indent=1) + "\n", encoding="utf-8")
     print(json.dumps(outcome, indent=1))

@@ -1,5 +1,6 @@
 """What `stillhook live run` is, with a hundred numbers over OPC UA, which a crane's own are not:
-`python -m trials.endurance.twin LIVE.toml SECONDS [SPEED]`.
+`python -m trials.endurance.twin LIVE.toml SECONDS [SPEED [PUBLISH]]`. In time-lapse the winch runs SPEED times as fast
+in the ordinary class, OPC UA publishes every PUBLISH seconds, and the history commits and begins files as often.
 
 Each row that was published is in published.bin beside the twin's state, so that clients can be held against it.
 """
@@ -15,10 +16,10 @@ from typing import IO
 
 import numpy as np
 
-from stillhook.live.history import HistorySink
+from stillhook.live.history import HistorySink, sink, writer
 from stillhook.live.live_file import read_live_file
 from stillhook.live.runtime import STATUS, Event, EventLog, LiveTwin, Row, Task
-from stillhook.live.servers.serving import serve
+from stillhook.live.servers import opcua, serving
 
 NUMBERS = 100
 
@@ -55,9 +56,13 @@ class Hundred:
         self._twin.tell(happened)
 
 
-def main(live_file: Path, seconds: float, speed: float = 1.0) -> None:
+def main(live_file: Path, seconds: float, speed: float = 1.0, publish: float = opcua.EVERY) -> None:
     plan = read_live_file(live_file)
-    task = Task(plan.case.crane, plan.case.case, plan.case.step, plan.folder / "state.bin", plan.timeout, speed=speed)
+    state, real_time = plan.folder / "state.bin", speed == 1.0
+    task = Task(plan.case.crane, plan.case.case, plan.case.step, state, plan.timeout, real_time, speed)
+    lapse = publish / opcua.EVERY
+    opcua.EVERY, serving.LOOK = publish, lapse * serving.LOOK
+    sink.COMMIT, sink.HOUR, writer.HOUR = lapse * sink.COMMIT, round(lapse * sink.HOUR), lapse * writer.HOUR
     assert plan.history is not None
     history = HistorySink(plan.folder / "history", STATUS, every=plan.history[0], budget=plan.history[1])
     end = time.monotonic() + seconds
@@ -68,7 +73,7 @@ def main(live_file: Path, seconds: float, speed: float = 1.0) -> None:
         served = Hundred(twin, published)
         (plan.folder / "names.txt").write_text("\n".join(served.names), encoding="utf-8")
         (plan.folder / "kernel.pid").write_text(str(twin.pid), encoding="utf-8")
-        serve(twin, served, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
+        serving.serve(twin, served, plan, lambda: time.monotonic() >= end, lambda line: print(line, flush=True))
 
 
 if __name__ == "__main__":

@@ -60,13 +60,15 @@ def doctor(
 
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
+    from stillhook.live.runtime.causes import Cause
+
     header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
     print_table(header, [_row(m) for m in diagnosis.measured], title="Lateness and cost of a cycle [ms]")
     costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
     print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
     print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
-    for text, count in diagnosis.judged.causes.items():
-        print(f"{count} late: {text}.")
+    for name, count in diagnosis.judged.causes.items():
+        print(f"{count} late: {Cause[name.upper()].text}.")
     if diagnosis.throttled > 0.0:
         print(f"The limit of a group of processes (a container's) held this one up for {diagnosis.throttled:.2f} s.")
     if diagnosis.stolen > 0.0:

@@ -59,8 +59,8 @@ SENSED = tuple(f"sensed_{name}" for name in Sensed._fields)
 """Names of what the PLC reads, behind the numbers of the winch in a row that has them."""
 IMAGE = ("cycle_number", "time", "time_utc", "e_c", "u_p", *SENSED)
 """The process image of a PLC: numbers of one cycle that are read together, see `stillhook.live.hil`."""
-ROWS, INPUT_ROWS, EVENTS, STATES = 1024, 16, 256, 2
-"""Slots of each ring: rows of ten seconds at 10 ms."""
+ROWS, INPUT_ROWS, EVENTS, STATES = 4096, 16, 256, 2
+"""Slots of each ring: rows of forty seconds at 10 ms, which servers take to start on a busy machine."""
 MOST_NAMES, MOST_INPUTS, INPUT_CELLS = 256, 64, 3
 """Numbers in a row and inputs at most; cells of an input: value, arrival, its own time stamp."""
 STATE_BYTES, FACE_BYTES = 262_144, 32_768

@@ -32,12 +32,22 @@ FEWEST = 1000
 """Cycles from which one in a thousand is a cycle at all."""
 
 
+OTHER_MACHINE = "Use a physical machine, or a host that gives this one processors of its own."
+ADVICE = {
+    Cause.HOST: OTHER_MACHINE,
+    Cause.TIMER: OTHER_MACHINE,
+    Cause.PROCESSOR: "Stop other processes of the real-time class, or raise the limit of its group (container).",
+    Cause.PAGES: "Allow it to hold its memory: CAP_IPC_LOCK, or a memlock of unlimited.",
+}
+"""What to do about what delays most cycles."""
+
+
 class Lateness(NamedTuple):
     """Lateness of cycles and what they cost [s].
 
     real_time: whether in the real-time class; scheduling: one sentence; cycles: how many; p50, p99, p999, worst: of the
     time from deadline to begin; cost_p50, cost_p99: from begin to the complete row; late, overrun, missed: counts of
-    the runtime; lost: cycles that were not measured; causes: how many cycles were late because of what.
+    the runtime; lost: cycles that were not measured; causes: how many were late because of what, by names of `Cause`.
     """
 
     real_time: bool
@@ -101,11 +111,11 @@ class Diagnosis(NamedTuple):
         allowed = f"allowed are {1e3 * ALLOWED_P999:g} and {1e3 * ALLOWED_WORST:g} ms"
         if self.good:
             return f"This machine keeps time: {measured}; {allowed}."
-        advice = (
-            "Stop what else runs on it, or use a machine with a real-time kernel."
-            if x.real_time
-            else "Allow the real-time class first."
-        )
+        advice = "Stop what else runs on it, or use a machine with a real-time kernel."
+        if not x.real_time:
+            advice = "Allow the real-time class first."
+        elif x.causes:
+            advice = ADVICE.get(Cause[max(x.causes, key=lambda name: x.causes[name]).upper()], advice)
         return f"This machine does not keep time: {measured}; {allowed}. {advice}"
 
 
@@ -178,7 +188,7 @@ def measure(task: Task, duration: float) -> Lateness:
     overrun, missed = int(last.values["overrun_cycles"]), int(last.values["missed_cycles"])
     spread = (p50, p99, p999, float(late.max()), cost_p50, cost_p99)
     counts = int(last.values["late_cycles"]), overrun, missed, twin.lost_rows
-    causes = Counter(Cause(int(each)).text for each in cause.values() if each)
+    causes = Counter(Cause(int(each)).name.lower() for each in cause.values() if each)
     return Lateness(scheduling.real_time, scheduling.scheduling, len(late), *spread, *counts, dict(causes))
 
 

@@ -13,6 +13,7 @@ import math
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Sequence
@@ -55,6 +56,11 @@ PARENT_EVERY = 100
 BEHIND = 0.5e-3
 """Time by which a second thread, on another processor, waits longer for a deadline [s]. It takes a cycle that the
 first has not begun then: a host often holds up one processor of a virtual machine alone."""
+
+
+NEVER = 60.0
+"""Time after which a thread may ask another one for the interpreter [s]: each gives it free when it waits, and one that
+was asked would wait for a thread whose processor is held up."""
 
 
 class Task(NamedTuple):
@@ -168,6 +174,7 @@ class Kernel:
         second = threading.Thread(target=self._second_loop, args=(deadlines, *shares[1:])) if shares else None
         try:
             if second is not None:
+                sys.setswitchinterval(NEVER)
                 second.start()
                 os.sched_setaffinity(0, shares[0])
             self._loop(deadlines)

@@ -12,6 +12,9 @@ from stillhook.live.history.events import LONGEST as LONGEST
 from stillhook.live.history.events import Event as Event
 from stillhook.live.history.events import event as event
 
+FULL = 20_000_000
+"""Size at which a file of events is full [bytes]."""
+
 
 class Sink(Protocol):
     """Where rows and events go. It is called in the process of the servers, never in that of the kernel."""
@@ -37,12 +40,14 @@ class StateKeeper(Protocol):
 
 
 class EventLog:
-    """Events as lines of JSON at the end of a file, each written through before the next. Rows are not kept.
+    """Events as lines of JSON at the end of a file, each written through before the next; rows are not kept. A file
+    that is full takes the place of the one that was full before it, NAME.1.jsonl.
 
     Errors: LiveError where the file cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file: IO[str] = path.open("a", encoding="utf-8")
@@ -54,6 +59,10 @@ class EventLog:
 
     def event(self, happened: Event) -> None:
         """Write it."""
+        if self._file.tell() > FULL:
+            self._file.close()
+            self._path.replace(self._path.with_suffix(f".1{self._path.suffix}"))
+            self._file = self._path.open("a", encoding="utf-8")
         self._file.write(happened.to_json() + "\n")
         self._file.flush()
 

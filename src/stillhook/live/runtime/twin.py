@@ -19,8 +19,8 @@ from stillhook.live.runtime.state import write_state
 
 START, STOP = 60.0, 20.0
 """Time for the kernel's process to be ready and to end [s]: the first start on a machine compiles kernels."""
-RESTARTS = 5
-"""How often a kernel's process that died is started again."""
+RESTARTS, WITHIN = 5, 3600.0
+"""How often a kernel's process that died is started again within a time [s]."""
 LOOK = 0.01
 """Time between two looks while waiting [s]."""
 
@@ -46,7 +46,8 @@ class LiveTwin:
         self.task, self.sinks, self._keeper = task, tuple(sinks), keeper
         self._board = Board()
         self._row = self._event = self._state = 0
-        self.lost_rows = self.restarts = 0
+        self.lost_rows = 0
+        self._restarts: list[float] = []
         self._ending = self._unsaved = False
         self.events: list[Event] = []
 
@@ -204,10 +205,13 @@ class LiveTwin:
             self._keeper.save_state(newest[1])
 
     def _restart(self) -> None:
-        code = self._process.exitcode
-        if self.restarts >= RESTARTS:
-            raise LiveError(f"Live twin: the kernel's process ended {RESTARTS + 1} times, last with {code}.")
-        self.restarts += 1
+        code, now = self._process.exitcode, time.monotonic()
+        self._restarts = [at for at in self._restarts if now - at < WITHIN]
+        if len(self._restarts) >= RESTARTS:
+            raise LiveError(
+                f"Live twin: the kernel's process ended {RESTARTS + 1} times within {WITHIN:g} s, last with {code}."
+            )
+        self._restarts.append(now)
         self.tell(
             event("twin", "kernel-died", f"The kernel's process ended with {code} and is started again.", code or 0)
         )

@@ -5,6 +5,7 @@ and takes writes only where the map allows them and the program was started for 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from pathlib import Path
 from types import TracebackType
@@ -57,25 +58,22 @@ class ModbusServer:
 
         check_free(self._settings.host, self._settings.port, SOURCE)
         tell = lambda text: self._served.tell(event(SOURCE, "malformed", text))
-        self._log = LibraryLog(("pymodbus.logging",), "pymodbus", (), tell)
-        self._log.attach()
         data = [SimData(r.address, count=r.form.words, values=0, datatype=DataType.REGISTERS) for r in self.registers]
         device = SimDevice(id=0, simdata=data, action=self._act)
         settings = self._settings
-        self._server: ModbusTcpServer = ModbusTcpServer(device, address=(settings.host, settings.port))
-        try:
+        async with contextlib.AsyncExitStack() as stack:
+            stack.enter_context(LibraryLog(("pymodbus.logging",), "pymodbus", (), tell))
+            self._server: ModbusTcpServer = ModbusTcpServer(device, address=(settings.host, settings.port))
             await self._server.serve_forever(background=True)
-        except BaseException:
-            self._log.detach()
-            raise
+            stack.push_async_callback(asyncio.sleep, 0)
+            stack.push_async_callback(self._server.shutdown)
+            self._stack = stack.pop_all()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
     ) -> None:
-        await self._server.shutdown()
-        await asyncio.sleep(0)
-        self._log.detach()
+        await self._stack.aclose()
 
     @property
     def port(self) -> int:

@@ -11,6 +11,7 @@ Who may see the numbers without security, on this machine alone, has to say so (
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -85,20 +86,17 @@ class OpcUaServer:
         check_free(self._settings.host, self._settings.port, SOURCE)
         but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
         tell = lambda text: self.refuse("malformed", text)
-        self._log = LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell)
-        self._log.attach()
-        try:
+        async with contextlib.AsyncExitStack() as stack:
+            stack.enter_context(LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell))
             await self._start()
-        except BaseException:
-            self._log.detach()
-            raise
+            stack.push_async_callback(self._server.stop)
+            self._stack = stack.pop_all()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
     ) -> None:
-        await self._server.stop()
-        self._log.detach()
+        await self._stack.aclose()
 
     @property
     def url(self) -> str:
