@@ -35,6 +35,8 @@ TEXTS = {
     FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
     FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',
+    FileKind.PLC: 'case = "case.toml"\ncontroller = "ssc"\n',
+    FileKind.SCRIPT: '[[input]]\nname = "s_w"\nat = "1 s"\nlost = true\n',
     FileKind.REGISTERS: '[[register]]\nname = "s_w"\naddress = 0\n',
 }
 READERS = {
