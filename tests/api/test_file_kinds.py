@@ -36,6 +36,8 @@ TEXTS = {
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
     FileKind.EVENTS: '[[event]]\ndate = 2027-03-01\nwhat = "repair"\nnumbers = ["friction"]\n',
     FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',
+    FileKind.PLC: 'case = "case.toml"\ncontroller = "ssc"\n',
+    FileKind.SCRIPT: '[[input]]\nname = "s_w"\nat = "1 s"\nlost = true\n',
     FileKind.REGISTERS: '[[register]]\nname = "s_w"\naddress = 0\n',
 }
 READERS = {

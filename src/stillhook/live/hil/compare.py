@@ -74,8 +74,11 @@ class Comparison(NamedTuple):
 def compare(crane: Crane, mode: str, recorded: Recorded, steps: Mapping[str, Step]) -> Comparison:
     """Compare a recorded PLC with a controller on a crane. steps: roundings [SI] by name of input or output."""
 
+    controller = LibraryController(crane, mode)
+
     def made(inputs: FloatArray) -> FloatArray:
-        return LibraryController(crane, mode).cycles(inputs)
+        controller.start()
+        return controller.cycles(inputs)
 
     nominal = made(recorded.inputs)
     deviation = {

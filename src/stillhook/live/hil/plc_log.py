@@ -26,8 +26,8 @@ NEEDED = ("u_p", "u_m")
 """Outputs without which there is nothing to compare."""
 USUAL = {name: 1.0 for name in INPUTS if name.startswith("q_")} | {"reset": 0.0}
 """Inputs that a log may leave out."""
-DISTINCT, MOST_DIGITS = 50, 10
-"""Values that a column has at least, and decimals at most, for its rounding to be seen."""
+DISTINCT, FEW_DIGITS, MOST_DIGITS = 50, 3, 10
+"""Values that a column has at least for its rounding to be seen, or decimals in place of that; decimals at most."""
 PIECE = 1 << 22
 """Bytes of a log that are read at once."""
 
@@ -148,15 +148,15 @@ def read_plc_log(path: Path, signals: Mapping[str, Any] | None, where: str) -> R
 
 def _step(raw: FloatArray, factor: float) -> Step | None:
     """To what numbers of a file seem to be rounded: to decimals, or to single precision; None where to neither, or
-    where they are too few to say."""
+    where that cannot be said of so few."""
     values = np.unique(raw[np.isfinite(raw)])
-    if len(values) < DISTINCT:
-        return None
     for digits in range(-3, MOST_DIGITS):
-        scaled = values * 10.0**digits
-        if np.all(np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)):
-            return Step(factor * 10.0**-digits, 0.0)
-    with np.errstate(over="ignore"):
+        with np.errstate(all="ignore"):
+            scaled = values * 10.0**digits
+            whole = np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)
+        if whole.all():
+            return Step(factor * 10.0**-digits, 0.0) if len(values) >= DISTINCT or digits >= FEW_DIGITS else None
+    with np.errstate(all="ignore"):
         return Step(0.0, 2.0**-24) if np.array_equal(values.astype(np.float32).astype(np.float64), values) else None
 
 

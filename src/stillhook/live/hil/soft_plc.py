@@ -159,7 +159,8 @@ class SoftPlc:
         self._without += not new
         self._seen.append(Cycle(image.get("time"), image.get("e_c"), float(image.sensed[0])))
         self._report(float(outputs[OUTPUTS.index("state")]), float(outputs[OUTPUTS.index("cause")]))
-        self._look_for_another(image)
+        if new:
+            self._look_for_another(image)
         if now - self._changed > DEAD and self._connected:
             self._lost("nothing new came")
         if not self._connected and now - self._attempt > AGAIN and "connect" not in self._pending:
@@ -257,4 +258,7 @@ class SoftPlc:
         near = self._bus.resolution("u_p") + TOLERANCE
         self._foreign.append(u_p != 0.0 and min(abs(u_p - own) for own in self._own) > near)
         if sum(self._foreign) > FOREIGN:
-            raise LiveError(f"{self._bus.label}: another client commands the winch as well. Stop one of the two.")
+            raise LiveError(
+                f"{self._bus.label}: the commands in force are not those of this PLC: another client commands the winch"
+                " as well, or the twin refuses them (see its events). Stop the other one."
+            )
