@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import multiprocessing
@@ -15,6 +14,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.errors import LiveError
+from stillhook.live.estimate.bounds import PLAUSIBLE
 from stillhook.live.observer.adaptation import CERTIFIED, Adaptation, Change, not_allowed
 from stillhook.live.observer.observer import FACTOR, Task, shown_names
 from stillhook.live.observer.panel import Panel, Proposal
@@ -39,6 +40,15 @@ QUIET = 1.0
 """Least time between two events on what was left out [s]."""
 AGAIN = 2.0
 """Time after which a factor that the kernel does not have is handed over again [s]."""
+
+
+def factor_in(path: Path | None) -> float:
+    """The factor of a file; the certified one where there is none, or it is damaged."""
+    try:
+        value = float(json.loads(path.read_text(encoding="utf-8"))["value"]) if path is not None else CERTIFIED
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return CERTIFIED
+    return value if PLAUSIBLE[0] <= value <= PLAUSIBLE[1] else CERTIFIED
 
 
 def names_of(settings: ObserverSettings) -> tuple[str, ...]:
@@ -145,8 +155,7 @@ class ObservedTwin:
         measured = {n.partition(".")[2]: x for n, x in values.items() if n.startswith(f"{MEASURED}.")}
         inputs = {n: x for n, x in values.items() if not n.startswith(f"{MEASURED}.")}
         if self.settings.adapt is not None and FACTOR in inputs:
-            self.twin.tell(event(source, "refused-write", f"{FACTOR}: follows the crane by the table [adapt]."))
-            inputs.pop(FACTOR)
+            raise LiveError(f"{source}: {FACTOR} follows the crane. Leave the table [adapt] out to set it.")
         if inputs:
             self.twin.write(inputs, source, stamp)
         taken = {name: inputs[name] for name in OF_INPUTS if name in inputs}
@@ -221,15 +230,10 @@ class ObservedTwin:
 
     def _begin_factor(self) -> None:
         """The factor from before the start, where it may still be applied; else the certified one."""
-        before = CERTIFIED
-        if self._file is not None and self._file.exists():
-            with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-                before = float(json.loads(self._file.read_text(encoding="utf-8"))["value"])
+        before = factor_in(self._file)
         reason = "[adapt] is left out" if self.settings.adapt is None else not_allowed(self._crane)
         if reason and self.settings.adapt is not None:
             self.tell(event("twin", "not-adapted", f"The twin is not adapted: {reason}."))
-        if not reason and not 0.0 < before < 10.0:
-            reason = f"{before:g} is no factor"
         if before != CERTIFIED and reason:
             self._apply(Change(before, CERTIFIED, math.nan, math.nan, f"withdrawn at the start, {reason}"))
         if self.settings.adapt is not None and not not_allowed(self._crane):
