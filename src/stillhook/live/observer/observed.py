@@ -92,13 +92,14 @@ class ObservedTwin:
 
     def __enter__(self) -> ObservedTwin:
         self.twin.__enter__()
+        self._panel = Panel()
         try:
-            self._panel = Panel()
             self._task = Task(self._crane, self.twin.names, self.settings, self.twin.task.speed)
             self._begin_factor()
             self._start()
         except BaseException:
             self.twin.stop()
+            self._panel.close()
             raise
         return self
 
@@ -192,8 +193,6 @@ class ObservedTwin:
         self._process = context.Process(target=run_observer, args=args, daemon=True)
         self._process.start()
         self._heard = self._began = time.monotonic()
-        if self._adaptation is not None:
-            self._adaptation.begin_again(time.time())
 
     def _watch_process(self) -> None:
         now = time.monotonic()
@@ -206,6 +205,8 @@ class ObservedTwin:
             self._wait = FIRST_WAIT if now - self._began > GOOD_LIFE else min(2.0 * self._wait, LONGEST_WAIT)
             self._start_at = now + self._wait
             self._shown, self._proposal = dict.fromkeys(self._shown, math.nan), None
+            if self._adaptation is not None:
+                self._adaptation.begin_again(time.time())
             code = self._process.exitcode
             text = f"The observer's process ended with {code} and is started again in {self._wait:g} s."
             self.tell(event("twin", "observer-died", text, code or 0))
@@ -230,15 +231,15 @@ class ObservedTwin:
 
     def _begin_factor(self) -> None:
         """The factor from before the start, where it may still be applied; else the certified one."""
-        before = factor_in(self._file)
-        reason = "[adapt] is left out" if self.settings.adapt is None else not_allowed(self._crane)
-        if reason and self.settings.adapt is not None:
-            self.tell(event("twin", "not-adapted", f"The twin is not adapted: {reason}."))
+        before, against = factor_in(self._file), not_allowed(self._crane)
+        adapt = self.settings.adapt
+        reason = "[adapt] is left out" if adapt is None else against
         if before != CERTIFIED and reason:
             self._apply(Change(before, CERTIFIED, math.nan, math.nan, f"withdrawn at the start, {reason}"))
-        if self.settings.adapt is not None and not not_allowed(self._crane):
-            value = CERTIFIED if reason else before
-            self._adaptation = Adaptation(self.settings.adapt, value, time.time())
+        if adapt is not None and not reason:
+            self._adaptation = Adaptation(adapt, before, time.time())
+        level = f"level 1: {against}" if against else f"level {2 if adapt is None else 3}"
+        self.tell(event("twin", "observed", f"Compared with measured {', '.join(self.settings.signals)} ({level})."))
 
     def _adapt(self) -> None:
         if self._adaptation is None:
