@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.live import test_opcua
 from tests.live.served import Counting
-from tests.live.test_live_run import example
+from tests.live.test_live_run import PATIENCE, example
 
 from stillhook.errors import StillhookError, UnitError
+from stillhook.live.history import read, read_events
 from stillhook.live.live_file import LIVE_FILE, read_live_file
 from stillhook.live.observer import AdaptSettings
 from stillhook.live.servers.registers import read_registers
@@ -133,3 +143,39 @@ def test_a_trusted_client_writes_measured_values_with_their_stamp_and_unit(
     assert room.served.stamps[0] > 1.7e9
     assert (shown, unit) == (float(room.served.count), "Pa")
     assert room.served.told("refused-write") == []
+
+
+@pytest.mark.slow
+def test_a_twin_that_is_run_from_a_file_stores_what_is_measured_beside_its_rows(tmp_path: Path):
+    """From the command line: over UDP into the history, with the factor of every moment."""
+    pytest.importorskip("duckdb", reason="the extra live is not installed")
+    path = example(tmp_path / "twin")
+    head, rest = path.read_text().split("[opcua]")
+    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    receiver.bind(("127.0.0.1", 0))
+    receiver.settimeout(PATIENCE)
+    udp = f"[udp]\nport = 0\nto_port = {receiver.getsockname()[1]}\n\n[history]" + rest.split("[history]")[1]
+    path.write_text(head + udp)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "stillhook", "live", "run", str(path), "--allow-writes"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as of:
+        port = int(re.search(r"UDP 127\.0\.0\.1:(\d+) to", of.stdout.readline())[1])
+        shown: list[float | None] = []
+        while len([x for x in shown if x is not None]) < 20:
+            message = {"measured.p_a": 2.4e7, "measured.F_w": 1e99, "s_tip": 0.0, "v_tip": 0.0, "a_tip": 0.0}
+            receiver.sendto(json.dumps({**message, "time": time.time()}).encode(), ("127.0.0.1", port))
+            shown.append(json.loads(receiver.recv(65_536))["measured.p_a"])
+        of.send_signal(signal.SIGTERM)
+        _, err = of.communicate(timeout=PATIENCE)
+    receiver.close()
+    assert of.returncode == 0, err
+    assert shown[-1] == 2.4e7
+    run = read(tmp_path / "twin" / "twin" / "history", signals=["p_a", "measured_p_a", "age_p_a", "friction_factor"])
+    measured = run["measured_p_a"].values
+    assert math.isnan(measured[0])
+    assert measured[np.isfinite(measured)] == pytest.approx(2.4e7)
+    assert run["measured_p_a"].attrs["units"] == run["p_a"].attrs["units"] == "Pa"
+    assert set(run["friction_factor"].values) == {1.0}
+    texts = [e.text for e in read_events(tmp_path / "twin" / "twin" / "history")]
+    assert any(text.startswith("Compared with measured s_w, omega_m") and "level 1" in text for text in texts)
+    assert any("F_w = 1e+99" in text for text in texts)
