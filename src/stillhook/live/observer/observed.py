@@ -29,8 +29,9 @@ from stillhook.live.servers.served import AGE, MEASURED, about
 
 FILE = "adapted.json"
 """The factor that the twin was adapted to, beside the twin's state."""
-HUNG = 15.0
-"""Time without a word after which the observer's process is taken to hang [s]; it compiles nothing."""
+HUNG = 60.0
+"""Time without a word after which the observer's process is taken to hang [s]: on a busy machine it takes half of that
+to start."""
 FIRST_WAIT, LONGEST_WAIT, GOOD_LIFE = 1.0, 60.0, 120.0
 """Wait before a process that died is started again [s]: doubled each time, and from new after a good life."""
 STOP = 5.0
