@@ -162,6 +162,16 @@ def test_an_observer_that_was_started_again_gets_time_to_confirm():
     assert of.run(10.0, Proposal(0.0)).of.value == CERTIFIED
 
 
+def test_an_observer_that_dies_again_and_again_holds_no_factor_for_ever():
+    of = adapted()
+    for _ in range(10):
+        of.of.begin_again(of.now)
+        of.run(60.0, lambda now: None)
+    assert of.changes[0][1].new == CERTIFIED
+    assert of.changes[0][0] == pytest.approx(120.0 + CONFIRM, abs=2.0)
+    assert len(of.changes) == 1
+
+
 def test_only_a_certificate_of_real_logs_allows_a_factor():
     assert "no certificate" in not_allowed(CRANE)
     assert "SYNTHETIC" in not_allowed(certified(synthetic=True))

@@ -75,9 +75,10 @@ def test_values_that_go_back_in_time_are_left_out():
     assert stream.rows(np.array([0.05, 0.15]))["p_a"] == pytest.approx([1.5, 2.5])
 
 
-def test_a_spike_of_one_sample_is_dropped_and_a_step_stays():
+@pytest.mark.parametrize("width", [1, 2])
+def test_a_spike_of_one_or_two_samples_is_dropped_and_a_step_stays(width: int):
     x = [200e5] * 10
-    x[4] = 590e5
+    x[4 : 4 + width] = [590e5] * width
     assert filled(x).rows(np.arange(0.0, 0.85, 0.05))["p_a"] == pytest.approx(200e5)
     step = [50e5] * 5 + [300e5] * 5
     assert filled(step).rows(np.array([0.4, 0.5, 0.7]))["p_a"] == pytest.approx([50e5, 300e5, 300e5])

@@ -73,8 +73,10 @@ class Adaptation:
         self._steps = 0
 
     def begin_again(self, now: float) -> None:
-        """The observer was started anew: it has seen no alarm yet, and needs time to confirm the factor."""
-        self._steps, self._deadline = 0, now + CONFIRM
+        """The observer ended, and its next one has seen no step yet: it gets time to confirm the factor, once."""
+        self._steps = 0
+        if self._deadline == -math.inf:
+            self._deadline = now + CONFIRM
 
     def next(self, proposal: Proposal | None, now: float) -> Change | None:
         """What is to change at a time, if anything."""

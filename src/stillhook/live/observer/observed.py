@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import multiprocessing
@@ -15,6 +14,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.errors import LiveError
+from stillhook.live.estimate.bounds import PLAUSIBLE
 from stillhook.live.observer.adaptation import CERTIFIED, Adaptation, Change, not_allowed
 from stillhook.live.observer.observer import FACTOR, Task, shown_names
 from stillhook.live.observer.panel import Panel, Proposal
@@ -29,8 +30,9 @@ from stillhook.live.servers.served import AGE, MEASURED, about
 
 FILE = "adapted.json"
 """The factor that the twin was adapted to, beside the twin's state."""
-HUNG = 15.0
-"""Time without a word after which the observer's process is taken to hang [s]; it compiles nothing."""
+HUNG = 60.0
+"""Time without a word after which the observer's process is taken to hang [s]: on a busy machine it takes half of that
+to start."""
 FIRST_WAIT, LONGEST_WAIT, GOOD_LIFE = 1.0, 60.0, 120.0
 """Wait before a process that died is started again [s]: doubled each time, and from new after a good life."""
 STOP = 5.0
@@ -40,6 +42,15 @@ QUIET = 1.0
 """Least time between two events on what was left out [s]."""
 AGAIN = 2.0
 """Time after which a factor that the kernel does not have is handed over again [s]."""
+
+
+def factor_in(path: Path | None) -> float:
+    """The factor of a file; the certified one where there is none, or it is damaged."""
+    try:
+        value = float(json.loads(path.read_text(encoding="utf-8"))["value"]) if path is not None else CERTIFIED
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return CERTIFIED
+    return value if PLAUSIBLE[0] <= value <= PLAUSIBLE[1] else CERTIFIED
 
 
 def names_of(settings: ObserverSettings) -> tuple[str, ...]:
@@ -88,13 +99,14 @@ class ObservedTwin:
 
     def __enter__(self) -> ObservedTwin:
         self.twin.__enter__()
+        self._panel = Panel()
         try:
-            self._panel = Panel()
             self._task = Task(self._crane, self.twin.names, self.settings, self.twin.task.speed)
             self._begin_factor()
             self._start()
         except BaseException:
             self.twin.stop()
+            self._panel.close()
             raise
         return self
 
@@ -151,8 +163,7 @@ class ObservedTwin:
         measured = {n.partition(".")[2]: x for n, x in values.items() if n.startswith(f"{MEASURED}.")}
         inputs = {n: x for n, x in values.items() if not n.startswith(f"{MEASURED}.")}
         if self.settings.adapt is not None and FACTOR in inputs:
-            self.twin.tell(event(source, "refused-write", f"{FACTOR}: follows the crane by the table [adapt]."))
-            inputs.pop(FACTOR)
+            raise LiveError(f"{source}: {FACTOR} follows the crane. Leave the table [adapt] out to set it.")
         if inputs:
             self.twin.write(inputs, source, stamp)
         taken = {name: inputs[name] for name in OF_INPUTS if name in inputs}
@@ -189,8 +200,6 @@ class ObservedTwin:
         self._process = context.Process(target=run_observer, args=args, daemon=True)
         self._process.start()
         self._heard = self._began = time.monotonic()
-        if self._adaptation is not None:
-            self._adaptation.begin_again(time.time())
 
     def _watch_process(self) -> None:
         now = time.monotonic()
@@ -203,6 +212,8 @@ class ObservedTwin:
             self._wait = FIRST_WAIT if now - self._began > GOOD_LIFE else min(2.0 * self._wait, LONGEST_WAIT)
             self._start_at = now + self._wait
             self._shown, self._proposal = dict.fromkeys(self._shown, math.nan), None
+            if self._adaptation is not None:
+                self._adaptation.begin_again(time.time())
             code = self._process.exitcode
             text = f"The observer's process ended with {code} and is started again in {self._wait:g} s."
             self.tell(event("twin", "observer-died", text, code or 0))
@@ -227,20 +238,15 @@ class ObservedTwin:
 
     def _begin_factor(self) -> None:
         """The factor from before the start, where it may still be applied; else the certified one."""
-        before = CERTIFIED
-        if self._file is not None and self._file.exists():
-            with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-                before = float(json.loads(self._file.read_text(encoding="utf-8"))["value"])
-        reason = "[adapt] is left out" if self.settings.adapt is None else not_allowed(self._crane)
-        if reason and self.settings.adapt is not None:
-            self.tell(event("twin", "not-adapted", f"The twin is not adapted: {reason}."))
-        if not reason and not 0.0 < before < 10.0:
-            reason = f"{before:g} is no factor"
+        before, against = factor_in(self._file), not_allowed(self._crane)
+        adapt = self.settings.adapt
+        reason = "[adapt] is left out" if adapt is None else against
         if before != CERTIFIED and reason:
             self._apply(Change(before, CERTIFIED, math.nan, math.nan, f"withdrawn at the start, {reason}"))
-        if self.settings.adapt is not None and not not_allowed(self._crane):
-            value = CERTIFIED if reason else before
-            self._adaptation = Adaptation(self.settings.adapt, value, time.time())
+        if adapt is not None and not reason:
+            self._adaptation = Adaptation(adapt, before, time.time())
+        level = f"level 1: {against}" if against else f"level {2 if adapt is None else 3}"
+        self.tell(event("twin", "observed", f"Compared with measured {', '.join(self.settings.signals)} ({level})."))
 
     def _adapt(self) -> None:
         if self._adaptation is None:

@@ -10,7 +10,7 @@ from stillhook.live.servers.served import about
 
 
 class Range(NamedTuple):
-    """Least and most that a sensor shows, and a spike of one sample, up and down again, from which it is dropped."""
+    """Least and most that a sensor shows, and how far a spike of one or two samples is off to be dropped."""
 
     least: float
     most: float

@@ -109,8 +109,7 @@ def _at(times: FloatArray, name: str, samples: FloatArray) -> FloatArray:
 
 
 def spikes(x: FloatArray, size: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Samples that are more than a size above both neighbours, or below both."""
-    up = np.diff(x)
-    found = np.zeros(len(x), dtype=np.bool_)
-    found[1:-1] = (up[:-1] * up[1:] < 0.0) & (np.minimum(np.abs(up[:-1]), np.abs(up[1:])) > size)
-    return found
+    """Samples that are more than a size off the median of five about them: one or two that jump and come back, not a
+    step that stays."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(x, 2, mode="edge"), 5)
+    return np.asarray(np.abs(x - np.median(windows, axis=1)) > size)
