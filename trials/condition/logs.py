@@ -1,8 +1,8 @@
-"""A crane that ages, through logs: python -m trials.condition.logs FOLDER writes its campaigns, for `stillhook condition
-FOLDER --out OUT`.
+"""A crane that ages, through logs: python -m trials.condition.logs FOLDER writes its campaigns, for `stillhook
+condition FOLDER --out OUT`.
 
-The logs are of the reference plant (`trials.reference_plant`), which shares no law of friction or leakage with the twin.
-Oil, wear and seas differ from date to date, the sensors' calibration is the same.
+The logs are of the reference plant (`trials.reference_plant`), which shares no law of friction or leakage with the
+twin. Oil, wear and seas differ from date to date, the sensors' calibration is the same.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FIRST = datetime.date(2027, 1, 15)
 CRANE, CAMPAIGNS, EVERY = 7, 8, 110
 """Seed of the crane; campaigns, and days between them."""
 FRICTION, SEASON, LEAKAGE = 0.12, 0.04, 0.25
-"""Wear of the friction a year from the fourth campaign on, amplitude of its yearly wave, and wear of the leakage a year."""
+"""Wear of the friction a year from the fourth campaign on, its yearly wave, and wear of the leakage a year."""
 
 
 def aged(reference: ReferenceCrane, years: float) -> ReferenceCrane:

@@ -82,7 +82,9 @@ def _look(campaigns: list[Path], out: Path, before: tuple[str, ...] | None) -> t
 
     try:
         gathered = gather(campaigns, out=out, vanished=True)
-        present = (*(str(c.file) for c in gathered.campaigns), *gathered.refused, *gathered.waiting)
+        certified = [c.crane.certified.short for c in gathered.campaigns if c.crane.certified is not None]
+        files = [*(str(c.file) for c in gathered.campaigns), *certified, *map(repr, gathered.events)]
+        present = (*files, *gathered.refused, *gathered.waiting)
         if present == before or not gathered.campaigns:
             if present != before:
                 wrapped(f"waiting: {'; '.join(gathered.waiting) or 'no campaign yet'}")

@@ -28,7 +28,7 @@ YEAR = 365.25
 """Days."""
 LEVEL, STEP = 0.5, 0.3
 """Deviation of the level, and of a step, before any data [-]."""
-WALKS, TRENDS, WAVES, SCATTERS = 5, (0.0, 0.6), (0.3, 0.7, 1.3), (0.0, 0.5, 1.0, 2.0)
+WALKS, TRENDS, WAVES, SCATTERS = 5, (0.0, 0.3), (0.3, 0.7, 1.3), (0.0, 0.5, 1.0, 2.0)
 """The grid: steps of the walk between its least and most; walk of the trend a year, wave and scatter in parts of those
 of the table."""
 STEP_GAIN = 6.0
@@ -193,7 +193,7 @@ class Course:
         level, trend = w @ walk_covariance(x, t), w @ trend_covariance(x, t)
         own, bent = w @ walk_covariance(x, x) @ w, w @ trend_covariance(x, x) @ w
         if (at := target.trend) is not None:  # covariance of the trend's walk with what it has added
-            trend, bent = np.where(t < at, 0.5 * t**2, at * (t - 0.5 * at)), at
+            trend, bent = np.where(t < at, 0.5 * t**2, at * (t - 0.5 * at)), np.asarray(at)
         grid, prior = self._grid, self._prior(self._grid.wave)
         k = (target.columns * prior) @ B.T + np.outer(grid.walk**2, level) + np.outer(grid.trend**2, trend)
         total = prior @ target.columns**2 + grid.walk**2 * own + grid.trend**2 * bent
