@@ -52,13 +52,13 @@ def condition(
 
 def _pass(campaigns: list[Path], out: Path | None, *, json: bool) -> bool:
     """Follow once."""
-    from stillhook.live.condition.follow import follow
+    from stillhook.live.condition.follow import follow_condition
     from stillhook.live.condition.outputs import check_out, document, save_condition, to_dict
 
     if out is not None:
         check_out(out)
     with progress_bar("following") as bar:
-        result = follow(campaigns, out, progress=bar)
+        result = follow_condition(campaigns, out, progress=bar)
     written = save_condition(result, out) if out is not None else ()
     if json:
         print_json(to_dict(result))
@@ -76,18 +76,20 @@ def _pass(campaigns: list[Path], out: Path | None, *, json: bool) -> bool:
 def _look(campaigns: list[Path], out: Path, before: tuple[str, ...] | None) -> tuple[str, ...]:
     """Follow again where there is something new; a folder that is away is waited for. Gives what was there."""
     from stillhook.errors import StillhookError
-    from stillhook.live.condition.follow import follow
+    from stillhook.live.condition.follow import follow_condition
     from stillhook.live.condition.outputs import document, save_condition
     from stillhook.live.condition.sources import gather
 
     try:
         gathered = gather(campaigns, out=out, vanished=True)
-        present = (*(str(c.file) for c in gathered.campaigns), *gathered.refused, *gathered.waiting)
+        certified = [c.crane.certified.short for c in gathered.campaigns if c.crane.certified is not None]
+        files = [*(str(c.file) for c in gathered.campaigns), *certified, *map(repr, gathered.events)]
+        present = (*files, *gathered.refused, *gathered.waiting)
         if present == before or not gathered.campaigns:
             if present != before:
                 wrapped(f"waiting: {'; '.join(gathered.waiting) or 'no campaign yet'}")
             return present
-        result = follow(campaigns, out, vanished=True)
+        result = follow_condition(campaigns, out, vanished=True)
         save_condition(result, out)
         print_document(document(result))
     except StillhookError as problem:  # of this look: the next one may find it mended

@@ -1,8 +1,8 @@
 """The condition of a crane over years, from dated campaigns: numbers with trends, crane files by date, and whether its
 certificate counts for planning.
 
->>> from stillhook.live.condition import follow, save_condition
->>> condition = follow(["2026/campaign.toml", "2027/campaign.toml"], out="condition")  # doctest: +SKIP
+>>> from stillhook.live.condition import follow_condition, save_condition
+>>> condition = follow_condition(["2026/campaign.toml", "2027/campaign.toml"], out="condition")  # doctest: +SKIP
 >>> save_condition(condition, "condition")  # doctest: +SKIP
 """
 

@@ -10,11 +10,13 @@ import numpy as np
 from stillhook.live.condition.walk import Course, Mixture
 from stillhook.statistics.estimate import ENDS, Estimate
 
-FALSE_A_YEAR = 0.05
-"""Chance of a withdrawal without drift that the test may take, a year and crane: one in twenty years. A campaign has
+FALSE_A_YEAR = 0.1
+"""Chance of a withdrawal without drift that the test may take, a year and crane: one in ten years. A campaign has
 the share of it of the days since the one before, so that frequent campaigns do not make more of them."""
 MARGIN = 0.5
 """Part of the criterion's limit within which a change since the certificate is no drift."""
+TESTS, SIDES = 2, 2
+"""Of a number and date: level against margin, number against limit; upwards and downwards."""
 LONGEST = 1.0
 """Years since the campaign before that count at most."""
 HORIZON = 30.0
@@ -24,11 +26,14 @@ LOOKS = 240
 
 @dataclass(frozen=True)
 class Drift:
-    """Change of the level since the certificate. chance: that it is within the margin or of the other sign, as the data
-    have it; allowed: the chance at and below which drift is shown."""
+    """Change of the level since the certificate, without the yearly wave, and of the number itself, with it. chance:
+    that the level is within the margin and the number within the limit, or either of the other sign, as the data have
+    it; allowed: the chance at and below which drift is shown."""
 
     change: Estimate
+    number: Estimate
     margin: float
+    limit: float
     chance: float
     allowed: float
 
@@ -38,20 +43,25 @@ class Drift:
 
 
 def allowed_chance(gap: float, numbers: int) -> float:
-    """Chance of a false alarm that one test of one of several numbers may take; gap since the campaign before [yr]."""
-    return FALSE_A_YEAR * min(max(gap, 0.0), LONGEST) / numbers / 2.0
+    """Chance of a false alarm that one side of one test of one of several numbers may take; gap since the campaign
+    before [yr]."""
+    return FALSE_A_YEAR * min(max(gap, 0.0), LONGEST) / numbers / (TESTS * SIDES)
 
 
 def drift_of(course: Course, since: float, limit: float, numbers: int) -> Drift:
-    """Whether the level is shown to have left that of the certificate by more than the margin.
+    """Whether the level is shown to have left that of the certificate by more than the margin, or the number by more
+    than the limit, whatever part of that the season has.
 
     Parameters: since: date of the certificate [yr]; limit of the criterion [-]; numbers that are tested together.
     """
-    now, before = course.t[-1], course.t[course.t < course.t[-1]]
-    change, margin = course.change(since, float(now)), MARGIN * limit
-    gap = float(now - (before[-1] if len(before) else now))
-    chance = min(1.0 - change.above(margin), change.above(-margin))
-    return Drift(change.estimate(len(course.t)), margin, max(chance, 0.0), allowed_chance(gap, numbers))
+    now, before = float(course.t[-1]), course.t[course.t < course.t[-1]]
+    level, number, margin = course.change(since, now), course.change(since, now, season=True), MARGIN * limit
+    gap = now - float(before[-1] if len(before) else now)
+    chance = min(
+        1.0 - x for of, end in ((level, margin), (number, limit)) for x in (of.above(end), 1.0 - of.above(-end))
+    )
+    n = len(course.t)
+    return Drift(level.estimate(n), number.estimate(n), margin, limit, max(chance, 0.0), allowed_chance(gap, numbers))
 
 
 @dataclass(frozen=True)

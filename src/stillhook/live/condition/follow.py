@@ -89,7 +89,7 @@ class Condition:
         return not (self.standing.withdrawn or self.gathered.refused or any(n.drifted for n in self.numbers))
 
 
-def follow(
+def follow_condition(
     sources: Sequence[str | Path],
     out: str | Path | None = None,
     *,
@@ -239,10 +239,11 @@ def _numbers(
 def drift_text(n: NumberCondition) -> str:
     """The drift of a number in words."""
     assert n.drift is not None
-    x = n.drift.change
+    level = n.drift.change.half <= n.drift.number.half
+    x, end = (n.drift.change, n.drift.margin) if level else (n.drift.number, n.drift.limit)
     return (
         f"{n.of.meaning} {change(x.value)} since the certificate (95 %: {change(x.low)} to {change(x.high)}), shown to"
-        f" be beyond {percent(n.drift.margin)}"
+        f" be beyond {percent(end)}"
     )
 
 

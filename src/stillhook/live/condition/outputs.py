@@ -25,7 +25,7 @@ from stillhook.statistics.estimate import NORMAL_95, Estimate
 from stillhook.validate.criteria.results import plain
 
 REPORT, NUMBERS, PICTURE, PICTURE_HELD = "report.html", "condition.json", "trend.png", "held-out.png"
-LINES = 200
+LINES = 80
 """Points of a drawn course."""
 DIGITS = 3
 

@@ -1,13 +1,13 @@
-r"""A number over years: level, trend, yearly wave and random walk, seen by campaigns whose errors partly go together.
+r"""A number over years: level, trend, yearly wave and random walks, seen by campaigns whose errors partly go together.
 
-.. math:: y_i = a + s t_i + \sum_k 1(t_i > t_k)(d_k + s_k (t_i - t_k)) + A \cos(\omega t_i - \phi) + W(t_i) + c_{p(i)}
-    + e_i
+.. math:: y_i = a + s t_i + \sum_k 1(t_i > t_k)(d_k + s_k (t_i - t_k)) + A \cos(\omega t_i - \phi) + W(t_i)
+    + \int_0^{t_i} S \, dt + c_{p(i)} + e_i
 
-W is a random walk; c the error of the calibration, the same until a sensor is changed; e the campaign's own error and
-the scatter from day to day; t_k steps. This is the local level model of Kalman's filter and its smoother, solved at
-once for all dates instead of date by date (a test holds it against the filter). Deviations of walk, wave and scatter
-are not known: the posterior is summed over a grid of them, so that an interval of few campaigns is not that of the
-likeliest of them.
+W and S are random walks of level and trend; c the error of the calibration, the same until a sensor is changed; e the
+campaign's own error and the scatter from day to day; t_k steps. This is the model of Kalman's filter and its smoother,
+solved at once for all dates instead of date by date (a test holds it against the filter). Deviations of walks, wave and
+scatter are not known: the posterior is summed over a grid of them, so that an interval of few campaigns is not that of
+the likeliest of them.
 """
 
 from __future__ import annotations
@@ -28,12 +28,15 @@ YEAR = 365.25
 """Days."""
 LEVEL, STEP = 0.5, 0.3
 """Deviation of the level, and of a step, before any data [-]."""
-WALKS, WAVES, SCATTERS = 6, (0.3, 0.7, 1.3), (0.0, 0.5, 1.0, 2.0)
-"""The grid: steps of the walk between its least and most; wave and scatter in parts of those of the table."""
+WALKS, TRENDS, WAVES, SCATTERS = 5, (0.0, 0.3), (0.3, 0.7, 1.3), (0.0, 0.5, 1.0, 2.0)
+"""The grid: steps of the walk between its least and most; walk of the trend a year, wave and scatter in parts of those
+of the table."""
 STEP_GAIN = 6.0
 """Logarithm of the evidence for a step over none from which it is taken for one."""
 MOST_STEPS = 6
-BISECTIONS = 60
+BISECTIONS = 50
+LEAST = 1e-18
+"""Least variance."""
 
 
 class Point(NamedTuple):
@@ -48,11 +51,13 @@ class Point(NamedTuple):
 
 
 class Target(NamedTuple):
-    """A linear function of what is followed: columns (m,) of the regression, weights (k,) of the walk at times (k,)."""
+    """A linear function of what is followed: columns (m,) of the regression, weights (k,) of the walks at times (k,),
+    or the trend's walk at a time."""
 
     columns: FloatArray
     weights: FloatArray
     times: FloatArray
+    trend: float | None = None
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,25 @@ def walk_covariance(s: FloatArray, t: FloatArray) -> FloatArray:
     return 0.5 * (np.abs(a) + np.abs(b) - np.abs(a - b))
 
 
+def trend_covariance(s: FloatArray, t: FloatArray) -> FloatArray:
+    """The same of what a walk of the trend has added to the level."""
+    a, b = np.abs(s)[:, None], np.abs(t)[None, :]
+    least, most = np.minimum(a, b), np.maximum(a, b)
+    return np.where(s[:, None] * t[None, :] > 0.0, least**2 * (3.0 * most - least) / 6.0, 0.0)
+
+
+class Grid(NamedTuple):
+    """The cells of the grid (g,): deviations of the walks of level and trend and of the yearly wave, and weights; K^-1
+    (g, n, n) and K^-1 y (g, n)."""
+
+    walk: FloatArray
+    trend: FloatArray
+    wave: FloatArray
+    weight: FloatArray
+    inverse: FloatArray
+    solved: FloatArray
+
+
 @dataclass(frozen=True)
 class Course:
     """The posterior of one number after some campaigns. steps: times [yr] of steps, stated or found."""
@@ -94,8 +118,7 @@ class Course:
     points: tuple[Point, ...]
     stated: tuple[float, ...] = ()
     found: tuple[float, ...] = field(init=False)
-    _grid: list[tuple[float, float, FloatArray, FloatArray, FloatArray]] = field(init=False, repr=False)
-    """Of each cell: walk, wave, weight, K^-1, K^-1 y."""
+    _grid: Grid = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         found: tuple[float, ...] = ()
@@ -125,32 +148,31 @@ class Course:
         wave = (on * np.cos(2.0 * np.pi * t), on * np.sin(2.0 * np.pi * t))
         return np.column_stack([np.ones_like(t), t, *jumps, *after, *wave])
 
-    def _prior(self, wave: float) -> FloatArray:
+    def _prior(self, wave: FloatArray) -> FloatArray:
+        """Variances of the regression before any data (g, m); wave: deviations of the yearly one (g,)."""
         k, rate = len(self.steps), self.of.rate
-        return np.array([LEVEL, rate, *[STEP] * k, *[rate] * k, wave, wave]) ** 2
+        alike = np.array([LEVEL, rate, *[STEP] * k, *[rate] * k])
+        return np.column_stack([np.tile(alike, (len(wave), 1)), wave, wave]) ** 2
 
-    def _solve(self) -> tuple[list[tuple[float, float, FloatArray, FloatArray, FloatArray]], FloatArray]:
-        """The cells of the grid, and the logarithm of the evidence for a step before each campaign (n,)."""
+    def _solve(self) -> tuple[Grid, FloatArray]:
+        """The grid, and the logarithm of the evidence for a step before each campaign (n,)."""
         t, of = self.t, self.of
         y, own, common = (np.array([p[i] for p in self.points]) for i in (1, 2, 3))
         period = np.array([p.period for p in self.points])
-        B, W = self.columns(t), walk_covariance(t, t)
-        C = np.outer(common, common) * (period[:, None] == period[None, :])
-        jump = STEP * (t[:, None] >= t[None, :]).astype(np.float64)
-        bend: FloatArray = of.rate * np.maximum(t[:, None] - t[None, :], 0.0)
-        cells, evidence, gains = [], [], []
-        for q, a, w in product(np.geomspace(*of.walk, WALKS), WAVES, SCATTERS):
-            K = (B * self._prior(a * of.season)) @ B.T + q**2 * W + C + np.diag(own**2 + (w * of.scatter) ** 2)
-            inverse = np.linalg.inv(K)
-            solved = inverse @ y
-            evidence.append(-0.5 * (np.linalg.slogdet(K)[1] + y @ solved))
-            gains.append(_gain(inverse, solved, jump, bend))
-            cells.append((float(q), a * of.season, inverse, solved))
-        weight = np.exp(np.array(evidence) - max(evidence))
+        B, C = self.columns(t), np.outer(common, common) * (period[:, None] == period[None, :])
+        axes = product(np.geomspace(*of.walk, WALKS), TRENDS, WAVES, SCATTERS)
+        walk, trend, wave, scatter = np.array(list(axes)).T * np.array([[1.0], [of.rate], [of.season], [of.scatter]])
+        K = (B * self._prior(wave)[:, None, :]) @ B.T + C
+        K += _each(walk**2) * walk_covariance(t, t) + _each(trend**2) * trend_covariance(t, t)
+        K[:, np.arange(len(t)), np.arange(len(t))] += own**2 + scatter[:, None] ** 2
+        inverse = np.linalg.inv(K)
+        solved = inverse @ y
+        evidence = -0.5 * (np.linalg.slogdet(K)[1] + solved @ y)
+        weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()
-        top = np.max(gains, axis=0)
-        gain = top + np.log(weight @ np.exp(np.array(gains) - top))
-        return [(q, a, np.array(p), *rest) for p, (q, a, *rest) in zip(weight, cells, strict=True)], gain
+        gains = _gain(inverse, solved, t, of.rate)
+        top = gains.max(axis=0)
+        return Grid(walk, trend, wave, weight, inverse, solved), top + np.log(weight @ np.exp(gains - top))
 
     def _step(self, gains: FloatArray) -> float | None:
         """Time of a step that the data show and that is not known yet: in the middle between two campaigns, with at
@@ -166,46 +188,49 @@ class Course:
 
     def posterior(self, target: Target) -> Mixture:
         """Posterior of a linear function."""
-        t = self.t
+        t, x, w = self.t, target.times, target.weights
         B = self.columns(t)
-        across = target.weights @ walk_covariance(target.times, t) if len(target.times) else np.zeros_like(t)
-        own = (
-            target.weights @ walk_covariance(target.times, target.times) @ target.weights if len(target.times) else 0.0
-        )
-        weight, mean, deviation = [], [], []
-        for q, a, p, inverse, solved in self._grid:
-            prior = self._prior(a)
-            k = (target.columns * prior) @ B.T + q**2 * across
-            variance = float((target.columns**2) @ prior + q**2 * own - k @ inverse @ k)
-            weight.append(float(p))
-            mean.append(float(k @ solved))
-            deviation.append(max(variance, 1e-18) ** 0.5)
-        return Mixture(np.array(weight), np.array(mean), np.array(deviation))
+        level, trend = w @ walk_covariance(x, t), w @ trend_covariance(x, t)
+        own, bent = w @ walk_covariance(x, x) @ w, w @ trend_covariance(x, x) @ w
+        if (at := target.trend) is not None:  # covariance of the trend's walk with what it has added
+            trend, bent = np.where(t < at, 0.5 * t**2, at * (t - 0.5 * at)), np.asarray(at)
+        grid, prior = self._grid, self._prior(self._grid.wave)
+        k = (target.columns * prior) @ B.T + np.outer(grid.walk**2, level) + np.outer(grid.trend**2, trend)
+        total = prior @ target.columns**2 + grid.walk**2 * own + grid.trend**2 * bent
+        variance = total - np.einsum("gi,gij,gj->g", k, grid.inverse, k, optimize=True)
+        return Mixture(grid.weight, np.sum(k * grid.solved, axis=1), np.sqrt(np.maximum(variance, LEAST)))
 
     def value(self, t: float, *, season: bool = True) -> Mixture:
         """The number at a time [yr]; without the yearly wave its level."""
         at = np.array([t])
         return self.posterior(Target(self.columns(at, season=season)[0], np.ones(1), at))
 
-    def change(self, since: float, until: float) -> Mixture:
-        """Change of the level between two times [yr]."""
+    def change(self, since: float, until: float, *, season: bool = False) -> Mixture:
+        """Change of the level between two times [yr], or of the number with its yearly wave."""
         at = np.array([until, since])
-        late, early = self.columns(at, season=False)
+        late, early = self.columns(at, season=season)
         return self.posterior(Target(late - early, np.array([1.0, -1.0]), at))
 
     def trend(self, t: float) -> Mixture:
-        """Trend at a time [1/yr]: what is not the random walk's."""
+        """Trend at a time [1/yr]: what is not the walk of the level."""
         k = len(self.steps)
         columns = np.array([0.0, 1.0, *[0.0] * k, *[float(t > s) for s in self.steps], 0.0, 0.0])
-        return self.posterior(Target(columns, np.zeros(0), np.zeros(0)))
+        return self.posterior(Target(columns, np.zeros(0), np.zeros(0), t))
 
 
-def _gain(inverse: FloatArray, solved: FloatArray, jump: FloatArray, bend: FloatArray) -> FloatArray:
-    """Logarithm of the evidence for one more step and change of the trend over none, for each column (n,)."""
+def _each(x: FloatArray) -> FloatArray:
+    """Numbers of the cells (g,), to multiply matrices with."""
+    return x[:, None, None]
+
+
+def _gain(inverse: FloatArray, solved: FloatArray, t: FloatArray, rate: float) -> FloatArray:
+    """Logarithm of the evidence for one more step and change of the trend over none, before each campaign (g, n)."""
+    jump = STEP * (t[:, None] >= t[None, :]).astype(np.float64)
+    bend: FloatArray = rate * np.maximum(t[:, None] - t[None, :], 0.0)
     Kj, Kb = inverse @ jump, inverse @ bend
-    jj, jb, bb = (np.sum(x * y, axis=0) for x, y in ((jump, Kj), (jump, Kb), (bend, Kb)))
+    jj, jb, bb = (np.sum(x * y, axis=1) for x, y in ((jump, Kj), (jump, Kb), (bend, Kb)))
     determinant = (1.0 + jj) * (1.0 + bb) - jb**2
-    u, v = jump.T @ solved, bend.T @ solved
+    u, v = solved @ jump, solved @ bend
     fit = ((1.0 + bb) * u**2 - 2.0 * jb * u * v + (1.0 + jj) * v**2) / determinant
     return np.asarray(0.5 * (fit - np.log(determinant)))
 

@@ -1,0 +1,177 @@
+"""The state beside a crane file: read by whoever reads the crane, noticed where it was changed, given back by a certificate."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.live.conditions import DATES, campaign, certified, fits, worn
+
+from stillhook import load_crane, load_run, save_run, simulate
+from stillhook.engine.certificate import objections, twin_line
+from stillhook.errors import SpecError
+from stillhook.library.certificate import digest_of
+from stillhook.library.condition import state_file
+from stillhook.live.condition import follow_condition, save_condition
+from stillhook.plan.definition.lift_plan import Alternative
+from stillhook.plan.table import _against
+
+__all__ = ["fits"]
+
+
+@pytest.fixture
+def crane(tmp_path: Path, fits) -> Path:
+    """A crane file whose friction has drifted since its certificate."""
+    files = worn(tmp_path)
+    for until in (2, len(files)):
+        save_condition(follow_condition(files[:until], tmp_path / "out"), tmp_path / "out")
+    return tmp_path / "certified" / "crane.toml"
+
+
+def test_a_withdrawn_validity_is_an_objection_to_the_certificate(crane: Path):
+    of = load_crane(crane)
+    (reason,) = objections(of)
+    assert reason.startswith("validity for planning withdrawn by the campaign of 2027-0")
+    assert "friction of the winch +" in reason
+    assert reason in twin_line(of)
+    assert of.certified.condition is not None
+    assert not of.certified.condition.valid
+
+
+def test_a_plan_credits_a_withdrawn_crane_as_one_whose_certificate_does_not_hold(crane: Path):
+    from types import SimpleNamespace
+
+    plan = SimpleNamespace(crane=load_crane(crane), credits_synthetic=False, sensors=None)
+    (line,) = _against(plan, Alternative("ssc"))
+    assert line.startswith("certificate does not hold: validity for planning withdrawn by the campaign of 2027-")
+
+
+def test_the_plans_facts_have_the_state_and_its_reason(crane: Path, tmp_path: Path):
+    from stillhook.plan.answer.metadata import _crane
+
+    condition = _crane(load_crane(crane), False)["certificate"]["condition"]
+    assert condition["valid"] is False
+    assert condition["text"] in _crane(load_crane(crane), False)["twin"]
+    good = certified(tmp_path / "other")
+    assert _crane(load_crane(good), False)["certificate"]["condition"] is None
+
+
+def test_a_valid_state_changes_nothing_but_says_until_when(tmp_path: Path, fits):
+    files = worn(tmp_path, (0.0, 0.01, -0.01))
+    save_condition(follow_condition(files, tmp_path / "out"), tmp_path / "out")
+    of = load_crane(tmp_path / "certified" / "crane.toml")
+    assert objections(of) == ()
+    assert of.certified.condition.statement == f"valid for planning by the campaigns until {DATES[2]}"
+
+
+def test_a_stored_run_keeps_the_state_that_it_was_made_under(crane: Path, tmp_path: Path):
+    of = load_crane(crane)
+    from stillhook import Scenario
+
+    run = simulate(of, Scenario(load="100 t", s_w="100 m", duration="2 s", warm_up="0.5 s"))
+    save_run(run, tmp_path / "run.nc")
+    assert "withdrawn" in str(load_run(tmp_path / "run.nc").attrs)
+
+
+def broken(text: str) -> dict[str, str]:
+    """A state's text, changed in many ways."""
+    data = json.loads(text)
+    valid = {**data, "history": [{**data["history"][-1], "state": "valid"}]}
+    alone = {**data, "history": data["history"][:1]}
+    dropped = {**data, "history": data["history"][1:]}
+    sealed = {**dropped, "digest": digest_of(dropped)}
+    dates = {**data, "history": [{**data["history"][0], "date": "soon"}]}
+    return {
+        "said to be valid": json.dumps(valid),
+        "last entry cut off": json.dumps(alone),
+        "first entry cut off, with a new digest": json.dumps(sealed),
+        "date that is none, with a new digest": json.dumps({**dates, "digest": digest_of(dates)}),
+        "no history": json.dumps({**data, "history": [], "digest": digest_of({**data, "history": []})}),
+        "half of it": text[: len(text) // 2],
+        "empty": "",
+        "a list": "[]",
+        "another format": text.replace("condition 1", "condition 2"),
+        "deep": "[" * 100_000,
+        "no numbers": text.replace('"history"', '"histories"'),
+        "not text": "\x00\x01",
+    }
+
+
+@pytest.mark.parametrize("how", list(broken('{"history": [{}]}')))
+def test_a_state_that_was_changed_is_refused_in_one_line(crane: Path, how: str):
+    file = state_file(crane)
+    file.write_text(broken(file.read_text())[how])
+    with pytest.raises(SpecError) as caught:
+        load_crane(crane)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith('crane.toml: certificate = "certificate.json": crane.condition.json: ')
+    assert line.endswith("Restore the file that stillhook condition wrote, or validate again into another folder.")
+
+
+def test_a_changed_state_is_not_written_over(crane: Path, tmp_path: Path):
+    file = state_file(crane)
+    file.write_text(file.read_text().replace("withdrawn", "valid"))
+    with pytest.raises(SpecError, match="was changed after it was written"):
+        follow_condition([tmp_path / DATES[-1] / "campaign.toml"], tmp_path / "out")
+
+
+def test_a_crane_that_names_its_state_is_refused_without_it(crane: Path):
+    crane.write_text('condition = "crane.condition.json"\n' + crane.read_text())
+    load_crane(crane)
+    state_file(crane).unlink()
+    with pytest.raises(SpecError, match=r'"crane.condition.json": no such file, and the crane file names it'):
+        load_crane(crane)
+
+
+def test_a_state_without_a_certificate_is_refused(tmp_path: Path):
+    file = tmp_path / "my.toml"
+    file.write_text('base = "nov-250t"\ncondition = "my.condition.json"\n')
+    with pytest.raises(SpecError, match="condition: it belongs to a certificate"):
+        load_crane(file)
+
+
+@pytest.mark.parametrize(
+    ("date", "logs", "said"),
+    [
+        ("2026-11-21", "", "friction of the winch"),
+        ("2027-03-01", "other", "is of 2027-03-01, not later than the campaign that showed the drift"),
+        ("2028-01-01", "seen", "rests on logs from before"),
+    ],
+    ids=["same", "older", "same logs"],
+)
+def test_no_certificate_but_a_later_one_of_new_logs_gives_validity_back(
+    crane: Path, tmp_path: Path, date: str, logs: str, said: str
+):
+    file = state_file(crane)
+    certified(crane.parent, date, logs=logs)
+    if logs == "seen":  # the withdrawal knows these logs
+        data = json.loads(file.read_text())
+        certificate = json.loads((crane.parent / "certificate.json").read_text())
+        last = data["history"][-1]
+        last["logs"] = [*last["logs"], *(log["sha256"] for log in certificate["campaign"]["logs"])]
+        file.write_text(json.dumps({**data, "digest": digest_of(data)}))
+    (reason,) = objections(load_crane(crane))
+    assert "withdrawn" in reason
+    assert said in reason
+
+
+def test_a_later_certificate_of_new_logs_gives_validity_back_and_the_history_says_so(crane: Path, tmp_path: Path):
+    certified(crane.parent, "2027-12-01", logs="new")
+    assert objections(load_crane(crane)) == ()
+    late = campaign(tmp_path / "2028-02-01", "2028-02-01", 0.2)
+    result = follow_condition([*(tmp_path / d / "campaign.toml" for d in DATES), late], tmp_path / "out")
+    save_condition(result, tmp_path / "out")
+    states = [entry.state for entry in result.standing.state.history]
+    assert states == ["valid", "withdrawn", "valid"]
+    assert "given back by certificate" in result.standing.entry.reason
+    assert objections(load_crane(crane)) == ()
+
+
+def test_an_entry_says_who_when_and_by_which_hashes(crane: Path):
+    first, entry = json.loads(state_file(crane).read_text())["history"]
+    assert first["state"] == "valid"
+    assert entry["previous"] is not None
+    assert " on " in entry["who"]
+    assert entry["when"].endswith("+00:00")
+    assert entry["certificate"] == load_crane(crane).certified.digest
+    assert len(entry["logs"]) == 3 * len(DATES)
