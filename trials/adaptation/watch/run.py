@@ -106,9 +106,14 @@ def kept() -> dict[str, Any]:
 def code() -> str:
     """The code that computes: watch and crane."""
     root = STORE.parents[3]
-    names = ("batches.py", "rows.py", "balances.py", "measures.py", "criteria.py", "causes.py", "watch.py")
-    files = [root / "src/stillhook/live/watch" / n for n in (*names, "causes.toml", "stream.toml")]
-    files += [STORE.with_name("faults.py"), root / "trials/adaptation/plant.py"]
+    of = root / "src/stillhook/live/watch"
+    files = [
+        *sorted((of / "windows").iterdir()),
+        of / "causes/diagnosis.py",
+        of / "causes/causes.toml",
+        of / "watch.py",
+    ]
+    files = [f for f in files if f.is_file()] + [STORE.with_name("faults.py"), root / "trials/adaptation/plant.py"]
     return sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:16]
 
 
