@@ -128,7 +128,9 @@ FAULTS: Mapping[str, Fault] = {
     "tip-stale": Fault("tip motion stale", "tip in the log stands from 150 s on", rows=frozen(TIP, 150.0)),
     "gain": Fault("gain of the PLC's feedforward", "K_1 of the PLC +8 %", plc={"K_1": 1.08}),
     "mode": Fault(
-        "mode or controller other than the twin's", "log states NS where the PLC runs SSC, or the reverse", mode=-1.0
+        "mode or controller other than the twin's",
+        "log states NS where the PLC runs SSC, or the reverse",
+        other_mode=True,
     ),
     "limit": Fault("", "sea 2.3 times as high: pumps at their end, in the twin too", height=2.3),
 }

@@ -16,7 +16,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stillhook.library import load_crane
+from stillhook.live.estimate.balance import Balance
+from stillhook.live.watch.virtual import VirtualSensor, VirtualSensors
 from stillhook.live.watch.watch import Watch, Watched
 from trials import store
 from trials.adaptation.crane import CRANE_FILE
@@ -32,7 +36,15 @@ CRANES, REPEATS = 8, 5
 SETTLE = 10.0
 """Begin of a run that is not watched [s], as in a replay."""
 SOUND_FAULTS = ("none", "other-law")
-COVERAGE = "coverage"
+COVERAGE, HIDDEN = "coverage", "hidden"
+HIDE = {
+    "p_a": VirtualSensor("p_a", "pressure", "p_a", "p_b", ("p_b",), ""),
+    "p_b": VirtualSensor("p_b", "pressure", "p_b", "p_a", ("p_a",), ""),
+    "F_w": VirtualSensor("F_w", "force", "F_w", "wire", ("p_hp", "alpha_pm"), ""),
+    "alpha_p": VirtualSensor("alpha_p", "", "alpha_p", "u_p", ("u_p",), ""),
+    "omega_m": VirtualSensor("omega_m", "rotation", "omega_m", "turns", ("u_p",), ""),
+}
+"""Signals that are left out, and the virtual sensor that gives each: from the signals beside it."""
 WINDOWS = ("30 s", "5 min")
 
 
@@ -50,8 +62,8 @@ class Case(NamedTuple):
 CASES: Mapping[str, Case] = {  # seed by seed, so that all groups grow alike
     case.key: case
     for i in range(SOUND)
-    for name in (*FAULTS, COVERAGE)
-    if i < (CRANES if name == COVERAGE else SOUND if name in SOUND_FAULTS else RUNS)
+    for name in (*FAULTS, COVERAGE, HIDDEN)
+    if i < (CRANES if name in (COVERAGE, HIDDEN) else SOUND if name in SOUND_FAULTS else RUNS)
     for case in [Case(name, JUDGED + i)]
 }
 
@@ -69,8 +81,8 @@ def watched(logs: Logs) -> tuple[Watch, list[Watched]]:
 
 def outcome(case: Case) -> dict[str, Any]:
     """What the watch makes of it: at the end, and how many times on the way it named a cause or failed a criterion."""
-    if case.group == COVERAGE:
-        return covered(case)
+    if case.group in (COVERAGE, HIDDEN):
+        return covered(case) if case.group == COVERAGE else hidden(case)
     logs = logs_of(FAULTS[case.group], case.seed)
     _, found = watched(logs)
     last = found[-1]
@@ -98,6 +110,37 @@ def covered(case: Case) -> dict[str, Any]:
     return {window: {k: v for k, v in of.items() if len(v) == REPEATS} for window, of in out.items()}
 
 
+def hidden(case: Case) -> dict[str, Any]:
+    """Share of the time in which a signal that was left out is within the 95 % of the virtual sensor that gives it, and
+    the median half width over the rms of the signal."""
+    crane, logs = load_crane(CRANE_FILE), logs_of(FAULTS["none"], case.seed)
+    params = Balance(crane).params
+    P, D = params.passive, params.passive.motors.count * params.passive.motors.D_max
+    r_eff = Balance(crane).geometry(float(logs.twin["s_w"][0])).r_eff
+    full = (
+        params.active.pumps.D_max
+        * params.active.pumps.omega_p
+        / (params.active.motors.count * params.active.motors.D_max)
+    )
+    more = {
+        "wire": lambda x: D * x["alpha_pm"] * (x["p_hp"] - P.settings.p_lp) / r_eff,
+        "turns": lambda x: full * x["u_p"] / x["alpha_m"],
+    }
+    out = {}
+    for name, sensor in HIDE.items():
+        virtual, inside, halves = VirtualSensors(crane, every=EVERY, sensors=(sensor,), formulas=more), [], []
+        for i in range(round(SETTLE / EVERY), len(logs.twin["time"])):
+            m, s = ({n: x[i] for n, x in side.items()} for side in (logs.crane, logs.twin))
+            virtual.add({n: x for n, x in m.items() if n != name}, s)
+            (now,) = virtual.read(s)
+            if now.valid:
+                inside.append(abs(m[name] - now.value) <= now.half)
+                halves.append(now.half)
+        size = float(np.sqrt(np.mean(logs.crane[name] ** 2)))
+        out[name] = [round(float(np.mean(inside)), 4), round(float(np.median(halves)) / size, 4)]
+    return out
+
+
 def kept() -> dict[str, Any]:
     """Outcomes by key, each with the code that it was computed by."""
     return store.read(STORE)
@@ -106,9 +149,14 @@ def kept() -> dict[str, Any]:
 def code() -> str:
     """The code that computes: watch and crane."""
     root = STORE.parents[3]
-    names = ("batches.py", "rows.py", "balances.py", "measures.py", "criteria.py", "causes.py", "watch.py")
-    files = [root / "src/stillhook/live/watch" / n for n in (*names, "causes.toml", "stream.toml")]
-    files += [STORE.with_name("faults.py"), root / "trials/adaptation/plant.py"]
+    of = root / "src/stillhook/live/watch"
+    files = [
+        *sorted((of / "windows").iterdir()),
+        of / "causes/diagnosis.py",
+        of / "causes/causes.toml",
+        of / "watch.py",
+    ]
+    files = [f for f in files if f.is_file()] + [STORE.with_name("faults.py"), root / "trials/adaptation/plant.py"]
     return sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:16]
 
 

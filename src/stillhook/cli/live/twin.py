@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stillhook.live.runtime.doctor import Diagnosis, Lateness
     from stillhook.live.watch.replay import Moment as ReplayMoment
     from stillhook.live.watch.replay import Replayed
+    from stillhook.spec.crane import Crane
 
 USUAL = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 9 s", "mode": "ssc"}
 """What a twin runs where a case file says nothing else."""
@@ -28,6 +29,8 @@ CRANE = "nov-250t"
 LINE_EVERY = 5.0
 """Time between two lines of the demonstration where nobody watches on a terminal [s]."""
 SHOWN_EVENTS = 6
+HALF_KINDS = {"temperature": "temperature_rise"}
+"""Kinds whose differences have another unit."""
 STATE_FILE, EVENTS_FILE, HISTORY = "state.bin", "events.jsonl", "history"
 """In the folder of a live file."""
 
@@ -177,10 +180,11 @@ def replay(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Drive the twin with a log as if it happened now, and compare s_w, p_a, p_b and u_p with what was measured.
+    """Drive the twin with a log as if it happened now, and compare it with what was measured.
 
-    The longest stretch without a gap is replayed; tip, wire out, modes and joystick are those of the log. Exit code 1
-    if a deviation was an alarm: its rms over 20 s above 5 cm, 20 bar, 20 bar, 3 %.
+    The longest stretch without a gap is replayed; tip, wire out, modes and joystick are those of the log. Criteria of
+    validation are judged on windows of 30 s, 5 min and 1 h; causes of what fails and virtual sensors are shown. Exit
+    code 1 if a criterion was not met, or the rms of a signal over 20 s was above 5 cm, 20 bar, 20 bar, 3 %.
 
     Example: stillhook live replay log.csv --mapping mapping.toml --load "82 t" --speed 10
     """
@@ -200,13 +204,15 @@ def replay(
     lines = _Lines(quiet=json)
     result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
     if json:
-        print_json(result._asdict())
+        parts = {name: [x._asdict() for x in getattr(result, name)] for name in ("entries", "criteria", "virtual")}
+        print_json({k: parts.get(k, x) for k, x in result._asdict().items() if k != "summary"})
     else:
-        _print_replayed(result)
-    raise typer.Exit(1 if result.alarms else 0)
+        _print_replayed(of.crane, result)
+    raise typer.Exit(1 if result.failed else 0)
 
 
-def _print_replayed(result: Replayed) -> None:
+def _print_replayed(crane: Crane, result: Replayed) -> None:
+    """What an operator reads at the end: signals, criteria, what was wrong and when, cause, virtual sensors."""
     from stillhook.live.watch.deviation import LIMITS, shown
 
     rows = [
@@ -220,6 +226,76 @@ def _print_replayed(result: Replayed) -> None:
     ]
     title = f"Measured less simulated over {result.compared:.0f} s"
     print_table(["signal", "rms", "limit of 20 s", "status"], rows, title=title)
+    _print_criteria(result)
+    _print_entries(result)
+    _print_virtual(crane, result)
+    failed = list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+    print(f"At the end not met: {', '.join(failed)}." if failed else "At the end no criterion is refuted.")
+    if result.cause:
+        print(result.cause)
+
+
+def _print_criteria(result: Replayed) -> None:
+    from stillhook.live.watch.windows.batches import WINDOWS
+    from stillhook.live.watch.windows.criteria import Status
+
+    lines: dict[tuple[str, str], dict[str, Any]] = {}
+    for r in result.criteria:
+        lines.setdefault((r.key, r.of), {})[r.window] = r
+    rows = []
+    for (key, of), by_window in lines.items():
+        known = [r for r in by_window.values() if r.status is not Status.FILLING]
+        if known:
+            last = known[-1]
+            states = [by_window[w].status.value if w in by_window else "-" for w in WINDOWS]
+            rows.append([key, f"{last.title}{f' ({of})' if of else ''}", last.limit, last.text, *states])
+    if rows:
+        header = ["key", "criterion", "limit", "longest full window (95 %)", *WINDOWS]
+        print_table(header, rows, title="Criteria at the end", left=4, texts=(1,))
+    print(f"{len(result.not_judged)} criteria are not judged on this stream; --json says which, and why.")
+    offset, half = result.clock
+    if offset == offset:
+        print(
+            f"Clock: the encoder is {1e3 * offset:.0f} ms +- {1e3 * half:.0f} ms late against the pressures; taken out."
+        )
+    else:
+        print("Clock: offset of the encoder not found (it needs alpha_p, alpha_m, p_a, p_b in motion); none taken out.")
+
+
+def _print_entries(result: Replayed) -> None:
+    rows = [
+        [f"{e.start:.0f} s", "lasts" if e.end != e.end else f"{e.end:.0f} s", str(times), e.sort, e.text]
+        for e, times in result.summary
+    ]
+    if rows:
+        header = ["from", "to", "times", "what", "at first"]
+        print_table(header, rows, title="What was outside its limits", left=0, texts=(3, 4))
+    else:
+        print("Nothing was outside its limits.")
+    if result.cause:
+        from stillhook.live.watch.causes.diagnosis import NOT_VARIED
+
+        print(f"Not judged as causes: {', '.join(NOT_VARIED)}; see docs/validation/watch.md.")
+
+
+def _print_virtual(crane: Crane, result: Replayed) -> None:
+    from stillhook.live.watch.virtual import sensors_of
+    from stillhook.units import show
+
+    known = {s.name: s for s in sensors_of(crane)}
+    rows = [
+        [
+            f"virtual.{r.name}",
+            show(r.value, known[r.name].kind),
+            f"+-{show(r.half, HALF_KINDS.get(known[r.name].kind, known[r.name].kind), 2)}" if r.half == r.half else "-",
+            "yes" if r.valid else f"no: {r.reason}",
+            known[r.name].meaning,
+        ]
+        for r in result.virtual
+    ]
+    if rows:
+        header = ["virtual sensor", "at the end", "95 %", "valid", "meaning"]
+        print_table(header, rows, title="What the crane does not measure", texts=(3, 4))
 
 
 def demo(

@@ -32,6 +32,10 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
 MEASURED, AGE, DEVIATION, ALARM = "measured", "age", "deviation", "alarm"
 """What servers show of a signal beside the twin's own: measured.s_w, age.s_w [s], deviation.s_w (rms over a window),
 alarm.s_w (0, 1)."""
+VIRTUAL, HALF = "virtual", "virtual_half"
+"""Of a virtual sensor: virtual.T_f, NaN where it is not valid, and virtual_half.T_f, half of its 95 % interval."""
+CRITERIA = "criteria"
+"""alarm.criteria is 1 while a criterion of validation is not met in some window."""
 
 
 class Served(Protocol):

@@ -14,9 +14,13 @@ from stillhook.control.registry import Mode, mode_of_code
 from stillhook.errors import LiveError
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import Event, LiveTwin, Row, Task, event
-from stillhook.live.servers.served import ALARM, DEVIATION, MEASURED, compared
+from stillhook.live.servers.served import ALARM, CRITERIA, DEVIATION, HALF, MEASURED, VIRTUAL, compared
 from stillhook.live.servers.serving import serve
 from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
+from stillhook.live.watch.journal import CAUSE, Entry, Journal
+from stillhook.live.watch.virtual import Reading, VirtualSensors
+from stillhook.live.watch.watch import Watch, Watched
+from stillhook.live.watch.windows.criteria import WindowResult
 from stillhook.logs.types import Log
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario
@@ -52,13 +56,31 @@ class Moment(NamedTuple):
 
 class Replayed(NamedTuple):
     """What a replay found: seconds that were compared, alarms by signal with the winch's time of the first [s], root
-    mean squares of the differences over all of them by signal [SI], late cycles, and how the twin was scheduled."""
+    mean squares of the differences over all of them by signal [SI], late cycles, how the twin was scheduled.
+
+    entries: what was wrong, from when to when; summary: the same, one for each name, with how often; criteria: every
+    line at the end; not_judged: criteria without one, and why; cause: the last that was named, in a sentence; clock:
+    offset of the encoder that was taken out and its half width [s], NaN where it was not found; virtual: sensors at
+    the end.
+    """
 
     compared: float
     alarms: Mapping[str, float]
     rms: Mapping[str, float]
     late: int
     scheduling: str
+    entries: tuple[Entry, ...]
+    summary: tuple[tuple[Entry, int], ...]
+    criteria: tuple[WindowResult, ...]
+    not_judged: Mapping[str, str]
+    cause: str
+    clock: tuple[float, float]
+    virtual: tuple[Reading, ...]
+
+    @property
+    def failed(self) -> bool:
+        """Whether a signal or a criterion was outside its limit at any time."""
+        return any(e.sort != CAUSE for e in self.entries)
 
 
 def longest_stretch(log: Log) -> Stretch:
@@ -153,7 +175,7 @@ def replay(
     case = scenario_of(stretch, base, log.source)
     cycles = int(case.duration / crane.control.t_cycle)
     task = Task(crane, case, speed=speed, real_time=speed == 1.0, cycles=cycles)
-    comparison = _Comparison(stretch, watch)
+    comparison = _Comparison(crane, stretch, watch)
     with LiveTwin(task, (comparison,)) as twin:
         comparison.twin = twin
         serve(twin, comparison, plan, comparison.over, ready)
@@ -161,7 +183,21 @@ def replay(
         scheduling = twin.face.scheduling
     if comparison.missed:
         raise LiveError(f"--speed {speed:g}: the twin fell behind by more than 10 s. Give a lower speed.")
-    return Replayed(comparison.compared, comparison.alarms, comparison.rms(), late, scheduling)
+    c, found = comparison, comparison.found
+    return Replayed(
+        compared=c.compared,
+        alarms=c.alarms,
+        rms=c.rms(),
+        late=late,
+        scheduling=scheduling,
+        entries=c.journal.entries,
+        summary=tuple(c.journal.summary),
+        criteria=() if found is None else found.results,
+        not_judged=c.watcher.criteria.not_judged,
+        cause=next((e.text for e in reversed(c.journal.entries) if e.sort == CAUSE), ""),
+        clock=(math.nan, math.nan) if found is None else (found.clock, found.clock_half),
+        virtual=c.readings,
+    )
 
 
 class _Comparison:
@@ -169,8 +205,12 @@ class _Comparison:
 
     twin: LiveTwin
 
-    def __init__(self, stretch: Stretch, watch: Callable[[Moment], None]) -> None:
+    def __init__(self, crane: Crane, stretch: Stretch, watch: Callable[[Moment], None]) -> None:
         self._stretch, self._watch = stretch, watch
+        self.watcher, self.journal = Watch(crane, every=stretch.every), Journal()
+        self.found: Watched | None = None
+        self._virtual = VirtualSensors(crane, every=stretch.every)
+        self.readings: tuple[Reading, ...] = ()
         self._names = [name for name in COMPARED if name in stretch.signals]
         self._deviations = Deviations(every=stretch.every)
         self._next, self._seen = 0, 0
@@ -209,7 +249,8 @@ class _Comparison:
     def names(self) -> tuple[str, ...]:
         """The twin's, then those of the comparison."""
         more = [f"{of}.{name}" for of in (MEASURED, DEVIATION, ALARM) for name in self._names]
-        return (*self.twin.names, *more)
+        virtual = [f"{of}.{s.name}" for of in (VIRTUAL, HALF) for s in self._virtual.sensors]
+        return (*self.twin.names, *more, f"{ALARM}.{CRITERIA}", *virtual)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -252,7 +293,8 @@ class _Comparison:
     def _compare(self, i: int, simulated: Mapping[str, float]) -> None:
         if self._stretch.t[i] < SETTLE:
             return
-        measured = {name: float(self._stretch.signals[name][i]) for name in self._names}
+        measured = {name: float(x[i]) for name, x in self._stretch.signals.items()}
+        time = simulated["time"]
         deviations = self._deviations.add(measured, simulated)
         self._shown |= compared(deviations)
         self.compared += self._stretch.every
@@ -262,10 +304,20 @@ class _Comparison:
                 self._sums[d.name] += difference**2
                 self._counts[d.name] += 1
             self._shown[f"{MEASURED}.{d.name}"] = d.measured
-            if d.alarm and d.name not in self.alarms:
-                self.alarms[d.name] = simulated["time"]
-                self.tell(
-                    event("replay", "alarm", f"{d.name} deviates by {d.rms:.3g} rms, limit {d.limit:.3g}.", d.rms)
-                )
-        self._watch(Moment(simulated["time"], deviations, self._events))
+            if d.alarm:
+                self.alarms.setdefault(d.name, time)
+        new = self.journal.alarms(time, deviations)
+        self._virtual.add(measured, simulated)
+        found = self.watcher.add(measured, simulated)
+        if found is not None:
+            self.found = found
+            new += self.journal.watched(found)
+            self._shown[f"{ALARM}.{CRITERIA}"] = float(bool(found.failed))
+        lasting = self.journal.lasting
+        self.readings = tuple(self._virtual.read(simulated, f"{lasting[0].sort} {lasting[0].name}" if lasting else ""))
+        for r in self.readings:
+            self._shown |= {f"{VIRTUAL}.{r.name}": r.value if r.valid else math.nan, f"{HALF}.{r.name}": r.half}
+        for entry in new:
+            self.tell(event("replay", entry.sort, entry.text))
+        self._watch(Moment(time, deviations, self._events))
         self._events = []

@@ -61,11 +61,19 @@ def _sensor(name: str, row: Mapping[str, Any]) -> VirtualSensor:
 
 
 class VirtualSensors:
-    """Virtual sensors of a crane over a stream of rows, `every` seconds apart. sensors: others than those declared."""
+    """Virtual sensors of a crane over a stream of rows, `every` seconds apart. sensors: others than those
+    declared; formulas: more than those of the winch type."""
 
-    def __init__(self, crane: Crane, *, every: float = 0.1, sensors: tuple[VirtualSensor, ...] | None = None) -> None:
+    def __init__(
+        self,
+        crane: Crane,
+        *,
+        every: float = 0.1,
+        sensors: tuple[VirtualSensor, ...] | None = None,
+        formulas: Mapping[str, Callable[[Row], float]] | None = None,
+    ) -> None:
         self.sensors = sensors_of(crane) if sensors is None else sensors
-        self._formulas = formulas_of(crane)
+        self._formulas = {**formulas_of(crane), **(formulas or {})}
         self._beside = tuple(dict.fromkeys(name for s in self.sensors for name in s.beside))
         self._batch, self._rows = max(1, round(BATCH / every)), 0
         self._new = np.zeros((2, len(self._beside)))

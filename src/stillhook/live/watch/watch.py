@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.live.estimate.clock import coarse_offset
+from stillhook.live.estimate.clock import FLOOR, coarse_offset
 from stillhook.live.estimate.half_waves import AT_STOP, MOVING
-from stillhook.live.watch.batches import BATCH, WINDOWS
-from stillhook.live.watch.causes import Diagnosis, diagnose, signs_of
-from stillhook.live.watch.criteria import CriteriaWatch, Status, WindowResult
-from stillhook.live.watch.measures import names_of
-from stillhook.live.watch.rows import Piece, RowBuffer
+from stillhook.live.watch.causes.diagnosis import Diagnosis, diagnose, signs_of
+from stillhook.live.watch.windows.batches import BATCH, WINDOWS
+from stillhook.live.watch.windows.criteria import CriteriaWatch, Status, WindowResult
+from stillhook.live.watch.windows.measures import names_of
+from stillhook.live.watch.windows.rows import Piece, RowBuffer
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.spec.crane import Crane
+from stillhook.statistics.estimate import NORMAL_95
 
 REACH = 0.4
 """Largest offset of the encoder's clock that is looked for [s]."""
@@ -146,5 +147,5 @@ class Watch:
             for window in ("30 s", "5 min"):
                 left = self.criteria.estimate("clock", window)
                 if left is not None and math.isfinite(left.value):
-                    clock, half = self._offset + left.value, left.half
+                    clock, half = self._offset + left.value, math.hypot(left.half, NORMAL_95 * FLOOR)
         return Watched(time, results, diagnosis, clock, half, limited)

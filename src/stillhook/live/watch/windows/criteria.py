@@ -13,16 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.live.watch.batches import BATCH, WINDOWS, Sums
-from stillhook.live.watch.measures import Measures, errors
-from stillhook.live.watch.rows import Piece
+from stillhook.live.watch.windows.batches import BATCH, WINDOWS, Sums
+from stillhook.live.watch.windows.measures import Measures, errors
+from stillhook.live.watch.windows.rows import Piece
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.criteria.criteria import Criteria, Criterion, load_criteria
 from stillhook.validate.criteria.judge import in_words, interval_words, verdict_of
 from stillhook.validate.criteria.results import Measure, Verdict
 
-_TABLE = tomllib.loads((files("stillhook.live.watch") / "stream.toml").read_text(encoding="utf-8"))
+_TABLE = tomllib.loads((files("stillhook.live.watch.windows") / "stream.toml").read_text(encoding="utf-8"))
 NOT_JUDGED: Mapping[str, str] = {key: _TABLE["reasons"][why] for key, why in _TABLE["not_judged"].items()}
 """Criteria that no stream can judge, with the reason."""
 REMARKS: Mapping[str, str] = _TABLE["remarks"]

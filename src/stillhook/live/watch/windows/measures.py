@@ -8,9 +8,9 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.live.estimate.half_waves import AT_STOP
-from stillhook.live.watch.balances import Balances
-from stillhook.live.watch.batches import Statistic, ratio, share_below
-from stillhook.live.watch.rows import HISTORY, Piece, Signals
+from stillhook.live.watch.windows.balances import Balances
+from stillhook.live.watch.windows.batches import Statistic, ratio, share_below
+from stillhook.live.watch.windows.rows import HISTORY, Piece, Signals
 from stillhook.spec.crane import Crane
 from stillhook.validate.ahc.measures import COMMON, judged_signal
 from stillhook.validate.criteria.results import OF_SIGNAL

@@ -14,16 +14,16 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 
-from stillhook.live.watch.criteria import CriteriaWatch
+from stillhook.live.watch.windows.criteria import CriteriaWatch
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
-_TABLE = tomllib.loads((files("stillhook.live.watch") / "causes.toml").read_text(encoding="utf-8"))
+_TABLE = tomllib.loads((files("stillhook.live.watch.causes") / "causes.toml").read_text(encoding="utf-8"))
 SIGNS: Mapping[str, Mapping[str, Any]] = _TABLE["signs"]
 CAUSES: Sequence[Mapping[str, Any]] = tuple(_TABLE["cause"])
 NOT_VARIED: Sequence[str] = tuple(_TABLE["not_judged"]["names"])
 TOLD: Sequence[str] = tuple(
-    tomllib.loads((files("stillhook.live.watch") / "told.toml").read_text(encoding="utf-8"))["told"]
+    tomllib.loads((files("stillhook.live.watch.causes") / "told.toml").read_text(encoding="utf-8"))["told"]
 )
 """Causes that may be named alone."""
 OTHER = "something else, or several things at once"

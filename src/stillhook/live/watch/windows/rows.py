@@ -10,12 +10,14 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.balance import ENCODER
-from stillhook.live.watch.batches import BATCH
+from stillhook.live.watch.windows.batches import BATCH
 
 HISTORY = 30.0
 """Rows before a batch that peak-to-peak values look back on [s]: the window of paper F, criterion 2b."""
 AHEAD = 0.5
 """Rows after a batch, for signals of a clock that is late [s]."""
+ABSURD = 1e9
+"""Magnitude from which a number is no reading [SI]: ten times any pressure, force or power of a winch."""
 Signals = Mapping[str, FloatArray]
 
 
@@ -47,7 +49,8 @@ class RowBuffer:
             self._data[:, :, : self._most] = self._data[:, :, -self._most :].copy()
             self._end = self._most
         for side, of in enumerate((crane, twin)):
-            self._data[side, :, self._end] = [of.get(name, math.nan) for name in self.names]
+            values = np.array([of.get(name, math.nan) for name in self.names])
+            self._data[side, :, self._end] = np.where(np.abs(values) < ABSURD, values, np.nan)
         self._end += 1
         self._new += 1
         self.rows += 1
@@ -70,5 +73,5 @@ class RowBuffer:
     def _signals(self, side: int, start: int, end: int) -> Iterator[tuple[str, FloatArray]]:
         for k, name in enumerate(self.names):
             x = self._data[side, k, start:end]
-            if np.isfinite(x).any():
+            if np.isfinite(x[-self._batch :]).any():
                 yield name, x.copy()

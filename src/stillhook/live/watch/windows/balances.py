@@ -6,6 +6,7 @@ what is compared is their ratio or difference.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -14,8 +15,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
 from stillhook.live.estimate.balance import WITH_PRESSURES, Balance
 from stillhook.live.estimate.half_waves import AFTER, BEFORE, CLEAR_SIDE, MOVING
-from stillhook.live.watch.batches import Statistic, normal, solved
-from stillhook.live.watch.rows import Signals
+from stillhook.live.watch.windows.batches import Statistic, normal, solved
+from stillhook.live.watch.windows.rows import Signals
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.spec.crane import Crane
 
@@ -50,7 +51,7 @@ class Balances:
             return x["omega_m"]
         if "s_w" not in x:
             return None
-        r_eff = self.balance.geometry(float(np.nanmean(x["s_w"]))).r_eff
+        r_eff = self.balance.geometry(known_mean(x["s_w"])).r_eff
         return x["v_w"] / r_eff if "v_w" in x else np.asarray(-np.gradient(x["s_w"], every) / r_eff)
 
     def _guarded(
@@ -66,7 +67,7 @@ class Balances:
     def _torque(self, x: Signals, omega: FloatArray, new: slice, every: float, lag: float) -> FloatArray:
         """Torque that nothing else explains, on the file's losses and a constant, where the winch slides."""
         assert self.balance is not None
-        geo = self.balance.geometry(float(np.nanmean(x["s_w"][new])))
+        geo = self.balance.geometry(known_mean(x["s_w"][new]))
         s = self.balance.samples(x, omega, geo)
         torque = s.active + s.passive - s.wire - geo.J * np.gradient(omega, every)
         torque = torque - lag * geo.r_eff * np.gradient(x["F_w"], every)
@@ -94,14 +95,14 @@ class Balances:
         own sum, and those of the passive torque and of the wire's."""
         assert self.balance is not None
         P = self.balance.params.passive
-        geo = self.balance.geometry(float(np.nanmean(x["s_w"][new])))
+        geo = self.balance.geometry(known_mean(x["s_w"][new]))
         D = P.motors.count * P.motors.D_max * x["alpha_pm"]
         q = -(D * omega)[new]
         if "alpha_pp" in x:
             q = q + pump_flow(x["alpha_pp"], P.pumps)[new]
         V, p = np.nancumsum(q) * every, x["p_hp"][new] * 1e-7
-        columns = [V - V.mean(), (q - np.nanmean(q)) / FLOW_UNIT]
-        sums = normal(columns, p - np.nanmean(p), np.ones(len(p)))
+        columns = [V - V.mean(), (q - known_mean(q)) / FLOW_UNIT]
+        sums = normal(columns, p - known_mean(p), np.ones(len(p)))
         torque = (D * (x["p_hp"] - P.settings.p_lp))[new] / FORCE_UNIT
         wire = (geo.r_eff * x["F_w"])[new] / FORCE_UNIT
         return np.concatenate([sums, [np.nansum(p), len(p), np.nansum(torque), np.nansum(wire)]])
@@ -146,6 +147,12 @@ class Balances:
                 ("gas/passive_setting_error", both(lambda s: s[..., -2] / s[..., -1], g, more)),
             ]
         return out
+
+
+def known_mean(x: FloatArray) -> float:
+    """Mean of what is known; NaN where nothing is."""
+    good = np.isfinite(x)
+    return float(x[good].mean()) if good.any() else math.nan
 
 
 def slides(omega: FloatArray, every: float) -> FloatArray:

@@ -1,0 +1,1 @@
+"""Causes of what fails: signs, patterns, and what a trial tells apart."""

@@ -1,0 +1,1 @@
+"""Criteria of validation on sliding windows of a stream of rows."""
