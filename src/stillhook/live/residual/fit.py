@@ -9,8 +9,8 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LiveError
-from stillhook.live.residual.proof import proven
-from stillhook.live.residual.samples import Samples
+from stillhook.live.residual.proof import FEWEST, proven
+from stillhook.live.residual.samples import BIN, Samples
 from stillhook.live.residual.seen import Seen, seen_of
 from stillhook.live.residual.terms import Scales, conditions, side, terms
 from stillhook.live.residual.trees import NONE, boosted, values
@@ -142,21 +142,27 @@ def folds(logs: Sequence[LearningLog], most: int) -> Iterator[tuple[list[Learnin
 
 
 def choose(logs: Sequence[LearningLog], scales: Scales) -> tuple[float, int]:
-    """Penalty and number of trees with the least error on logs that are held out within these."""
-    errors = np.zeros((len(PENALTIES), len(COUNTS)))
-    for rest, test in folds(logs, INNER_FOLDS):
-        for i, penalty in enumerate(PENALTIES):
-            fitted = learn([log.samples for log in rest], scales, penalty, COUNTS[-1])
-            for x in (log.samples for log in test):
-                each = side(x) * values(fitted.trees, conditions(x, scales))
-                for j, count in enumerate(COUNTS):
-                    errors[i, j] += _rms(x.left - fitted.linear(x) - each[:count].sum(axis=0)) / _rms(x.left)
-    best = int(errors.argmin())
-    return PENALTIES[best // len(COUNTS)], COUNTS[best % len(COUNTS)]
+    """Penalty of the linear part, then number of trees on it, with the least error on logs that are held out within
+    these."""
+    parts = [([log.samples for log in rest], [log.samples for log in test]) for rest, test in folds(logs, INNER_FOLDS)]
+    linear = dict.fromkeys(PENALTIES, 0.0)
+    for penalty in PENALTIES:
+        for rest, test in parts:
+            b, _ = _ridge(rest, scales, penalty)
+            linear[penalty] += sum(_rms(x.left - terms(x, scales) @ b) / _rms(x.left) for x in test)
+    penalty = min(linear, key=linear.__getitem__)
+    errors = np.zeros(len(COUNTS))
+    for rest, test in parts:
+        fitted = learn(rest, scales, penalty, COUNTS[-1])
+        for x in test:
+            each = side(x) * values(fitted.trees, conditions(x, scales))
+            left = x.left - fitted.linear(x)
+            errors += [_rms(left - each[:count].sum(axis=0)) / _rms(x.left) for count in COUNTS]
+    return penalty, COUNTS[int(errors.argmin())]
 
 
 def applied(fitted: Fitted, x: Samples) -> tuple[FloatArray, BoolArray, BoolArray]:
-    """Torque that a model says [N m], where it was seen, and where it is also proven by the samples before (n,)."""
+    """Torque that a model says [N m], where it was seen, and where the samples before prove it as well (n,)."""
     torque, inside = fitted.torque(x), np.ones(len(x.t), dtype=np.bool_)
     for outside in fitted.outside(x).values():
         inside &= ~outside
@@ -164,11 +170,13 @@ def applied(fitted: Fitted, x: Samples) -> tuple[FloatArray, BoolArray, BoolArra
 
 
 def judged(fitted: Fitted, log: LearningLog) -> HeldOut:
-    """A log under a model that did not learn from it."""
+    """A log under a model that did not learn from it; the first samples, that prove the model, are not counted."""
     x = log.samples
     torque, inside, used = applied(fitted, x)
-    rms = (_rms(x.left), _rms(x.left - used * fitted.linear(x)), _rms(x.left - used * torque))
-    return HeldOut(log.name, log.campaign, *rms, 1.0 - inside.mean(), 1.0 - used.mean(), (x.left - torque)[inside])
+    counted = slice(round(FEWEST / BIN), None)
+    rms = [_rms((x.left - used * y)[counted]) for y in (np.zeros(len(x.t)), fitted.linear(x), torque)]
+    without = 1.0 - float(used[counted].mean())
+    return HeldOut(log.name, log.campaign, *rms, 1.0 - float(inside.mean()), without, (x.left - torque)[inside])
 
 
 def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:

@@ -22,8 +22,8 @@ from stillhook.variables import WINDOW
 
 EVERY = 1.0
 """Rows that are taken together [s], as the estimator does."""
-FEWEST = 300
-"""Samples of a log from which anything is learned: a minute."""
+FEWEST = 500
+"""Samples of a log that is learned from or tested: a minute proves a model, and as much is judged."""
 GRID = 0.1
 """Spacing of the tip's motion from which its sea is read [s]."""
 

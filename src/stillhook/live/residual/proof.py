@@ -24,12 +24,13 @@ class Proof:
     """Running sums of squares of what is left over without and with the correction."""
 
     def __init__(self) -> None:
-        self._without = self._with = self._seconds = 0.0
+        self._without = self._with = 0.0
+        self._count = 0
 
     @property
     def ratio(self) -> float:
         """Root mean square with the correction on that without [-], NaN until FEWEST."""
-        if self._seconds < FEWEST or not self._without > 0.0:
+        if self._count < round(FEWEST / BIN) or not self._without > 0.0:
             return float("nan")
         return float(np.sqrt(self._with / self._without))
 
@@ -43,7 +44,7 @@ class Proof:
         fade = 1.0 - BIN / WINDOW
         self._without = fade * self._without + left**2
         self._with = fade * self._with + (left - correction) ** 2
-        self._seconds += BIN
+        self._count += 1
 
 
 def proven(left: FloatArray, correction: FloatArray, inside: BoolArray) -> BoolArray:

@@ -11,8 +11,9 @@ from stillhook.live.residual.terms import CONDITIONS
 
 EDGE = 0.001
 """Part of the samples that are beyond each side of the box [-]."""
-FAR = 0.99
-"""Part of the samples of a log that are nearer to those of the others than the distance that counts as far [-]."""
+FAR = (0.99, 0.9)
+"""Far is beyond the distance from all others within which so many samples of a log are, for so many logs [-]: as far as
+the test of held-out logs goes."""
 LANDMARKS = 400
 """Samples that stand for all others."""
 LEAST = 1e-3
@@ -58,5 +59,5 @@ def seen_of(logs: list[FloatArray], seed: int = 1) -> Seen:
     far = []
     for k, x in enumerate(logs):
         others = [m for j, m in enumerate(marks) if j != k] or marks
-        far.append(np.quantile(Seen(low, high, scale, np.concatenate(others), 0.0).distance(x[::5]), FAR))
-    return Seen(low, high, scale, np.concatenate(marks), float(np.median(far)))
+        far.append(np.quantile(Seen(low, high, scale, np.concatenate(others), 0.0).distance(x[::5]), FAR[0]))
+    return Seen(low, high, scale, np.concatenate(marks), float(np.quantile(far, FAR[1])))
