@@ -7,6 +7,7 @@ Sensor errors are even within the limits that the issue states; what is not stat
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from stillhook import Crane
 from stillhook.engine.pack.winch import gains
 from stillhook.library import load_crane
-from trials.adaptation.plant import FILE_FORM, OTHER_FORM, Drift, Log, run
+from trials.adaptation.plant import FILE_FORM, OTHER_FORM, Drift, Faults, Log, run
 from trials.independent_crane import crane as base
-from trials.independent_crane.plant import Inputs
+from trials.independent_crane.plant import LEAK_ACROSS, Inputs, Winch
 from trials.independent_crane.plc import NS, SSC
 from trials.independent_crane.sea_trial import (
     BAR,
@@ -57,26 +58,39 @@ SETTLED = 20.0
 STREAM = 3901
 
 
+LEAKAGE = (0.7, 1.4)
+"""Factor on the file's leakage before its step (assumed: new to worn)."""
+FAULTS = {
+    "leakage": (420.0, 1.5),
+    "gas": (780.0, 1.0 / 9.0),
+    "displacement": (1140.0, 0.02),
+    "pump delay": (1500.0, 0.7),
+}
+"""Faults: moment [s], and size: factor on the leakage; part of the gas, one of nine vessels; what the reading of the
+active motors jumps by, part of the full one; factor on the natural frequency of the pumps' control (assumed)."""
+WITH_FAULTS = 1800.0
+"""Length of a run with all faults [s]."""
+OTHER_LEAKS = (base.Leak.CONSTANT, base.Leak.STROKE, base.Leak.PRESSURE)
+"""Leakage of another form, by the seed."""
+
+
 class Trial(NamedTuple):
-    """One run. seed; form of the law; step of system friction [-], 0 without; seconds before and after it; scale of
-    system friction before."""
+    """One run. seed; form of friction and leakage; step of system friction [-], 0 without; seconds before and after it;
+    faults: those of FAULTS, in WITH_FAULTS, instead of a step."""
 
     seed: int
     form: float = FILE_FORM
     step: float = STEP
     before: float = QUIET
     after: float = AFTER
-
-    @property
-    def key(self) -> str:
-        """Its key in the store."""
-        law = "other" if self.form == OTHER_FORM else "file"
-        return f"{law}-{'step' if self.step else 'quiet'}-{self.seed}"
+    faults: bool = False
 
 
 class Run(NamedTuple):
-    """rows: signals as logged, SI; truth: signals without error; t_step [s]; scale of system friction before and
-    after; clock: what the encoder's clock is off [s]; text for the page."""
+    """rows: signals as logged, SI; truth: signals without error, and true parameters over time: leak flow out of the
+    line under pressure towards the other one [m^3/s], what the motors' reading lacks [-], charge of gas with which the
+    file's law is as stiff [-], lag of the pumps behind their command over the file's [s]; t_step [s]; scale of system
+    friction before and after; clock: what the encoder's clock is off [s]; conditions for the page."""
 
     rows: dict[str, FloatArray]
     truth: dict[str, FloatArray]
@@ -95,21 +109,27 @@ def simulate(trial: Trial) -> Run:
         "ahc",
         load=1e3 * rng.uniform(40.0, 160.0),
         s_w=rng.uniform(300.0, 2300.0),
-        duration=trial.before + trial.after,
+        duration=WITH_FAULTS if trial.faults else trial.before + trial.after,
         mode=rng.choice([NS, SSC]),
         wave=Wave(rng.uniform(1.3, 2.4), rng.uniform(8.0, 12.0), SETTLED),
     )
     # a machine as the independent crane draws it, with errors within what the sensors of the estimator state
     defect = base.Defect(displacement=1.0 + DISPLACEMENT * rng.uniform(-1.0, 1.0), friction=1.0, delay=STATED_DELAY)
+    if trial.faults:
+        worn = np.random.default_rng([STREAM, trial.seed, 2]).uniform(*LEAKAGE)
+        form = OTHER_LEAKS[trial.seed % len(OTHER_LEAKS)] if trial.form == OTHER_FORM else base.Leak.LIKE_FILE
+        defect = defect._replace(leakage=worn, leak=form)
     drawn, days = base.draw_crane(trial.seed, defect)
     day = days[0]._replace(passive_displacement=1.0 + DISPLACEMENT * rng.uniform(-1.0, 1.0))
     winch = base.winch_of(crane, test, defect, drawn, day)
     winch = winch._replace(hoist=winch.hoist._replace(gain_cell=1.0 + CELL_GAIN * rng.uniform(-1.0, 1.0)))
     scale = rng.uniform(0.8, 1.2)
     at = trial.before + (rng.uniform(-10.0, 10.0) if trial.step else 0.0)
+    step = 0.0 if trial.faults else trial.step
+    times = {name: moment if trial.faults else math.inf for name, (moment, _) in FAULTS.items()}
     drift = Drift(
         before=scale,
-        after=scale * (1.0 + trial.step),
+        after=scale * (1.0 + step),
         at=round(at / CYCLE),
         motors=1.0,
         form=trial.form,
@@ -117,18 +137,28 @@ def simulate(trial: Trial) -> Run:
         warming=rng.uniform(*WARMING),
         tau=TAU,
     )
+    faults = Faults(
+        leak_at=times["leakage"] / CYCLE,
+        leak=FAULTS["leakage"][1],
+        gas_at=times["gas"] / CYCLE,
+        gas=FAULTS["gas"][1],
+        pumps_at=times["pump delay"] / CYCLE,
+        pumps=FAULTS["pump delay"][1],
+    )
     inputs = sea_inputs(test, 1.0 / gains(crane).K_1, rng)
     log = Log(*(np.zeros(samples(test)) for _ in Log._fields))
     settings = base.settings_of(crane, test, drawn)._replace(brake=0.0)
-    run(inputs, test.s_w, CELL_ZERO * rng.uniform(-1.0, 1.0), winch, drift, settings, log)
+    run(inputs, test.s_w, CELL_ZERO * rng.uniform(-1.0, 1.0), winch, drift, faults, settings, log)
     clock = CLOCK * rng.uniform(-1.0, 1.0)
     conditions = {"load": test.load, "s_w": test.s_w, "mode": test.mode, "height": test.wave.height}  # type: ignore[union-attr]
     conditions |= {"period": test.wave.period, "scale": scale}  # type: ignore[union-attr]
+    rows = logged(log, inputs, clock, rng)
+    rows["alpha_m"] = rows["alpha_m"] + np.where(rows["time"] >= times["displacement"], FAULTS["displacement"][1], 0.0)
     return Run(
-        logged(log, inputs, clock, rng),
-        truth_of(log, crane),
+        rows,
+        truth_of(log) | parameters_of(log, rows, crane, winch, faults),
         at,
-        (scale, scale * (1.0 + trial.step)),
+        (scale, scale * (1.0 + step)),
         clock,
         conditions,
     )
@@ -201,16 +231,26 @@ def logged(log: Log, inputs: Inputs, clock: float, rng: np.random.Generator) -> 
     }
 
 
-def truth_of(log: Log, crane: Crane) -> dict[str, FloatArray]:
+def truth_of(log: Log) -> dict[str, FloatArray]:
     """What no sensor sees, and true states."""
+    names = ("p_a", "p_b", "p_hp", "alpha_p", "alpha_m", "alpha_pm", "s_w", "T_loss", "rise")
+    return {"omega_m": log.omega, "F_w": log.F_true, **{name: getattr(log, name) for name in names}}
+
+
+def parameters_of(
+    log: Log, rows: dict[str, FloatArray], crane: Crane, winch: Winch, faults: Faults
+) -> dict[str, FloatArray]:
+    """True parameters at every cycle, as `Run` says."""
+    a, cycle, dp, passive = winch.active, np.arange(len(log.omega)), log.p_a - log.p_b, crane.passive
+    assert passive is not None
+    C = (a.leak + a.leak_stroke * np.abs(log.alpha_p) + a.leak_speed * np.abs(log.omega)) / log.viscosity
+    C = C * (1.0 + a.leak_pressure * np.abs(dp)) * np.where(cycle >= faults.leak_at, faults.leak, 1.0)
+    head = LEAK_ACROSS * dp + (1.0 - LEAK_ACROSS) * np.sign(dp) * np.maximum(log.p_a, log.p_b)
+    gas, adiabatic = passive.accumulator.gas, 1.0 + winch.passive.mR / winch.passive.c_v
+    file_lag, lag = crane.active.pump.servo.lag, 2.0 * winch.pumps.zeta / winch.pumps.omega_n
     return {
-        "omega_m": log.omega,
-        "p_a": log.p_a,
-        "p_b": log.p_b,
-        "p_hp": log.p_hp,
-        "alpha_m": log.alpha_m,
-        "alpha_pm": log.alpha_pm,
-        "s_w": log.s_w,
-        "F_w": log.F_true,
-        "T_loss": log.T_loss,
+        "leak": C * head,
+        "displacement": a.motors.D / crane.active.motor.D_max * log.alpha_m - rows["alpha_m"],
+        "gas": gas.n / adiabatic * log.p_gas * log.V_gas / (gas.p_0 * gas.V_0),
+        "pump delay": CYCLE + lag / np.where(cycle >= faults.pumps_at, faults.pumps, 1.0) - file_lag,
     }

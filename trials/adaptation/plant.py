@@ -1,5 +1,6 @@
 """The independent crane (`trials.independent_crane.plant`) with system friction of its own factor that steps in time,
-oil that warms, and a law of another form.
+oil that warms, a law of another form, and faults: leakage that grows, a gas vessel that is shut off, pumps whose
+control becomes slow.
 
 Records, servos, lines, drum, wire and gas are those of that plant; what turns the shaft is written here, because motor
 loss and system friction have factors of their own and the truth is logged beside the signals.
@@ -18,6 +19,7 @@ from trials.independent_crane.plant import (
     VISCOSITY_PER_KELVIN,
     VISCOUS_PART_OF_DRY,
     Inputs,
+    Servo,
     Spooled,
     State,
     Winch,
@@ -58,6 +60,18 @@ class Drift(NamedTuple):
     tau: float
 
 
+class Faults(NamedTuple):
+    """Cycles from which on a fault is there, and its size: factor on the leakage of the active circuit; part of the gas
+    that is shut off with its vessel; factor on the natural frequency of the pumps' control."""
+
+    leak_at: float
+    leak: float
+    gas_at: float
+    gas: float
+    pumps_at: float
+    pumps: float
+
+
 class Log(NamedTuple):
     """What is logged, one value a cycle, as it is at the beginning of the cycle."""
 
@@ -74,6 +88,10 @@ class Log(NamedTuple):
     F: FloatArray  # load cell [N]
     T_loss: FloatArray  # truth: torque of all friction against hoisting positive [N m]
     F_true: FloatArray  # truth: force in the wire [N]
+    rise: FloatArray  # truth: sliding friction after the step over that before it, at this state
+    viscosity: FloatArray  # truth: over nominal
+    p_gas: FloatArray  # truth: gas [Pa]
+    V_gas: FloatArray  # truth: its volume [m^3]
 
 
 @njit
@@ -100,8 +118,12 @@ def losses(x: State, p_gas: float, T_drum: float, winch: Winch, d: Drift, scale:
 
 
 @njit
-def advance(x, u, tip, start, viscosity, drum: Spooled, winch: Winch, d: Drift, scale, h):
-    """The plant one step of h later, and the friction torque and wire force of this step."""
+def advance(x, u, tip, start, viscosity, drum: Spooled, winch: Winch, d: Drift, scale, leaks, left, pumps: Servo, h):
+    """The plant one step of h later, and the friction torque, wire force and passive pressure of this step. leaks:
+    factor on the leakage; left: part of the gas that is not shut off; pumps: their control.
+
+    A vessel is shut off at the pressure of the moment: what is left of the gas moves as all of it would by so much more
+    oil."""
     act, pas, hoist, y = winch.active, winch.passive, winch.hoist, winch.friction
     s_tip, v_tip = tip
     force = wire_force(x, s_tip, v_tip, start, drum.r, hoist)
@@ -110,12 +132,12 @@ def advance(x, u, tip, start, viscosity, drum: Spooled, winch: Winch, d: Drift, 
     level, rising = losses(x, p_gas, 0.5 * drum.d * force, winch, d, scale)
     level = level * (1.0 - VISCOUS_PART_OF_DRY + VISCOUS_PART_OF_DRY * viscosity)
     z, rate = bristle(x.z, x.omega, level, u.brake_closed, y, h)
-    a_p, da_p = servo(x.a_p, x.da_p, u.u_p, winch.pumps, h)
+    a_p, da_p = servo(x.a_p, x.da_p, u.u_p, pumps, h)
     a_m, da_m = servo(x.a_m, x.da_m, u.u_m, winch.motors, h)
     a_pm, da_pm = servo(x.a_pm, x.da_pm, u.u_pm, winch.passive_motors, h)
-    p_a, p_b = lines(x, a_p, D_a * x.omega, viscosity, act, h)
+    p_a, p_b = lines(x, a_p, D_a * x.omega, viscosity / leaks, act, h)
     inflow = pas.D_pumps * pas.omega_p * u.u_pp - D_p * x.omega - pas.leak * (p_gas - pas.p_lp)
-    T_gas = x.T_gas + h * (p_gas * inflow + pas.hA * (pas.T_vessel - x.T_gas)) / pas.c_v
+    T_gas = x.T_gas + h * (p_gas * inflow / left + pas.hA * (pas.T_vessel - x.T_gas)) / pas.c_v
     p_hp = p_gas + pas.R * inflow + pas.F * math.tanh(inflow / FLOW_OF_PISTON)
     damping = y.ratio * math.sqrt(y.sigma_0 * winch.drum.J_shaft) * math.exp(-((x.omega / y.omega_fade) ** 2))
     drive = D_a * (p_a - p_b) + D_p * (p_hp - pas.p_lp)
@@ -123,21 +145,41 @@ def advance(x, u, tip, start, viscosity, drum: Spooled, winch: Winch, d: Drift, 
     omega = x.omega + h * (drive - force * drum.r - opposing) / drum.J
     v_l = x.v_l + h * (force - hoist.W) / hoist.m
     F_cell = x.F_cell + h * (force - x.F_cell) / hoist.tau_cell
-    s_w, s_l = x.s_w - h * drum.r * omega, x.s_l + h * v_l
+    s_w, s_l, V_oil = x.s_w - h * drum.r * omega, x.s_l + h * v_l, x.V_oil + h * inflow / left
     after = State(
-        omega, s_w, z, a_p, da_p, a_m, da_m, a_pm, da_pm, p_a, p_b, x.V_oil + h * inflow, T_gas, p_gas, s_l, v_l, F_cell
+        omega,
+        s_w,
+        z,
+        a_p,
+        da_p,
+        a_m,
+        da_m,
+        a_pm,
+        da_pm,
+        p_a,
+        p_b,
+        V_oil,
+        T_gas,
+        p_gas,
+        s_l,
+        v_l,
+        F_cell,
     )
     return after, opposing, force, p_hp
 
 
 @njit
-def run(inputs: Inputs, start: float, offset_F: float, winch: Winch, d: Drift, c: Settings, log: Log) -> None:
+def run(
+    inputs: Inputs, start: float, offset_F: float, winch: Winch, d: Drift, f: Faults, c: Settings, log: Log
+) -> None:
     """Fill the log of one test that begins at rest with so much wire paid out [m]; offset_F zero error of the load cell
     [N]."""
     n, h = inputs.s_tip.shape[0], c.cycle / c.steps
     x = at_rest(start, inputs.s_tip[0], winch)
     m = Memory(winch.hoist.W, c.p_set, 0.0, 0.0, MANUAL, 0.0, 0.0, 0.0, winch.motors.high)
     p_port = winch.passive.p_lp
+    quick = winch.pumps
+    slow = Servo(quick.omega_n * f.pumps, quick.zeta, quick.rate_max, quick.low, quick.high)
     for i in range(n):
         drum = spooled(x.s_w, winch.drum)
         p_gas = gas_pressure(x.T_gas, x.V_oil, winch.passive)
@@ -166,6 +208,13 @@ def run(inputs: Inputs, start: float, offset_F: float, winch: Winch, d: Drift, c
         warm = d.start + d.warming * (1.0 - math.exp(-i * c.cycle / d.tau))
         viscosity = math.exp(-VISCOSITY_PER_KELVIN * warm)
         scale = d.before if i < d.at else d.after
+        leaks, left = (f.leak if i >= f.leak_at else 1.0), (1.0 - f.gas if i >= f.gas_at else 1.0)
+        pumps = slow if i >= f.pumps_at else quick
+        dry = 1.0 - VISCOUS_PART_OF_DRY + VISCOUS_PART_OF_DRY * viscosity
+        level, rising = losses(x, p_gas, 0.5 * drum.d * x.F_cell, winch, d, d.before)
+        level_after, rising_after = losses(x, p_gas, 0.5 * drum.d * x.F_cell, winch, d, d.after)
+        log.rise[i] = (level_after * dry + rising_after * viscosity) / (level * dry + rising * viscosity)
+        log.viscosity[i], log.p_gas[i], log.V_gas[i] = viscosity, p_gas, left * (winch.passive.V - x.V_oil)
         nxt = min(i + 1, n - 1)
         for j in range(c.steps):
             part = j / c.steps
@@ -173,6 +222,6 @@ def run(inputs: Inputs, start: float, offset_F: float, winch: Winch, d: Drift, c
                 inputs.s_tip[i] + (inputs.s_tip[nxt] - inputs.s_tip[i]) * part,
                 inputs.v_tip[i] + (inputs.v_tip[nxt] - inputs.v_tip[i]) * part,
             )
-            x, T, force, p_port = advance(x, late, tip, start, viscosity, drum, winch, d, scale, h)
+            x, T, force, p_port = advance(x, late, tip, start, viscosity, drum, winch, d, scale, leaks, left, pumps, h)
             if j == 0:
                 log.T_loss[i], log.F_true[i] = T, force

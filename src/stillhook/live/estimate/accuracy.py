@@ -39,6 +39,12 @@ class Accuracies:
     `stillhook.validate.parameters.hoisting`."""
     D_pm: float = 0.003
     """The same of the passive motors [-]."""
+    D_p: float = 0.005
+    """The same of the active pumps, with the speed of their drives [-]. Assumed."""
+    C_h: float = 0.05
+    """Capacitance of a line [-]. Assumed: volume of the pipes and bulk modulus of the oil."""
+    make_up: float = 0.2
+    """Flow of the make-up pumps, part of it [-]. Assumed: by the PLC's law where their setting is not logged."""
     p: float = 0.5e5
     """Each pressure transmitter [Pa]. Source: issue 39 (drift of 0.5 bar); 0.13 % of 400 bar."""
     R_piston: float = 0.3

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from stillhook.sea.motion.recorded import wave_periods, window_spans
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import Conditions
 from stillhook.variables import WINDOW
-
-if TYPE_CHECKING:
-    from stillhook.live.estimate.regression import FrictionEstimate
 
 EVERY = 0.1
 """Spacing of the tip's motion that is kept [s]."""
@@ -77,13 +73,17 @@ class Bounds:
         self._objections = objections(crane)
 
     def judge(
-        self, estimate: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]
+        self, name: str, value: float, plausible: tuple[float, float], seen: Seen, waves: Sequence[HalfWave]
     ) -> tuple[float | None, tuple[str, ...]]:
-        """The factor on the system friction that may be applied, and why none may."""
-        reasons = self._reasons(estimate, seen, waves)
-        return (None, reasons) if reasons else (estimate.system.value, ())
+        """The value of a parameter that may be applied after these half waves, and why none may."""
+        low, high = plausible
+        reasons = self.reasons(seen, waves)
+        if self.crane.certified is not None and not self._objections and not low <= value <= high:
+            reasons = (*reasons, f"{name} {value:.3g} is not {low:g} to {high:g}: a sensor or the crane file is wrong")
+        return (None, reasons) if reasons else (value, ())
 
-    def _reasons(self, estimate: FrictionEstimate, seen: Seen, waves: Sequence[HalfWave]) -> tuple[str, ...]:
+    def reasons(self, seen: Seen, waves: Sequence[HalfWave]) -> tuple[str, ...]:
+        """Why nothing may be applied under the conditions of these half waves."""
         certified = self.crane.certified
         if certified is None:
             return (NO_CERTIFICATE,)
@@ -97,13 +97,8 @@ class Bounds:
         span, period = seen.tip()
         if not (np.isfinite(span) and np.isfinite(period)):
             reasons.append("tip motion not known (s_tip not logged, or less than a minute of it)")
-        if not seen.modes(estimate.start):
+        if not seen.modes(waves[0].t):
             reasons.append("mode not known (mode not logged)")
-        low, high = PLAUSIBLE
-        if not low <= estimate.system.value <= high:
-            reasons.append(
-                f"system friction of {estimate.system.value:.2f} times the crane file's is not {low:g} to {high:g}"
-            )
         return tuple(reasons)
 
     def conditions(self, seen: Seen, waves: Sequence[HalfWave]) -> Conditions:

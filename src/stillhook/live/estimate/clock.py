@@ -7,16 +7,20 @@ Reversals are left out, because there the winch holds on its bristle while oil i
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.live.estimate.parameters.balances import FLOW
+from stillhook.live.estimate.parameters.sums import Sums, fit
 from stillhook.statistics.estimate import t_factor
 
-COLUMNS = 4
-"""Of the flow balance: motor flow, its rate, pressure drop, one."""
+COLUMNS = [FLOW.index(name) for name in ("motors", "rate", "leak", "one")]
+PUMPS = np.array([{"pumps": 1.0, "storage": -1.0}.get(name, 0.0) for name in FLOW])
+"""Columns of the flow balance that explain what the pumps give less compression."""
 FEWEST = 6
 """Half waves from which a standard error is stated: four columns are fitted."""
 FLOOR = 4e-3
@@ -40,59 +44,42 @@ class Clock(NamedTuple):
         return bool(np.isfinite(self.u))
 
 
-class FlowRow(NamedTuple):
-    """Sums of one half wave: A = X'X, c = X'y of the flow balance."""
-
-    A: FloatArray
-    c: FloatArray
-
-
-def flow_row(Q: FloatArray, q: FloatArray, q_rate: FloatArray, dp: FloatArray) -> FlowRow:
-    """Sums of the samples of a half wave: Q of the pumps less compression, q of the motors [m^3/s], its rate [m^3/s^2],
-    dp [Pa]."""
-    X = np.column_stack([q, q_rate, dp * 1e-9, np.full(len(q), 1e-2)])  # scaled to like sizes
-    return FlowRow(X.T @ X, X.T @ Q)
-
-
 class ClockTracker:
-    """Offset over the last half waves; `offset` is the one that rows are put together with."""
+    """Offset over the last half waves; `offset` is the one that rows are put together with. rows: flow balances of the
+    half waves; most: how many of them count."""
 
-    def __init__(self, most: int) -> None:
+    def __init__(self, rows: deque[Sums], most: int) -> None:
         self.offset = 0.0
-        self._rows: deque[FlowRow] = deque(maxlen=most)
-
-    def add(self, row: FlowRow) -> None:
-        """One more half wave, put together with `offset`."""
-        self._rows.append(row)
+        self.rows, self._most = rows, most
 
     def remainder(self) -> Clock:
-        """What the offset lacks, from all half waves that are kept."""
-        m = len(self._rows)
+        """What the offset lacks."""
+        rows = list(itertools.islice(reversed(self.rows), self._most))
+        m = len(rows)
+        unknown = Clock(0.0, np.inf, np.inf, m)
         if m < FEWEST:
-            return Clock(0.0, np.inf, np.inf, m)
-        A, c = np.stack([r.A for r in self._rows]), np.stack([r.c for r in self._rows])
-        total = A.sum(axis=0)
-        scale = np.sqrt(np.diag(total))
-        if not (scale > 0.0).all():
-            return Clock(0.0, np.inf, np.inf, m)
-        inverse = np.linalg.pinv(total / np.outer(scale, scale)) / np.outer(scale, scale)
-        b = inverse @ c.sum(axis=0)
-        if not b[0] > 0.0:
-            return Clock(0.0, np.inf, np.inf, m)
-        scores = c - np.einsum("ijk,k->ij", A, b)
-        per_row = scores @ inverse.T
-        lag_of = (per_row[:, 1] - b[1] / b[0] * per_row[:, 0]) / b[0]
-        freedom = max(m - COLUMNS, 1)
+            return unknown
+        found = fit(rows, COLUMNS, PUMPS)
+        if found is None or not found.b[0] > 0.0:
+            return unknown
+        G = np.stack([r.G for r in rows])
+        left = PUMPS.copy()
+        left[COLUMNS] -= found.b
+        per_row = (G[:, COLUMNS] @ left) @ found.H.T
+        lag_of = (per_row[:, 1] - found.b[1] / found.b[0] * per_row[:, 0]) / found.b[0]
+        freedom = max(m - len(COLUMNS), 1)
         u = float(np.sqrt(np.sum(lag_of**2) * m / freedom))
-        return Clock(float(b[1] / b[0]), float(np.hypot(u, FLOOR)), t_factor(freedom), m)
+        return Clock(float(found.b[1] / found.b[0]), float(np.hypot(u, FLOOR)), t_factor(freedom), m)
 
     def move(self, by: float) -> None:
         """Put the rows together with an offset that is larger by so much [s]: motor flow is then what it is so much
         later."""
         self.offset += by
-        M = np.eye(COLUMNS)
-        M[0, 1] = by  # new q = q + by q_rate
-        self._rows = deque((FlowRow(M @ r.A @ M.T, M @ r.c) for r in self._rows), self._rows.maxlen)
+        M = np.eye(len(FLOW))
+        M[FLOW.index("motors"), FLOW.index("rate")] = by
+        moved = [r._replace(G=M @ r.G @ M.T) for r in self.rows]
+        self.rows.clear()
+        self.rows.extend(moved)
 
 
 def coarse_offset(t: FloatArray, Q: FloatArray, q: FloatArray, reach: float, step: float = 0.02) -> float | None:

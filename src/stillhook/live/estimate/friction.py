@@ -14,12 +14,15 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.live.estimate.accuracy import Accuracies
 from stillhook.live.estimate.balance import ENCODER, Balance
-from stillhook.live.estimate.bounds import Bounds, Seen
+from stillhook.live.estimate.bounds import PLAUSIBLE, Bounds, Seen
 from stillhook.live.estimate.clock import Clock, ClockTracker, coarse_offset
 from stillhook.live.estimate.half_waves import LONGEST, HalfWave, cut, reversals
-from stillhook.live.estimate.pump_command import PumpCommand
+from stillhook.live.estimate.parameters.balances import COMMANDS
+from stillhook.live.estimate.parameters.commands import MakeUp, Setting
+from stillhook.live.estimate.parameters.follow import Follower, ParameterState
+from stillhook.live.estimate.parameters.follow import estimate as estimate_parameter
 from stillhook.live.estimate.regression import FEWEST, FrictionEstimate, estimate
-from stillhook.live.estimate.steps import AFTER_MOST, BEFORE_MOST, FrictionAlarm, step_of
+from stillhook.live.estimate.steps import Alarm, Watch, friction_alarm, friction_step
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.spec.crane import Crane
 
@@ -34,8 +37,6 @@ MOVE = 5e-3
 TO_FIND = 60.0
 """Rows from which the offset of the clock is looked for first [s]."""
 NO_CLOCK = "no alarms: the clock of the encoder is not found (alpha_p or u_p of a moving winch tells it)"
-MOST_ALARMS = 100
-"""Alarms that are kept, the last ones."""
 TOGETHER = 1.0
 """Rows that are worked off together [s]."""
 MARGIN = 0.5
@@ -50,15 +51,16 @@ class FrictionState:
     """What is known after the last rows. t of the last row [s]; estimate: None where there is none; reasons: why there
     is none, or no alarm; applied: factor on the crane file's system friction that may be used in the twin, None where
     it may not, and `bounds` say why; alarms: the last ones since the start; left_out: half waves that say nothing, by
-    reason."""
+    reason; parameters: leakage, displacement, gas and delays by name."""
 
     t: float
     estimate: FrictionEstimate | None
     reasons: tuple[str, ...]
     applied: float | None
     bounds: tuple[str, ...]
-    alarms: tuple[FrictionAlarm, ...]
+    alarms: tuple[Alarm, ...]
     left_out: Mapping[str, int]
+    parameters: Mapping[str, ParameterState]
 
 
 class FrictionEstimator:
@@ -88,15 +90,17 @@ class FrictionEstimator:
         self.window = window
         self._bounds = Bounds(crane, load)
         self._seen = Seen(window)
-        self._pump = PumpCommand(self.balance.params.active.pump_servo)
+        active = self.balance.params.active
+        self._settings = {"u_p": Setting(active.pump_servo), "u_m": Setting(active.motor_servo)}
+        self._make_up = MakeUp(self.balance.params) if self.balance.has_passive else None
         self._waves: deque[HalfWave] = deque(maxlen=MOST_WAVES)
-        self._clock = ClockTracker(MOST_WAVES // 4)
+        self._others = {name: Follower(name, deque(maxlen=MOST_WAVES)) for name in ("flow", "gas", *COMMANDS)}
+        self._clock = ClockTracker(self._others["flow"].rows, MOST_WAVES // 4)
+        self._watch = Watch()
         self._buffer: dict[str, FloatArray] = {}
         self._reach = self.accuracies.clock
         self._placed = False
-        self._since = self._before = -np.inf
         self._turned = np.nan
-        self._alarms: list[FrictionAlarm] = []
         self._left_out: Counter[str] = Counter()
         self._missing: tuple[str, ...] = ()
         self._read = True
@@ -149,18 +153,53 @@ class FrictionEstimator:
     def _state(self) -> FrictionState:
         t = self._last if self._stale else self._waves[-1].t
         lacking = self._clock.remainder()
-        window = [w for w in self._waves if w.t > max(t - self.window, self._since)]
+        window = [w for w in self._waves if w.t > max(t - self.window, self._watch.since)]
         extra = 0.0 if lacking.found else self.accuracies.clock
         if not self._read:
             extra += self.accuracies.pump_lag
         result = estimate(window, lacking, self.accuracies, extra)
-        if result is None:
-            return FrictionState(t, None, self._reasons(t, window), None, (), tuple(self._alarms), dict(self._left_out))
-        clock = Clock(self._clock.offset + lacking.offset, lacking.u, lacking.t, lacking.half_waves)
-        result = replace(result, clock=clock)
-        applied, bounds = self._bounds.judge(result, self._seen, window)
-        reasons = () if lacking.found else (NO_CLOCK,)
-        return FrictionState(t, result, reasons, applied, bounds, tuple(self._alarms), dict(self._left_out))
+        applied, bounds, reasons = None, (), self._reasons(t, window)
+        if result is not None:
+            clock = Clock(self._clock.offset + lacking.offset, lacking.u, lacking.t, lacking.half_waves)
+            result, reasons = replace(result, clock=clock), () if lacking.found else (NO_CLOCK,)
+            applied, bounds = self._bounds.judge("system friction", result.system.value, PLAUSIBLE, self._seen, window)
+        return FrictionState(
+            t=t,
+            estimate=result,
+            reasons=reasons,
+            applied=applied,
+            bounds=bounds,
+            alarms=tuple(self._watch.alarms),
+            left_out=dict(self._left_out),
+            parameters=self._parameters(t, window),
+        )
+
+    def _parameters(self, t: float, waves: list[HalfWave]) -> dict[str, ParameterState]:
+        """The other parameters, over their own windows."""
+        out = {}
+        for balance, of in self._others.items():
+            window = of.window(t - self.window)
+            for p in of.parameters:
+                result, applied, bounds = estimate_parameter(window, p, self.accuracies), None, ()
+                reasons: tuple[str, ...] = ()
+                if result is None:
+                    reasons = (self._missing_for(balance) or f"{len(window)} of {FEWEST} half waves",)
+                elif waves:
+                    applied, bounds = self._bounds.judge(p.meaning, result.value.value, p.plausible, self._seen, waves)
+                out[p.name] = ParameterState(
+                    p.meaning, p.unit, result, reasons, applied, bounds, tuple(of.alarms(p.name))
+                )
+        return out
+
+    def _missing_for(self, balance: str) -> str:
+        """What a balance lacks, "" where it is half waves alone."""
+        if balance == "gas":
+            return "" if self._make_up is not None else "no passive circuit"
+        needed = {"flow": ("alpha_p or u_p",), **{name: (f"u_{r[-1]}", r) for name, (_, r) in COMMANDS.items()}}[
+            balance
+        ]
+        lacking = [n for n in needed if not any(one in self._buffer for one in n.split(" or "))]
+        return f"signals missing: {', '.join(lacking)}" if self._buffer and lacking else ""
 
     def _reasons(self, t: float, window: list[HalfWave]) -> tuple[str, ...]:
         if self._missing:
@@ -193,11 +232,19 @@ class FrictionEstimator:
         return block
 
     def _completed(self, block: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """With the pumps' setting, from their command where it was not read."""
-        if "alpha_p" not in block and "u_p" in block:
+        """With the settings that follow from the commands, and what the make-up pumps give. They stand in for the pumps'
+        setting where it was not read."""
+        t, out = block["time"], dict(block)
+        for command, setting in self._settings.items():
+            if command in block:
+                out[f"follow_{command[-1]}"] = setting.follow(t, block[command])
+        if "alpha_p" not in block and "follow_p" in out:
             self._read = False
-            return {**block, "alpha_p": self._pump.follow(block["time"], block["u_p"])}
-        return block
+            out["alpha_p"] = out.pop("follow_p")
+        if self._make_up is not None:
+            s_w = block["s_w"][np.isfinite(block["s_w"])]
+            out["make_up"] = self._make_up.flow(block, self.balance.geometry(float(s_w[-1]) if len(s_w) else 0.0).r_eff)
+        return out
 
     def _omega(self) -> FloatArray:
         """Motor speed of the buffer, from wire speed or wire out where it was not logged [rad/s]."""
@@ -245,33 +292,15 @@ class FrictionEstimator:
         if part.half_wave is None:
             self._left_out[part.reason] += 1
             return
-        if part.flow is not None:
-            self._clock.add(part.flow)
         self._waves.append(part.half_wave)
+        for name, row in part.sums.items():
+            self._others[name].rows.append(row)
         self._correct()
-        self._watch()
-
-    def _watch(self) -> None:
-        """Look for a step; where one was just found, look again for the moment that it fits best. Without the clock
-        there is no looking: a wrong one moves weak and strong half waves apart."""
-        if not self._clock.remainder().found:
+        if not self._clock.remainder().found:  # a wrong clock moves weak and strong half waves apart
             return
-        now = self._waves[-1]
-        alarm = self._alarms[-1] if self._alarms else None
-        again = alarm is not None and sum(w.t > alarm.onset for w in self._waves) <= AFTER_MOST
-        since = self._before if again else self._since
-        recent = [w for w in self._waves if w.t > since][-(BEFORE_MOST + AFTER_MOST) :]
-        split = step_of(recent)
-        if split is None:
-            return
-        onset = recent[split.place].t
-        if again and alarm is not None:
-            self._alarms[-1] = alarm._replace(onset=onset, rise=split.rise)
-        else:
-            self._before = self._since
-            self._alarms.append(FrictionAlarm(now.t + 0.5 * now.seconds, onset, split.rise))
-            del self._alarms[:-MOST_ALARMS]
-        self._since = onset
+        self._watch.look(self._waves, friction_step, friction_alarm)
+        for name in part.sums:
+            self._others[name].look()
 
     def _correct(self) -> None:
         """Put all half waves together with the clock's offset as it is known now."""

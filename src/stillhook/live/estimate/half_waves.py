@@ -15,8 +15,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
 from stillhook.live.estimate.balance import Balance, Geometry
-from stillhook.live.estimate.clock import FlowRow, flow_row
-from stillhook.physics.hydraulics.pump import pump_flow
+from stillhook.live.estimate.parameters.balances import balances
+from stillhook.live.estimate.parameters.sums import Sums
 
 BEFORE, AFTER = 0.25, 0.5
 """Time that is left out before and after a reversal [s]: measured, see docs/explanation/following-friction.md."""
@@ -42,11 +42,6 @@ AT_RELIEF = 0.97
 """Pressure over that of the relief valve from which it counts as open [-]."""
 FEW = 0.05
 """Part of a half wave that may be saturated or unknown [-]."""
-BINS = 0.02
-"""Width of the means that flows are compared by [s]: longer ones damp the ringing of the circuit in the rate of its
-pressure more than in its flow, which looked like 6 ms of the clock."""
-CLEAR_SIDE = 5e5
-"""Pressure drop from which it is clear which line is under pressure [Pa]: ten times the drift of a transmitter."""
 NUDGE = 0.02
 """Shift of the clock by which its effect is taken [s]: large against rounding, small against a wave."""
 SENSITIVITIES = (
@@ -87,10 +82,10 @@ class HalfWave(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """What came of one half wave: its means and flow sums, or why it is left out."""
+    """What came of one half wave: its means, and sums by balance (`parameters.balances`); or why it is left out."""
 
     half_wave: HalfWave | None
-    flow: FlowRow | None
+    sums: Mapping[str, Sums]
     reason: str = ""
 
 
@@ -121,21 +116,21 @@ def cut(rows: Rows, omega: FloatArray, first: int, last: int, offset: float, bal
     start, end = t[first] + AFTER, t[last] - BEFORE  # by the encoder's clock
     moving = first + np.flatnonzero(np.abs(omega[first:last]) > MOVING)
     if not len(moving):
-        return Cut(None, None, "too little speed")
+        return Cut(None, {}, "too little speed")
     start, end = max(start, t[moving[0]]) - offset, min(end, t[moving[-1]]) - offset
     if end - start < SHORTEST:
-        return Cut(None, None, "half waves too short")
+        return Cut(None, {}, "half waves too short")
     a, b = np.searchsorted(t, [start, end])
     part = slice(int(a), int(b))
     inside = {name: x[part] for name, x in rows.items()}
     when = inside["time"]
     if len(when) < 5 or np.diff(when).max() > HOLE or when[0] - start > HOLE or end - when[-1] > HOLE:
-        return Cut(None, None, "holes in the log")
+        return Cut(None, {}, "holes in the log")
     near = slice(int(np.searchsorted(t, start + offset - reach)), int(np.searchsorted(t, end + offset + reach)))
     t_near, omega_near = t[near], omega[near]
     known = np.isfinite(omega_near)
     if known.mean() < 1.0 - FEW:
-        return Cut(None, None, "motor speed unknown")
+        return Cut(None, {}, "motor speed unknown")
     t_near, omega_near = t_near[known], omega_near[known]
 
     def speed(shift: float) -> FloatArray:
@@ -143,11 +138,12 @@ def cut(rows: Rows, omega: FloatArray, first: int, last: int, offset: float, bal
 
     s_w = float(np.nanmean(inside["s_w"]))
     if (reason := _left_out(inside, speed(0.0), balance, s_w)) is not None:
-        return Cut(None, None, reason)
+        return Cut(None, {}, reason)
     inside = {name: _bridged(when, x) for name, x in inside.items()}
     geo = balance.geometry(s_w)
     wave = _means(inside, when, speed, balance, geo, s_w)
-    return Cut(wave, _flows(inside, when, speed(0.0), balance))
+    of = balances(inside, when, speed(0.0), balance)
+    return Cut(wave, {name: Sums(wave.t, wave.seconds, wave.sign, wave.speed, G) for name, G in of.items()})
 
 
 def _left_out(inside: Rows, omega: FloatArray, balance: Balance, s_w: float) -> str | None:
@@ -233,29 +229,3 @@ def _means(
         F=F,
         layer=geo.layer,
     )
-
-
-def _flows(x: Rows, t: FloatArray, omega: FloatArray, balance: Balance) -> FlowRow | None:
-    """Flow balance of the line under pressure over the half wave, in means over BINS where rows are closer; None
-    without the pumps' setting.
-
-    The other line is left out: boost and flushing valves feed and drain it."""
-    if "alpha_p" not in x or not np.isfinite(x["alpha_p"]).all():
-        return None
-    A = balance.params.active
-    step = float(np.median(np.diff(t)))
-    place = ((t - t[0]) / BINS).astype(np.intp) if step < 0.75 * BINS else np.arange(len(t))
-    count = np.bincount(place)
-    if (count == 0).any() or len(count) < 5:
-        return None
-
-    def binned(y: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(place, y) / count)
-
-    q = binned(A.motors.count * A.motors.D_max * x["alpha_m"] * omega)
-    Q, at, p_a, p_b = binned(pump_flow(x["alpha_p"], A.pumps)), binned(t), binned(x["p_a"]), binned(x["p_b"])
-    dp = p_a - p_b
-    Q = Q - np.sign(dp) / A.i_C_h * np.gradient(np.maximum(p_a, p_b), at)
-    clear = np.abs(dp) > CLEAR_SIDE
-    clear[[0, -1]] = False  # slopes of the ends are one-sided, the last mean is of a part of its width
-    return flow_row(*(y[clear] for y in (Q, q, np.gradient(q, at), dp))) if clear.any() else None

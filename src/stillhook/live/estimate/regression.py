@@ -12,12 +12,11 @@ from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import Accuracies, half_width
 from stillhook.live.estimate.clock import Clock
 from stillhook.live.estimate.half_waves import SENSITIVITIES, HalfWave
+from stillhook.live.estimate.parameters.sums import scatter_of
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 
 FEWEST = 8
 """Half waves from which an estimate is stated: three columns are fitted, and scatter is to be seen."""
-LAGS = 2
-"""Half waves over which errors may be correlated: a wave group."""
 NUISANCE = 2
 """Columns besides the scale: a standing torque, and its drift."""
 
@@ -84,8 +83,7 @@ def columns_of(waves: Sequence[HalfWave]) -> Columns:
 
 def line(t: FloatArray, model: FloatArray, torque: FloatArray, weight: FloatArray) -> Line | None:
     """Weighted least squares of the torque on the model, a constant and a drift, all (n,); None where hoisting and
-    lowering are not both there. The variance of the scale is that of its scores over LAGS half waves (Newey and West
-    1987)."""
+    lowering are not both there. The uncertainty of the scale is that of its scores."""
     n = len(t)
     if n < NUISANCE + 2 or not (model.min() < 0.0 < model.max()):
         return None
@@ -97,13 +95,8 @@ def line(t: FloatArray, model: FloatArray, torque: FloatArray, weight: FloatArra
     hat = inverse @ (weight[:, None] * X).T
     b = hat @ torque
     residual = torque - X @ b
-    scores = hat[0] * residual
-    variance = float(scores @ scores)
-    for lag in range(1, min(LAGS, n - 1) + 1):
-        variance += 2.0 * (1.0 - lag / (LAGS + 1.0)) * float(scores[lag:] @ scores[:-lag])
-    variance = max(variance, float(scores @ scores) / n)
     freedom = n - NUISANCE - 1
-    u = float(np.sqrt(variance * n / freedom))
+    u = scatter_of(hat[0] * residual, NUISANCE + 1)
     return Line(float(b[0]), residual, u, t_factor(freedom), float(b[1]), hat[0])
 
 

@@ -1,14 +1,17 @@
-"""A step of the losses: when, by how much, and what may be behind it."""
+"""Steps of a parameter: when, by how much, and what may be behind them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import itertools
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.half_waves import HalfWave
 from stillhook.statistics.estimate import Estimate, t_factor
+from stillhook.units import number
 
 LEAST_STEP = 0.05
 """Smallest step of all losses that raises an alarm [-]: warming oil changes them by some per cent in minutes."""
@@ -18,72 +21,157 @@ AFTER_FEWEST, AFTER_MOST = 3, 12
 """Half waves since the step that are looked at."""
 BEFORE_FEWEST, BEFORE_MOST = 10, 60
 """Half waves before it that are compared with."""
+MOST_ALARMS = 100
+"""Alarms that are kept, the last ones."""
 LEAST_SCATTER = 0.01
 """Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
 
 
-class FrictionAlarm(NamedTuple):
-    """A step of all losses. t: moment that it was found [s]; onset: middle of the half wave in which it fell [s]; rise:
-    change over what they were before, with its 95 % interval."""
+class Alarm(NamedTuple):
+    """A step of a parameter. t: moment that it was found [s]; onset: middle of the half wave in which it fell [s]; rise:
+    change with its 95 % interval, of a factor over what it was before; parameter: its name, unit, meaning and what may
+    be behind the step."""
 
     t: float
     onset: float
     rise: Estimate
+    parameter: str = "friction"
+    unit: str = ""
+    meaning: str = "total loss"
+    cause: str = (
+        "friction, if leakage and displacement are as in the file; temperature of the oil, brake, sheaves, bearings"
+    )
 
     @property
     def message(self) -> str:
         """One line: what was measured, and its cause as far as it can be told."""
         word = "risen" if self.rise.value > 0.0 else "fallen"
-        low, high = sorted((abs(self.rise.low), abs(self.rise.high)))
+        scale, unit = (1e3, "ms") if self.unit == "s" else (100.0, "%")
+        low, high = sorted((scale * abs(self.rise.low), scale * abs(self.rise.high)))
+        what = self.meaning[0].upper() + self.meaning[1:]
         return (
-            f"Total loss has {word} by {100.0 * abs(self.rise.value):.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
-            f" since {self.onset:.0f} s; friction, if leakage and displacement are as in the file. Check temperature of"
-            " the oil, brake, sheaves and bearings."
+            f"{what} has {word} by {number(scale * abs(self.rise.value), 2)} {unit} ({number(low, 2)} to"
+            f" {number(high, 2)} {unit}) since {self.onset:.0f} s. Check: {self.cause}."
         )
 
 
 class Split(NamedTuple):
-    """A step between half waves: number of the half wave in which it fell, rise with its interval [-], standard errors
-    that it is, and sum of squares that it leaves [N^2 m^2]."""
+    """A step between half waves: number of the half wave in which it fell; coefficients before and after, half of the
+    95 % interval of their difference, and n half waves after; standard errors that it is, and sum of squares that it
+    leaves."""
 
     place: int
-    rise: Estimate
+    before: float
+    after: float
+    half: float
+    n: int
     significance: float
     left: float
 
 
-def step_of(waves: Sequence[HalfWave]) -> Split | None:
-    """The step that fits the last half waves of a stream best, among those that are significant; None without one.
+def nuisances(m: FloatArray, speed: FloatArray, t: FloatArray) -> FloatArray:
+    """Columns (n, 2) that both sides of a step share: slopes of the coefficient with the strength of the half waves, so
+    that a sea that grows under a law of another form raises no alarm, and with time, so that oil that warms is no part
+    of a step."""
+    return np.column_stack([m * (speed / speed.mean() - 1.0), m * (t - t.mean()) / max(float(np.ptp(t)), 1.0)])
 
-    The half wave in which it fell belongs to neither side. A standing torque is common to both sides, so that an error
-    of load cell or pressures raises none; so is a slope with the strength of the half waves, so that a sea that grows
-    under a law of another form raises none.
+
+def step_of(
+    m: FloatArray,
+    y: FloatArray,
+    shared: FloatArray,
+    sign: FloatArray,
+    floor: float,
+    counts: Callable[[float, float], bool],
+) -> Split | None:
+    """The step of b in y = b m that fits half waves (n,) best, among those that are significant and count; None without
+    one. shared (n, k): columns that both sides share; sign: of the motion; floor: least scatter of b.
+
+    The half wave in which it fell belongs to neither side.
     """
-    n = len(waves)
-    most = min(AFTER_MOST, n - BEFORE_FEWEST - 1)
-    model = np.array([w.system + w.motors for w in waves])
-    torque = np.array([w.torque for w in waves])
-    speed = np.array([w.speed for w in waves])
+    n = len(m)
     best: Split | None = None
-    for after in range(AFTER_FEWEST, most + 1):
+    for after in range(AFTER_FEWEST, min(AFTER_MOST, n - BEFORE_FEWEST - 1) + 1):
         place = n - after - 1
         use = np.arange(n) != place
         later = (np.arange(n) > place)[use]
-        m, y = model[use], torque[use]
-        if not (m[later].min() < 0.0 < m[later].max() and m[~later].min() < 0.0 < m[~later].max()):
-            continue
-        stronger = m * (speed[use] / speed.mean() - 1.0)
-        X = np.column_stack([np.where(later, 0.0, m), np.where(later, m, 0.0), stronger, np.ones(n - 1)])
-        inverse = np.linalg.pinv(X.T @ X)
-        b = inverse @ (X.T @ y)
-        residual = y - X @ b
-        left, freedom = float(residual @ residual), n - 5
-        scatter = max(float(np.sqrt(left / freedom)), LEAST_SCATTER * float(np.abs(model).mean()))
-        u = scatter * float(np.sqrt(inverse[0, 0] + inverse[1, 1] - 2.0 * inverse[0, 1]))
-        rise, significance = float(b[1] / b[0] - 1.0), abs(float(b[1] - b[0])) / u
-        if significance < SIGNIFICANCE or abs(rise) < LEAST_STEP or not b[0] > 0.0:
+        side = sign[use]
+        if any(np.ptp(side[part]) == 0.0 for part in (later, ~later)):
+            continue  # hoisting and lowering are not both there
+        X = np.column_stack([np.where(later, 0.0, m[use]), np.where(later, m[use], 0.0), shared[use]])
+        H = np.linalg.pinv(X.T @ X)
+        b = H @ (X.T @ y[use])
+        residual = y[use] - X @ b
+        left, freedom = float(residual @ residual), n - 1 - X.shape[1]
+        scatter = max(float(np.sqrt(left / freedom)), floor * float(np.abs(m).mean()))
+        u = scatter * float(np.sqrt(H[0, 0] + H[1, 1] - 2.0 * H[0, 1]))
+        significance = abs(float(b[1] - b[0])) / u
+        if significance < SIGNIFICANCE or not counts(float(b[0]), float(b[1])):
             continue
         if best is None or left < best.left:
-            half = t_factor(freedom) * u / float(b[0])
-            best = Split(place, Estimate.around(rise, half, after), significance, left)
+            best = Split(place, float(b[0]), float(b[1]), t_factor(freedom) * u, after, significance, left)
     return best
+
+
+class Timed(Protocol):
+    """A half wave."""
+
+    @property
+    def t(self) -> float: ...
+    @property
+    def seconds(self) -> float: ...
+
+
+W = TypeVar("W", bound=Timed)
+
+
+class Watch:
+    """Steps of a stream of half waves. since: onset of the last one [s]; alarms: the last ones."""
+
+    def __init__(self) -> None:
+        self.since = self._before = -np.inf
+        self.alarms: list[Alarm] = []
+
+    def look(
+        self,
+        waves: Sequence[W],
+        split: Callable[[Sequence[W]], Split | None],
+        alarm: Callable[[float, float, Split], Alarm],
+    ) -> None:
+        """Look for a step at the end of the half waves; where one was just found, look again for the moment that it fits
+        best."""
+        now, last = waves[-1], self.alarms[-1] if self.alarms else None
+        again = last is not None and sum(w.t > last.onset for w in waves) <= AFTER_MOST
+        since = self._before if again else self.since
+        recent = [w for w in itertools.islice(reversed(waves), BEFORE_MOST + AFTER_MOST) if w.t > since][::-1]
+        if len(recent) < BEFORE_FEWEST + AFTER_FEWEST + 1 or (found := split(recent)) is None:
+            return
+        onset = recent[found.place].t
+        if again and last is not None:
+            self.alarms[-1] = alarm(last.t, onset, found)
+        else:
+            self._before = self.since
+            self.alarms.append(alarm(now.t + 0.5 * now.seconds, onset, found))
+            del self.alarms[:-MOST_ALARMS]
+        self.since = onset
+
+
+def friction_step(waves: Sequence[HalfWave]) -> Split | None:
+    """The step of all losses. A standing torque is common to both sides, so that an error of load cell or pressures
+    raises none."""
+    model = np.array([w.system + w.motors for w in waves])
+    columns = nuisances(model, np.array([w.speed for w in waves]), np.array([w.t for w in waves]))
+    return step_of(
+        model,
+        np.array([w.torque for w in waves]),
+        np.column_stack([columns, np.ones(len(waves))]),
+        np.array([w.sign for w in waves]),
+        LEAST_SCATTER,
+        lambda before, after: before > 0.0 and abs(after / before - 1.0) >= LEAST_STEP,
+    )
+
+
+def friction_alarm(t: float, onset: float, found: Split) -> Alarm:
+    """Its alarm."""
+    half = found.half / found.before
+    return Alarm(t, onset, Estimate.around(found.after / found.before - 1.0, half, found.n))
