@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import logging
-import math
-import time
 from collections.abc import Callable, Sequence
 
-QUIET = 1.0
-"""Least time between two events [s]."""
-LONGEST = 160
-"""Letters of a warning that are kept."""
+from stillhook.live.servers.counted import Counted
 
 
 class LibraryLog(logging.Handler):
@@ -22,9 +17,11 @@ class LibraryLog(logging.Handler):
 
     def __init__(self, loggers: Sequence[str], of: str, but: Sequence[str], tell: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)
-        self._loggers, self._of, self._but, self._tell = tuple(loggers), of, tuple(but), tell
+        self._loggers, self._of, self._but = tuple(loggers), of, tuple(but)
         self._before: dict[str, bool] = {}
-        self._reported, self._count = -math.inf, 0
+        self._counted = Counted(
+            lambda count, text: tell(f"{count} messages were dropped or answered with an error, the last: {text}")
+        )
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a warning on: the first at once, later ones counted."""
@@ -32,10 +29,7 @@ class LibraryLog(logging.Handler):
         text = " ".join((record.getMessage() if reason is None else f"{type(reason).__name__}: {reason}").split())
         if not record.name.startswith(self._of) or any(each in text for each in self._but):
             return
-        self._count += 1
-        if time.monotonic() - self._reported >= QUIET:
-            self._tell(f"{self._count} messages were dropped or answered with an error, the last: {text[:LONGEST]}")
-            self._reported, self._count = time.monotonic(), 0
+        self._counted.add(text)
 
     def attach(self) -> None:
         """Take the loggers over."""
@@ -47,6 +41,7 @@ class LibraryLog(logging.Handler):
 
     def detach(self) -> None:
         """Give them back."""
+        self._counted.flush()
         for name, before in self._before.items():
             logger = logging.getLogger(name)
             logger.propagate = before

@@ -5,7 +5,7 @@ and takes writes only where the map allows them and the program was started for 
 from __future__ import annotations
 
 import asyncio
-import time
+from collections import deque
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
+from stillhook.live.servers.counted import Counted
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.registers import Access, Register, read_registers
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free
@@ -25,8 +26,10 @@ PORT = 5020
 READS, WRITES = (3, 4), (6, 16)
 """Functions that are served."""
 SOURCE = "modbus"
-QUIET = 1.0
-"""Least time between two events on refused requests [s]."""
+CLIENTS = 32
+"""Connections at most."""
+MOST_BYTES = 260
+"""Bytes of a request at most, its head included."""
 
 
 class ModbusSettings(NamedTuple):
@@ -49,10 +52,9 @@ class ModbusServer:
         check_address(settings.host, settings.port, "modbus")
         self._served, self._settings = served, settings
         self.registers = read_registers(settings.registers, served.names, served.inputs)
-        self._refused, self._reported = 0, -QUIET
+        self._refused = Counted(self._tell)
 
     async def __aenter__(self) -> ModbusServer:
-        from pymodbus.server import ModbusTcpServer
         from pymodbus.simulator import DataType, SimData, SimDevice
 
         check_free(self._settings.host, self._settings.port, SOURCE)
@@ -62,7 +64,7 @@ class ModbusServer:
         data = [SimData(r.address, count=r.form.words, values=0, datatype=DataType.REGISTERS) for r in self.registers]
         device = SimDevice(id=0, simdata=data, action=self._act)
         settings = self._settings
-        self._server: ModbusTcpServer = ModbusTcpServer(device, address=(settings.host, settings.port))
+        self._server: ModbusTcpServer = _server(device, (settings.host, settings.port))
         try:
             await self._server.serve_forever(background=True)
         except BaseException:
@@ -76,6 +78,7 @@ class ModbusServer:
         await self._server.shutdown()
         await asyncio.sleep(0)
         self._log.detach()
+        self._refused.flush()
 
     @property
     def port(self) -> int:
@@ -125,10 +128,66 @@ class ModbusServer:
         return [r for r in self.registers if r.address < end and r.end > first]
 
     def _refuse(self, code: ExcCodes, reason: str) -> ExcCodes:
-        """The answer to a write that is refused, and an event: the first at once, later ones counted."""
-        self._refused += 1
-        if time.monotonic() - self._reported >= QUIET:
-            text = f"{self._refused} writes refused, the last {reason}."
-            self._served.tell(event(SOURCE, "refused-write", text, self._refused))
-            self._refused, self._reported = 0, time.monotonic()
+        """The answer to a write that is refused, and an event."""
+        self._refused.add(reason)
         return code
+
+    def _tell(self, count: int, reason: str) -> None:
+        text = f"{count} writes refused, the last {reason}."
+        self._served.tell(event(SOURCE, "refused-write", text, count))
+
+
+def _server(device: Any, address: tuple[str, int]) -> ModbusTcpServer:
+    """The library's server with bounds. By itself it takes any number of connections, forgets what came behind a
+    request before its answer was sent, and collects answers that nobody reads."""
+    from pymodbus.server import ModbusTcpServer
+    from pymodbus.server.requesthandler import ServerRequestHandler
+
+    class Connection(ServerRequestHandler):  # type: ignore[misc]  # untyped library
+        """Answers every request, in their order."""
+
+        def callback_connected(self) -> None:
+            super().callback_connected()
+            self._waiting: deque[Any] = deque()
+            self.max_buffer_size = 1 << 20
+            if len(self.listener.active_connections) > CLIENTS:
+                self.loop.call_soon(self.close)
+
+        def callback_data(self, data: bytes, addr: Any = None) -> int:
+            used = 0
+            while used < len(data) and (taken := super().callback_data(data[used:], addr)):
+                used += taken
+                if self.last_pdu:
+                    self._waiting.append(self.last_pdu)
+            return used if len(data) - used <= MOST_BYTES else len(data)
+
+        def handle_later(self) -> None:
+            """Called once for every request."""
+            if self._waiting:
+                self.loop.create_task(self._handle(self._waiting.popleft()))
+
+        async def _handle(self, request: Any) -> None:
+            self.last_pdu = request  # the library reads it there, and nothing waits in between
+            await self.handle_request()
+
+        def send(self, data: bytes, addr: Any = None) -> None:
+            kept: bytes = self.recv_buffer  # type: ignore[has-type]
+            if self.transport:
+                super().send(data, addr)
+                self.recv_buffer = kept
+
+        def pause_writing(self) -> None:
+            if self.transport:
+                self.transport.pause_reading()
+
+        def resume_writing(self) -> None:
+            if self.transport and not self.transport.is_closing():
+                self.transport.resume_reading()
+
+    class Bounded(ModbusTcpServer):  # type: ignore[misc]
+        """Makes such connections."""
+
+        def callback_new_connection(self) -> Connection:
+            return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)
+
+    return Bounded(device, address=address)
