@@ -121,13 +121,16 @@ def bounded_server(**arguments: Any) -> Any:
     return made
 
 
-def close_idle(connections: list[Any]) -> int:
-    """Close connections without a session that are too old or too many, the oldest first; how many. So that nobody
-    keeps those who have a session to come from it."""
-    pending = [c for c in connections if c.processor.session is None or not c.processor.session.is_activated()]
-    old = time.monotonic() - PATIENCE
-    pending.sort(key=lambda c: c.since)
-    closed = [c for i, c in enumerate(pending) if c.since < old or i < len(pending) - PENDING]
+def close_idle(connections: list[Any], trusts: Callable[[bytes | None], bool]) -> int:
+    """Close connections without a session that are too old, and the oldest of too many whose channel has no trusted
+    certificate; how many. So nobody keeps those away who have a session to come."""
+    now = time.monotonic()
+    idle = [c for c in connections if c.processor.session is None or not c.processor.session.is_activated()]
+    closed = [c for c in idle if now - c.since > PATIENCE]
+    if len(idle) - len(closed) > PENDING:
+        policies = [(c, c.processor._connection.security_policy) for c in idle if c not in closed]
+        strangers = [c for c, policy in policies if not trusts(policy.peer_certificate)]
+        closed += sorted(strangers, key=lambda c: c.since)[: len(idle) - len(closed) - PENDING]
     for each in closed:
         each.transport.abort()
     return len(closed)

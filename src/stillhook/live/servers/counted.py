@@ -8,6 +8,8 @@ import math
 import time
 from collections.abc import Callable
 
+from stillhook.live.history.events import one_line
+
 QUIET = 1.0
 """Time in which a burst is told one by one, and after which the others are told by their number [s]."""
 LONGEST = 200
@@ -24,7 +26,7 @@ class Counted:
 
     def add(self, text: str) -> None:
         """One more. What is not told at once is told within `QUIET` where a loop runs, else by `flush`."""
-        self._count, self._text = self._count + 1, printable(text)
+        self._count, self._text = self._count + 1, one_line(text[:LONGEST], LONGEST)
         now = time.monotonic()
         if now - self._since >= QUIET:
             self._since, self._told = now, 0
@@ -43,9 +45,3 @@ class Counted:
         if self._count:
             count, self._count = self._count, 0
             self._tell(count, self._text)
-
-
-def printable(text: str) -> str:
-    """A stranger's text on one line that no terminal and no file obeys, cut."""
-    cut = text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
-    return "".join(c if c.isprintable() else "?" for c in cut)

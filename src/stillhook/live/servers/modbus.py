@@ -5,7 +5,9 @@ and takes writes only where the map allows them and the program was started for 
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 PORT = 5020
 READS, WRITES = (3, 4), (6, 16)
 """Functions that are served."""
+ATTEMPTS = (5, 6, 15, 16, 21, 22, 23)
+"""All functions of the protocol that write."""
 SOURCE = "modbus"
 CLIENTS = 32
 """Connections at most."""
@@ -52,19 +56,19 @@ class ModbusServer:
         check_address(settings.host, settings.port, "modbus")
         self._served, self._settings = served, settings
         self.registers = read_registers(settings.registers, served.names, served.inputs)
-        self._refused = Counted(self._tell)
+        self._refused, self._malformed = Counted(self._tell_refused), Counted(self._tell_malformed)
+        self._reason = ""
 
     async def __aenter__(self) -> ModbusServer:
         from pymodbus.simulator import DataType, SimData, SimDevice
 
         check_free(self._settings.host, self._settings.port, SOURCE)
-        tell = lambda text: self._served.tell(event(SOURCE, "malformed", text))
-        self._log = LibraryLog(("pymodbus.logging",), "pymodbus", (), tell)
+        self._log = LibraryLog(("pymodbus.logging",), "pymodbus", (), self._malformed.add)
         self._log.attach()
         data = [SimData(r.address, count=r.form.words, values=0, datatype=DataType.REGISTERS) for r in self.registers]
         device = SimDevice(id=0, simdata=data, action=self._act)
         settings = self._settings
-        self._server: ModbusTcpServer = _server(device, (settings.host, settings.port))
+        self._server: ModbusTcpServer = _server(device, (settings.host, settings.port), self.answered)
         try:
             await self._server.serve_forever(background=True)
         except BaseException:
@@ -79,6 +83,7 @@ class ModbusServer:
         await asyncio.sleep(0)
         self._log.detach()
         self._refused.flush()
+        self._malformed.flush()
 
     @property
     def port(self) -> int:
@@ -128,36 +133,53 @@ class ModbusServer:
         return [r for r in self.registers if r.address < end and r.end > first]
 
     def _refuse(self, code: ExcCodes, reason: str) -> ExcCodes:
-        """The answer to a write that is refused, and an event."""
-        self._refused.add(reason)
+        """The answer to a write that is refused."""
+        self._reason = reason
         return code
 
-    def _tell(self, count: int, reason: str) -> None:
+    def answered(self, request: Any, answer: Any) -> None:
+        """An event on a write that was refused, by whomever."""
+        reason, self._reason = self._reason, ""
+        if request.function_code in ATTEMPTS and answer.isError():
+            at = f"function {request.function_code} at {request.address}: no such register, or not so many"
+            self._refused.add(reason or at)
+
+    def _tell_refused(self, count: int, reason: str) -> None:
         text = f"{count} writes refused, the last {reason}."
         self._served.tell(event(SOURCE, "refused-write", text, count))
 
+    def _tell_malformed(self, count: int, reason: str) -> None:
+        text = f"{count} messages dropped or answered with an error, the last: {reason}"
+        self._served.tell(event(SOURCE, "malformed", text, count))
 
-def _server(device: Any, address: tuple[str, int]) -> ModbusTcpServer:
-    """The library's server with bounds. By itself it takes any number of connections, forgets what came behind a
-    request before its answer was sent, and collects answers that nobody reads."""
+
+def _server(device: Any, address: tuple[str, int], answered: Callable[[Any, Any], None]) -> ModbusTcpServer:
+    """The library's server with bounds; answered: is told each request with its answer. By itself it takes any number
+    of connections, forgets what came behind a request before its answer was sent, and collects answers that nobody
+    reads."""
     from pymodbus.server import ModbusTcpServer
     from pymodbus.server.requesthandler import ServerRequestHandler
 
     class Connection(ServerRequestHandler):  # type: ignore[misc]  # untyped library
-        """Answers every request, in their order."""
+        """Answers every request, in their order. known: whether it has made one that was understood; of too many
+        connections the oldest goes that has not."""
+
+        known = False
 
         def callback_connected(self) -> None:
             super().callback_connected()
             self._waiting: deque[Any] = deque()
             self.max_buffer_size = 1 << 20
-            if len(self.listener.active_connections) > CLIENTS:
-                self.loop.call_soon(self.close)
+            others = [c for c in self.listener.active_connections.values() if c is not self]
+            if len(others) >= CLIENTS:
+                next((c for c in others if not c.known), self).close()
 
         def callback_data(self, data: bytes, addr: Any = None) -> int:
             used = 0
             while used < len(data) and (taken := super().callback_data(data[used:], addr)):
                 used += taken
                 if self.last_pdu:
+                    self.known = True
                     self._waiting.append(self.last_pdu)
             return used if len(data) - used <= MOST_BYTES else len(data)
 
@@ -168,11 +190,19 @@ def _server(device: Any, address: tuple[str, int]) -> ModbusTcpServer:
 
         async def _handle(self, request: Any) -> None:
             self.last_pdu = request  # the library reads it there, and nothing waits in between
-            await self.handle_request()
+            try:
+                await self.handle_request()
+            except Exception as problem:  # such as an error's answer that fits in no byte: its function has the bit set
+                logging.getLogger("pymodbus.logging").warning("No answer: %s", problem)
+
+        def server_send(self, pdu: Any, addr: Any) -> None:
+            if pdu and self.last_pdu:
+                answered(self.last_pdu, pdu)
+            super().server_send(pdu, addr)
 
         def send(self, data: bytes, addr: Any = None) -> None:
             kept: bytes = self.recv_buffer  # type: ignore[has-type]
-            if self.transport:
+            if self.transport and not self.transport.is_closing():
                 super().send(data, addr)
                 self.recv_buffer = kept
 

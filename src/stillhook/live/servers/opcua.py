@@ -46,6 +46,8 @@ CLIENTS = 32
 SUBSCRIPTIONS, QUEUE, UNACKNOWLEDGED = 128, 1000, 100
 """Subscriptions, values that wait for a client by node, and messages that it has not acknowledged, at most: the
 library's own limits let one client that acknowledges nothing take some 250 MB."""
+WRITE = "request of type 673 without an existing session"
+"""How the library warns of a write without a session."""
 BURST = 20
 """Events on what was refused that are told one by one in a second; the others are counted."""
 SOURCE = "opcua"
@@ -88,7 +90,7 @@ class OpcUaServer:
     async def __aenter__(self) -> OpcUaServer:
         check_free(self._settings.host, self._settings.port, SOURCE)
         but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
-        tell = lambda text: self.refuse("malformed", text)
+        tell = lambda text: self.refuse("refused-write" if WRITE in text else "malformed", text)
         self._log = LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell)
         self._log.attach()
         try:
@@ -135,7 +137,7 @@ class OpcUaServer:
         due = time.monotonic()
         while not stopped():
             await self.publish()
-            if closed := close_idle(self._server.bserver.clients):
+            if closed := close_idle(self._server.bserver.clients, self.trust.trusts):
                 self.refuse("refused-session", f"{closed} connections closed that asked for no session.")
             due = max(due + EVERY, time.monotonic())
             await asyncio.sleep(max(0.0, due - time.monotonic()))
