@@ -32,7 +32,7 @@ def requests() -> dict[str, bytes]:
 
 
 def bombs() -> dict[str, bytes]:
-    """Small bodies that cost a reader without bounds hours and gigabytes, or its stack."""
+    """Small bodies that cost a reader without bounds an hour, gigabytes, or its stack."""
     from asyncua import ua
     from asyncua.ua.ua_binary import nodeid_to_binary, struct_to_binary
 

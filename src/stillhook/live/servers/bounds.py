@@ -1,7 +1,7 @@
 """Bounds that the OPC UA library (asyncua 2.1) lacks: of what one message or one connection may cost, whoever it is of.
 
-Without them a message of 60 bytes, from a client without any certificate, keeps the library busy for hours and takes
-16 GB: a list of 2^31 values that take no byte each, or whose negative lengths step back. And a connection collects
+Without them a message of 60 bytes, from a client without any certificate, keeps the library busy for more than an hour
+or takes 16 GB: a list of 2^31 values that take no byte each, or whose negative lengths step back. And a connection collects
 whatever comes, as long as no message is complete or no answer is read.
 """
 
