@@ -1,8 +1,8 @@
 """Bounds that the OPC UA library (asyncua 2.1) lacks: of what one message or one connection may cost, whoever it is of.
 
 Without them a message of 60 bytes, from a client without any certificate, keeps the library busy for more than an hour
-or takes 16 GB: a list of 2^31 values that take no byte each, or whose negative lengths step back. And a connection collects
-whatever comes, as long as no message is complete or no answer is read.
+or takes 16 GB: a list of 2^31 values that take no byte each, or whose negative lengths step back. And a connection
+collects whatever comes, as long as no message is complete or no answer is read.
 """
 
 from __future__ import annotations

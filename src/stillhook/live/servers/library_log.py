@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 
 class LibraryLog(logging.Handler):
-    """Takes loggers over while a server runs.
+    """Takes loggers over while a server runs: a context.
 
     Parameters: loggers by name; of: begin of the names of those whose warnings are passed on, the others are dropped;
     but: texts that are dropped as well; tell: is told one sentence.
@@ -26,16 +26,15 @@ class LibraryLog(logging.Handler):
             return
         self._tell(text.partition("; Traceback")[0])
 
-    def attach(self) -> None:
-        """Take the loggers over."""
+    def __enter__(self) -> LibraryLog:
         for name in self._loggers:
             logger = logging.getLogger(name)
             self._before[name] = logger.propagate
             logger.propagate = False
             logger.addHandler(self)
+        return self
 
-    def detach(self) -> None:
-        """Give them back."""
+    def __exit__(self, *of: object) -> None:
         for name, before in self._before.items():
             logger = logging.getLogger(name)
             logger.propagate = before

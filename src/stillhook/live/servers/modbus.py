@@ -5,6 +5,7 @@ and takes writes only where the map allows them and the program was started for 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections import deque
 from collections.abc import Callable
@@ -63,27 +64,24 @@ class ModbusServer:
         from pymodbus.simulator import DataType, SimData, SimDevice
 
         check_free(self._settings.host, self._settings.port, SOURCE)
-        self._log = LibraryLog(("pymodbus.logging",), "pymodbus", (), self._malformed.add)
-        self._log.attach()
         data = [SimData(r.address, count=r.form.words, values=0, datatype=DataType.REGISTERS) for r in self.registers]
         device = SimDevice(id=0, simdata=data, action=self._act)
         settings = self._settings
-        self._server: ModbusTcpServer = _server(device, (settings.host, settings.port), self.answered)
-        try:
+        async with contextlib.AsyncExitStack() as stack:
+            stack.callback(self._malformed.flush)
+            stack.callback(self._refused.flush)
+            stack.enter_context(LibraryLog(("pymodbus.logging",), "pymodbus", (), self._malformed.add))
+            self._server: ModbusTcpServer = _server(device, (settings.host, settings.port), self.answered)
             await self._server.serve_forever(background=True)
-        except BaseException:
-            self._log.detach()
-            raise
+            stack.push_async_callback(asyncio.sleep, 0)
+            stack.push_async_callback(self._server.shutdown)
+            self._stack = stack.pop_all()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
     ) -> None:
-        await self._server.shutdown()
-        await asyncio.sleep(0)
-        self._log.detach()
-        self._refused.flush()
-        self._malformed.flush()
+        await self._stack.aclose()
 
     @property
     def port(self) -> int:

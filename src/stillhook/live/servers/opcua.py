@@ -11,6 +11,7 @@ Who may see the numbers without security, on this machine alone, has to say so (
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -91,22 +92,18 @@ class OpcUaServer:
         check_free(self._settings.host, self._settings.port, SOURCE)
         but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
         tell = lambda text: self.refuse("refused-write" if WRITE in text else "malformed", text)
-        self._log = LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell)
-        self._log.attach()
-        try:
+        async with contextlib.AsyncExitStack() as stack:
+            stack.callback(self._flush)
+            stack.enter_context(LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell))
             await self._start()
-        except BaseException:
-            self._log.detach()
-            raise
+            stack.push_async_callback(self._server.stop)
+            self._stack = stack.pop_all()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
     ) -> None:
-        await self._server.stop()
-        self._log.detach()
-        for each in self._refused.values():
-            each.flush()
+        await self._stack.aclose()
 
     @property
     def url(self) -> str:
@@ -206,6 +203,10 @@ class OpcUaServer:
 
             self._refused[name] = Counted(tell, BURST)
         self._refused[name].add(text)
+
+    def _flush(self) -> None:
+        for each in self._refused.values():
+            each.flush()
 
     def received(self, values: dict[str, float], stamp: float, user: str | None) -> str:
         """Hand inputs over; why they were refused, or nothing."""
