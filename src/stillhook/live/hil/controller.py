@@ -50,7 +50,12 @@ class LibraryController:
         made = kernel(extra_controllers([block.controller]), block.drive, True)
         laws = made.laws.blank(own, guard_at_start(block.guard, block.code))
         self._run = made.run
-        self._lane = np.array(flatten(made.Lane(block.memory, laws, block.plc, block.control)))
+        self._begin = np.array(flatten(made.Lane(block.memory, laws, block.plc, block.control)))
+        self.start()
+
+    def start(self) -> None:
+        """Begin anew, before the first cycle."""
+        self._lane = self._begin.copy()
 
     def cycle(self, inputs: FloatArray) -> FloatArray:
         """As of `Controller`."""
