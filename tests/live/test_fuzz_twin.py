@@ -61,8 +61,9 @@ class Twin:
         options = ["--allow-writes"] if writes else []
         command = [sys.executable, "-m", "stillhook", "live", "run", str(self.path), *options]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+        self.told = folder / "stderr.txt"  # a pipe that nobody reads would hold the twin up
         self.process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+            command, stdout=subprocess.PIPE, stderr=self.told.open("w"), text=True, env=environment
         )
         lines = [self.process.stdout.readline() for _ in range(3)]
         self.opcua, self.modbus, self.udp = (int(re.search(r"127\.0\.0\.1:(\d+)", line)[1]) for line in lines)
@@ -171,11 +172,12 @@ def test_a_twin_lives_through_malformed_packets_and_takes_nothing_from_them(tmp_
         asyncio.run(read(twin, own))
     finally:
         twin.process.send_signal(signal.SIGTERM)
-        out, err = twin.process.communicate(timeout=60.0)
+        out, _ = twin.process.communicate(timeout=60.0)
         twin.receiver.close()
-    assert twin.process.returncode == 0, err
+    err = twin.told.read_text()
+    assert twin.process.returncode == 0, err[-2000:]
     assert "Traceback" not in out + err
-    print(out, err)
+    print(out)
 
 
 async def read(twin: Twin, own: TrustFolder) -> None:
