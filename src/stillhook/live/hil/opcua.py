@@ -39,7 +39,7 @@ class OpcUaBus:
         self.trust = TrustFolder(settings.folder, "plc")
         self.label = f"OPC UA {settings.url}, signed and encrypted"
         self._client: Any = None
-        self._log = quiet("asyncua")
+        self._quiet = contextlib.ExitStack()
         if not settings.server.is_file():
             raise LiveError(
                 f"opcua: server = {settings.server}: no such file. Start the twin once (stillhook live run), and give"
@@ -49,7 +49,7 @@ class OpcUaBus:
     async def connect(self) -> None:
         """As of `Bus`."""
         await self.close()
-        self._log.attach()
+        self._quiet.enter_context(quiet("asyncua"))
         made = await client(self._settings.url, self.trust, self._settings.server)
         try:
             await asyncio.wait_for(made.connect(), CONNECT)
@@ -110,7 +110,7 @@ class OpcUaBus:
 
     async def close(self) -> None:
         """As of `Bus`."""
-        self._log.detach()
+        self._quiet.close()
         made, self._client = self._client, None
         if made is not None:
             await _let_go(made)

@@ -1,16 +1,9 @@
-"""What a protocol's library warns of: an event now and then, in place of its tracebacks on standard error."""
+"""What a protocol's library warns of, one sentence each, in place of its tracebacks on standard error."""
 
 from __future__ import annotations
 
 import logging
-import math
-import time
 from collections.abc import Callable, Sequence
-
-QUIET = 1.0
-"""Least time between two events [s]."""
-LONGEST = 160
-"""Letters of a warning that are kept."""
 
 
 class LibraryLog(logging.Handler):
@@ -24,18 +17,14 @@ class LibraryLog(logging.Handler):
         super().__init__(logging.WARNING)
         self._loggers, self._of, self._but, self._tell = tuple(loggers), of, tuple(but), tell
         self._before: dict[str, bool] = {}
-        self._reported, self._count = -math.inf, 0
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Pass a warning on: the first at once, later ones counted."""
+        """Pass a warning on, without the traceback that may be in it."""
         reason = record.exc_info[1] if record.exc_info else None
         text = " ".join((record.getMessage() if reason is None else f"{type(reason).__name__}: {reason}").split())
         if not record.name.startswith(self._of) or any(each in text for each in self._but):
             return
-        self._count += 1
-        if time.monotonic() - self._reported >= QUIET:
-            self._tell(f"{self._count} messages were dropped or answered with an error, the last: {text[:LONGEST]}")
-            self._reported, self._count = time.monotonic(), 0
+        self._tell(text.partition("; Traceback")[0])
 
     def __enter__(self) -> LibraryLog:
         for name in self._loggers:

@@ -6,7 +6,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import time
+import logging
+from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
+from stillhook.live.servers.counted import Counted
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.registers import Access, Register, read_registers
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, check_free
@@ -25,9 +28,13 @@ if TYPE_CHECKING:
 PORT = 5020
 READS, WRITES = (3, 4), (6, 16)
 """Functions that are served."""
+ATTEMPTS = (5, 6, 15, 16, 21, 22, 23)
+"""All functions of the protocol that write."""
 SOURCE = "modbus"
-QUIET = 1.0
-"""Least time between two events on refused requests [s]."""
+CLIENTS = 32
+"""Connections at most."""
+MOST_BYTES = 260
+"""Bytes of a request at most, its head included."""
 
 
 class ModbusSettings(NamedTuple):
@@ -50,20 +57,21 @@ class ModbusServer:
         check_address(settings.host, settings.port, "modbus")
         self._served, self._settings = served, settings
         self.registers = read_registers(settings.registers, served.names, served.inputs)
-        self._refused, self._reported = 0, -QUIET
+        self._refused, self._malformed = Counted(self._tell_refused), Counted(self._tell_malformed)
+        self._reason = ""
 
     async def __aenter__(self) -> ModbusServer:
-        from pymodbus.server import ModbusTcpServer
         from pymodbus.simulator import DataType, SimData, SimDevice
 
         check_free(self._settings.host, self._settings.port, SOURCE)
-        tell = lambda text: self._served.tell(event(SOURCE, "malformed", text))
         data = [SimData(r.address, count=r.form.words, values=0, datatype=DataType.REGISTERS) for r in self.registers]
         device = SimDevice(id=0, simdata=data, action=self._act)
         settings = self._settings
         async with contextlib.AsyncExitStack() as stack:
-            stack.enter_context(LibraryLog(("pymodbus.logging",), "pymodbus", (), tell))
-            self._server: ModbusTcpServer = ModbusTcpServer(device, address=(settings.host, settings.port))
+            stack.callback(self._malformed.flush)
+            stack.callback(self._refused.flush)
+            stack.enter_context(LibraryLog(("pymodbus.logging",), "pymodbus", (), self._malformed.add))
+            self._server: ModbusTcpServer = _server(device, (settings.host, settings.port), self.answered)
             await self._server.serve_forever(background=True)
             stack.push_async_callback(asyncio.sleep, 0)
             stack.push_async_callback(self._server.shutdown)
@@ -123,10 +131,91 @@ class ModbusServer:
         return [r for r in self.registers if r.address < end and r.end > first]
 
     def _refuse(self, code: ExcCodes, reason: str) -> ExcCodes:
-        """The answer to a write that is refused, and an event: the first at once, later ones counted."""
-        self._refused += 1
-        if time.monotonic() - self._reported >= QUIET:
-            text = f"{self._refused} writes refused, the last {reason}."
-            self._served.tell(event(SOURCE, "refused-write", text, self._refused))
-            self._refused, self._reported = 0, time.monotonic()
+        """The answer to a write that is refused."""
+        self._reason = reason
         return code
+
+    def answered(self, request: Any, answer: Any) -> None:
+        """An event on a write that was refused, by whomever."""
+        reason, self._reason = self._reason, ""
+        if request.function_code in ATTEMPTS and answer.isError():
+            at = f"function {request.function_code} at {request.address}: no such register, or not so many"
+            self._refused.add(reason or at)
+
+    def _tell_refused(self, count: int, reason: str) -> None:
+        text = f"{count} writes refused, the last {reason}."
+        self._served.tell(event(SOURCE, "refused-write", text, count))
+
+    def _tell_malformed(self, count: int, reason: str) -> None:
+        text = f"{count} messages dropped or answered with an error, the last: {reason}"
+        self._served.tell(event(SOURCE, "malformed", text, count))
+
+
+def _server(device: Any, address: tuple[str, int], answered: Callable[[Any, Any], None]) -> ModbusTcpServer:
+    """The library's server with bounds; answered: is told each request with its answer. By itself it takes any number
+    of connections, forgets what came behind a request before its answer was sent, and collects answers that nobody
+    reads."""
+    from pymodbus.server import ModbusTcpServer
+    from pymodbus.server.requesthandler import ServerRequestHandler
+
+    class Connection(ServerRequestHandler):  # type: ignore[misc]  # untyped library
+        """Answers every request, in their order. known: whether it has made one that was understood; of too many
+        connections the oldest goes that has not."""
+
+        known = False
+
+        def callback_connected(self) -> None:
+            super().callback_connected()
+            self._waiting: deque[Any] = deque()
+            self.max_buffer_size = 1 << 20
+            others = [c for c in self.listener.active_connections.values() if c is not self]
+            if len(others) >= CLIENTS:
+                next((c for c in others if not c.known), self).close()
+
+        def callback_data(self, data: bytes, addr: Any = None) -> int:
+            used = 0
+            while used < len(data) and (taken := super().callback_data(data[used:], addr)):
+                used += taken
+                if self.last_pdu:
+                    self.known = True
+                    self._waiting.append(self.last_pdu)
+            return used if len(data) - used <= MOST_BYTES else len(data)
+
+        def handle_later(self) -> None:
+            """Called once for every request."""
+            if self._waiting:
+                self.loop.create_task(self._handle(self._waiting.popleft()))
+
+        async def _handle(self, request: Any) -> None:
+            self.last_pdu = request  # the library reads it there, and nothing waits in between
+            try:
+                await self.handle_request()
+            except Exception as problem:  # such as an error's answer that fits in no byte: its function has the bit set
+                logging.getLogger("pymodbus.logging").warning("No answer: %s", problem)
+
+        def server_send(self, pdu: Any, addr: Any) -> None:
+            if pdu and self.last_pdu:
+                answered(self.last_pdu, pdu)
+            super().server_send(pdu, addr)
+
+        def send(self, data: bytes, addr: Any = None) -> None:
+            kept: bytes = self.recv_buffer  # type: ignore[has-type]
+            if self.transport and not self.transport.is_closing():
+                super().send(data, addr)
+                self.recv_buffer = kept
+
+        def pause_writing(self) -> None:
+            if self.transport:
+                self.transport.pause_reading()
+
+        def resume_writing(self) -> None:
+            if self.transport and not self.transport.is_closing():
+                self.transport.resume_reading()
+
+    class Bounded(ModbusTcpServer):  # type: ignore[misc]
+        """Makes such connections."""
+
+        def callback_new_connection(self) -> Connection:
+            return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)
+
+    return Bounded(device, address=address)

@@ -25,6 +25,8 @@ from stillhook.base.extras import need
 from stillhook.errors import LiveError
 from stillhook.live.runtime.board import IMAGE
 from stillhook.live.runtime.sink import event
+from stillhook.live.servers.bounds import bound_decoding, bounded_server, close_idle
+from stillhook.live.servers.counted import Counted
 from stillhook.live.servers.library_log import LibraryLog
 from stillhook.live.servers.model import Model, build, image
 from stillhook.live.servers.served import LOOPBACK, MEASURED, Served, check_address, check_free, is_loopback
@@ -46,6 +48,10 @@ CLIENTS = 32
 SUBSCRIPTIONS, QUEUE, UNACKNOWLEDGED = 128, 1000, 100
 """Subscriptions, values that wait for a client by node, and messages that it has not acknowledged, at most: the
 library's own limits let one client that acknowledges nothing take some 250 MB."""
+WRITE = "request of type 673 without an existing session"
+"""How the library warns of a write without a session."""
+BURST = 20
+"""Events on what was refused that are told one by one in a second; the others are counted."""
 SOURCE = "opcua"
 
 
@@ -81,12 +87,14 @@ class OpcUaServer:
         self.trust = TrustFolder(settings.folder)
         self._last = -1
         self._admitted: dict[str, bytes] = {}
+        self._refused: dict[str, Counted] = {}
 
     async def __aenter__(self) -> OpcUaServer:
         check_free(self._settings.host, self._settings.port, SOURCE)
         but = ("BadUserAccessDenied", "BadSessionIdInvalid")  # told as refused already
-        tell = lambda text: self.refuse("malformed", text)
+        tell = lambda text: self.refuse("refused-write" if WRITE in text else "malformed", text)
         async with contextlib.AsyncExitStack() as stack:
+            stack.callback(self._flush)
             stack.enter_context(LibraryLog(("asyncua", "asyncuagds"), "asyncua.server", but, tell))
             await self._start()
             stack.push_async_callback(self._server.stop)
@@ -127,16 +135,19 @@ class OpcUaServer:
         due = time.monotonic()
         while not stopped():
             await self.publish()
+            if closed := close_idle(self._server.bserver.clients, self.trust.trusts):
+                self.refuse("refused-session", f"{closed} connections closed that asked for no session.")
             due = max(due + EVERY, time.monotonic())
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     # What is behind it
 
     async def _start(self) -> None:
-        from asyncua import Server, ua
+        from asyncua import ua
 
         settings = self._settings
-        self._server: Server = Server(iserver=_internal_server(self))
+        bound_decoding()
+        self._server: Server = bounded_server(iserver=_internal_server(self))
         self._server.set_server_name("Stillhook live")
         await self._server.init()
         await self._server.set_application_uri(self.trust.uri)
@@ -185,8 +196,20 @@ class OpcUaServer:
             self._admitted[user] = certificate
 
     def refuse(self, name: str, text: str) -> None:
-        """An event on what was refused."""
-        self._served.tell(event(SOURCE, name, text))
+        """An event on what was refused; of a flood a second's is one, with their number."""
+        if name not in self._refused:
+
+            def tell(count: int, text: str) -> None:
+                self._served.tell(
+                    event(SOURCE, name, text if count == 1 else f"{count} times, the last: {text}", count)
+                )
+
+            self._refused[name] = Counted(tell, BURST)
+        self._refused[name].add(text)
+
+    def _flush(self) -> None:
+        for each in self._refused.values():
+            each.flush()
 
     def received(self, values: dict[str, float], stamp: float, user: str | None) -> str:
         """Hand inputs over; why they were refused, or nothing."""
@@ -233,6 +256,12 @@ def _internal_server(owner: OpcUaServer) -> Any:
     class Session(InternalSession):  # type: ignore[misc]  # untyped library
         """A session of a trusted certificate, bound to its channel."""
 
+        async def create_session(self, params: Any, sockname: Any = None) -> Any:
+            """A time-out that is no number would be none."""
+            if not math.isfinite(params.RequestedSessionTimeout or 0.0):
+                params.RequestedSessionTimeout = 0.0
+            return await super().create_session(params, sockname)
+
         def activate_session(self, params: Any, peer_certificate: bytes | None) -> Any:
             """Errors: BadUserAccessDenied where the channel's certificate is not trusted."""
             user = owner.admits(peer_certificate, self.name)
@@ -255,9 +284,17 @@ def _internal_server(owner: OpcUaServer) -> Any:
         """Makes such sessions, and hands none over to another channel."""
 
         def create_session(self, name: str, user: Any = User(), external: bool = False) -> Any:  # noqa: B008
+            """The library forgets a session that a connection asks for before another one, and keeps it for ever."""
             if not external:
                 return super().create_session(name, user, external)
+            for former in [s for s in self._external_sessions.values() if s.name == name and not s.is_activated()]:
+                self.unregister_external_session(former)
             return Session(self, self.aspace, self.subscription_service, name, user=user, external=True)
+
+        def register_server(self, server: Any, conf: Any = None) -> None:
+            """The twin is no discovery server: anybody could name another server as the twin to its clients."""
+            owner.refuse("refused-session", "Registration of another server refused.")
+            raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
 
         def lookup_external_session(self, auth_token: Any) -> None:
             owner.refuse("refused-session", "Session refused to a channel that named another channel's session.")
@@ -274,6 +311,7 @@ async def _write(session: Any, owner: OpcUaServer, params: Any, user: str | None
     values: dict[str, float] = {}
     accepted: list[int] = []
     stamps: list[float] = []
+    refused: list[str] = []
     for i, item in enumerate(params.NodesToWrite):
         name = owner.inputs.get(item.NodeId)
         value = _number(item.Value)
@@ -281,17 +319,18 @@ async def _write(session: Any, owner: OpcUaServer, params: Any, user: str | None
             value = math.nan  # a sensor that is not known, which is left out by whoever measures
         if name is None or item.AttributeId != ua.AttributeIds.Value:
             results[i] = ua.StatusCode(codes.BadUserAccessDenied)
-            owner.refuse(
-                "refused-write", f"Write refused to client {user}: {item.NodeId.Identifier!s:.60} is no input."
-            )
+            refused.append(f"{item.NodeId.Identifier!s:.60} is no input")
         elif value is None:
             results[i] = ua.StatusCode(codes.BadTypeMismatch)
-            owner.refuse("refused-write", f"Write refused to client {user}: {name} is one finite number.")
+            refused.append(f"{name} is one finite number")
         else:
             values[name] = value
             accepted.append(i)
             if item.Value.SourceTimestamp is not None:
                 stamps.append(_seconds(item.Value.SourceTimestamp))
+    if refused:
+        more = f", and {len(refused) - 1} more" if len(refused) > 1 else ""
+        owner.refuse("refused-write", f"Write refused to client {user}: {refused[0]}{more}.")
     if values and owner.received(values, max(stamps, default=math.nan), user):
         for i in accepted:
             results[i] = ua.StatusCode(codes.BadOutOfRange)

@@ -65,7 +65,8 @@ class TrustFolder:
         """Whether a certificate (DER) is in trusted/ and within its dates. The folder is read anew each time."""
         if not certificate or len(certificate) > MOST_BYTES or not _within_dates(certificate):
             return False
-        return any(_der_of(path) == certificate for path in sorted(self.trusted.iterdir()) if path.is_file())
+        paths = sorted(self.trusted.iterdir()) if self.trusted.is_dir() else []
+        return any(_der_of(path) == certificate for path in paths if path.is_file())
 
     def reject(self, certificate: bytes | None) -> str:
         """Keep a certificate that was refused, and say which: its fingerprint, and the file."""
@@ -75,11 +76,14 @@ class TrustFolder:
         if len(certificate) > MOST_BYTES:
             return f"with a certificate of {len(certificate)} bytes"
         path = self.rejected / f"{name}.der"
-        if not path.exists():
-            path.write_bytes(certificate)
-            kept = sorted(self.rejected.glob("*.der"), key=lambda p: p.stat().st_mtime)
-            for old in kept[:-MOST_REJECTED]:
-                old.unlink(missing_ok=True)
+        try:
+            if not path.exists():
+                path.write_bytes(certificate)
+                kept = sorted(self.rejected.glob("*.der"), key=lambda p: p.stat().st_mtime)
+                for old in kept[:-MOST_REJECTED]:
+                    old.unlink(missing_ok=True)
+        except OSError as problem:
+            return f"with certificate {name}, which could not be kept ({problem.strerror})"
         return f"with certificate {name}, kept in {path}"
 
 

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 from stillhook.errors import LiveError
 from stillhook.live.runtime.sink import event
+from stillhook.live.servers.counted import Counted
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, is_loopback
 
 PORT, RECEIVER = 5030, 5031
@@ -32,8 +33,6 @@ NAMES_EVERY = 1.0
 MAGIC = b"SHR1"
 MOST_BYTES = 2048
 """Bytes of a message with inputs at most."""
-QUIET = 1.0
-"""Least time between two events on refused messages [s]."""
 SOURCE = "udp"
 TIME = "time"
 """Key of a message's own time stamp, UTC [s]."""
@@ -72,7 +71,7 @@ class UdpServer:
             )
         self._served, self._settings = served, settings
         self._to = LOOPBACK if settings.to_host == "localhost" else settings.to_host
-        self._refused, self._reported = 0, -QUIET
+        self._refused = Counted(self._tell)
         self._named = -math.inf
 
     async def __aenter__(self) -> UdpServer:
@@ -90,6 +89,7 @@ class UdpServer:
         self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
     ) -> None:
         self._transport.close()
+        self._refused.flush()
 
     @property
     def port(self) -> int:
@@ -130,8 +130,8 @@ class UdpServer:
         if len(data) > MOST_BYTES:
             return self._refuse(f"{len(data)} bytes, at most {MOST_BYTES} are read")
         try:
-            table = json.loads(data)
-            good = isinstance(table, dict) and all(_is_number(v) for v in table.values())
+            table = json.loads(data, object_pairs_hook=_once)
+            good = isinstance(table, dict) and bool(table) and all(_is_number(v) for v in table.values())
         except (ValueError, RecursionError):
             good = False
         if not good:
@@ -144,12 +144,11 @@ class UdpServer:
         return None
 
     def _refuse(self, reason: str) -> None:
-        """An event: the first at once, later ones counted."""
-        self._refused += 1
-        if time.monotonic() - self._reported >= QUIET:
-            text = f"{self._refused} messages refused, the last: {reason}."
-            self._served.tell(event(SOURCE, "refused-write", text, self._refused))
-            self._refused, self._reported = 0, time.monotonic()
+        self._refused.add(reason)
+
+    def _tell(self, count: int, reason: str) -> None:
+        text = f"{count} messages refused, the last: {reason.removesuffix('.')}."
+        self._served.tell(event(SOURCE, "refused-write", text, count))
 
 
 class _Receiver(asyncio.DatagramProtocol):
@@ -159,6 +158,14 @@ class _Receiver(asyncio.DatagramProtocol):
     def datagram_received(self, data: bytes, addr: Any) -> None:
         """A message."""
         self._receive(data, addr)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A table of keys that are there once. Errors: ValueError."""
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        raise ValueError("a key comes twice")
+    return table
 
 
 def _is_number(value: object) -> bool:

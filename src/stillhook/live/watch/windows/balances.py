@@ -14,7 +14,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
 from stillhook.live.estimate.balance import WITH_PRESSURES, Balance
-from stillhook.live.estimate.half_waves import AFTER, BEFORE, CLEAR_SIDE, MOVING
+from stillhook.live.estimate.half_waves import AFTER, BEFORE, MOVING
+from stillhook.live.estimate.parameters.balances import CLEAR_SIDE
 from stillhook.live.watch.windows.batches import Statistic, normal, solved
 from stillhook.live.watch.windows.rows import Signals
 from stillhook.physics.hydraulics.pump import pump_flow

@@ -1,0 +1,47 @@
+"""Attempts that strangers make, as events: the first ones at once, a flood of them counted, none of them lost."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import time
+from collections.abc import Callable
+
+from stillhook.live.history.events import one_line
+
+QUIET = 1.0
+"""Time in which a burst is told one by one, and after which the others are told by their number [s]."""
+LONGEST = 200
+"""Letters of a text that are kept."""
+
+
+class Counted:
+    """Parameters: tell: is told how many there were and a text on the last; burst: events in `QUIET` at most."""
+
+    def __init__(self, tell: Callable[[int, str], None], burst: int = 1) -> None:
+        self._tell, self._burst = tell, burst
+        self._since, self._told, self._count, self._text = -math.inf, 0, 0, ""
+        self._timer: asyncio.TimerHandle | None = None
+
+    def add(self, text: str) -> None:
+        """One more. What is not told at once is told within `QUIET` where a loop runs, else by `flush`."""
+        self._count, self._text = self._count + 1, one_line(text[:LONGEST], LONGEST)
+        now = time.monotonic()
+        if now - self._since >= QUIET:
+            self._since, self._told = now, 0
+        if self._told < self._burst:
+            self._told += 1
+            self.flush()
+        elif self._timer is None:
+            with contextlib.suppress(RuntimeError):  # no loop
+                self._timer = asyncio.get_running_loop().call_later(self._since + QUIET - now, self.flush)
+
+    def flush(self) -> None:
+        """Tell what was not told yet."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._count:
+            count, self._count = self._count, 0
+            self._tell(count, self._text)
