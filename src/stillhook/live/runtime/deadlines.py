@@ -35,7 +35,7 @@ def ask_for_real_time() -> Scheduling:
 
 
 def leave_real_time() -> None:
-    """Put this process back into the ordinary class: its end, some 50 ms of work, holds up no other twin."""
+    """Put this process back into the ordinary class: its end holds up no other twin then."""
     if hasattr(os, "sched_setscheduler"):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
