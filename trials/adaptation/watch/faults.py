@@ -32,7 +32,7 @@ from trials.independent_crane.sea_trial import BAR, CYCLE, STATED_DELAY, SeaTest
 FloatArray = NDArray[np.float64]
 Rows = dict[str, FloatArray]
 STREAM = 5203
-DURATION = 345.0
+DURATION = 400.0
 """Length of a run [s]: the twin settles, and one window of 5 min."""
 EVERY = 0.1
 """Time between rows [s], as a log is read."""

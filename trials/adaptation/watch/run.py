@@ -27,7 +27,7 @@ from trials.adaptation.crane import CRANE_FILE
 from trials.adaptation.watch.faults import EVERY, FAULTS, Logs, logs_of
 
 STORE = Path(__file__).resolve().parent / "outcomes.json"
-JUDGED = 1000
+JUDGED = 2000
 """First seed that is judged."""
 RUNS, SOUND = 8, 24
 """Runs of each fault, and without one."""
@@ -62,7 +62,7 @@ class Case(NamedTuple):
 CASES: Mapping[str, Case] = {  # seed by seed, so that all groups grow alike
     case.key: case
     for i in range(SOUND)
-    for name in (*FAULTS, COVERAGE, HIDDEN)
+    for name in (COVERAGE, HIDDEN, *FAULTS)
     if i < (CRANES if name in (COVERAGE, HIDDEN) else SOUND if name in SOUND_FAULTS else RUNS)
     for case in [Case(name, JUDGED + i)]
 }
@@ -127,6 +127,9 @@ def hidden(case: Case) -> dict[str, Any]:
         "turns": lambda x: full * x["u_p"] / x["alpha_m"],
     }
     out = {}
+    t, offset = logs.twin["time"], logs.clock  # what the encoder shows late is not what the twin is to give
+    for name in ("omega_m", "s_w"):
+        logs.crane[name] = np.interp(t + offset, t, logs.crane[name])
     for name, sensor in HIDE.items():
         virtual, inside, halves = VirtualSensors(crane, every=EVERY, sensors=(sensor,), formulas=more), [], []
         for i in range(round(SETTLE / EVERY), len(logs.twin["time"])):

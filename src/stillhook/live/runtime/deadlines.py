@@ -34,6 +34,12 @@ def ask_for_real_time() -> Scheduling:
     return Scheduling(True, f"Real-time class SCHED_FIFO, priority {PRIORITY}.")
 
 
+def leave_real_time() -> None:
+    """Put this process back into the ordinary class: its end holds up no other twin then."""
+    if hasattr(os, "sched_setscheduler"):
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
 def ordinary() -> Scheduling:
     """What a process has that did not ask."""
     return Scheduling(False, f"Ordinary class, as requested: {CONSEQUENCE}.")

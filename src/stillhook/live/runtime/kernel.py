@@ -29,7 +29,7 @@ from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime import memory
 from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, SENSED, STATUS, Board, Face, Flag
 from stillhook.live.runtime.causes import Cause, Stolen, Watch
-from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, ordinary, two_shares
+from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, leave_real_time, ordinary, two_shares
 from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
 from stillhook.live.runtime.sink import event
 from stillhook.live.runtime.state import LiveState, lock_state, newest_state, write_state
@@ -161,6 +161,7 @@ class Kernel:
         if self.task.state is not None and saved is None:
             write_state(self.task.state, begin)
         self._run_loops(deadlines, two_shares() if scheduling.real_time else ())
+        leave_real_time()
         data = self._state(deadlines.at(self._n))
         self.board.states.add(data)
         if self.task.state is not None:

@@ -65,7 +65,9 @@ class Watch:
         self.criteria = CriteriaWatch(crane)
         self._crane, self._every = crane, every
         self._buffer = RowBuffer(names_of(crane), every)
-        self._offset, self._placed, self._tries = 0.0, False, 0
+        self._offset, self._tries = 0.0, 0
+        self._placed = self._settled = False
+        self._clocked = "clock" in self.criteria.measures.statistics
         self._flags: list[tuple[str, ...]] = []
         self._limited: list[float] = []
         self.latest: Watched | None = None
@@ -89,7 +91,7 @@ class Watch:
         balance, x = self.criteria.measures.balances.balance, piece.crane
         needed = ("alpha_p", "alpha_m", "p_a", "p_b")
         if balance is None or any(name not in x for name in needed):
-            self._placed = True
+            self._placed, self._clocked = True, False
             return
         omega = self.criteria.measures.balances.speed(x, piece.every)
         if omega is None or self._tries < PLACING:
@@ -108,10 +110,14 @@ class Watch:
 
     def _check_clock(self) -> None:
         """Put the rows together anew where the first minutes leave an offset: later on it is a sign."""
-        if self._placed and self.criteria.batches <= FIRST and "clock" in self.criteria.measures.statistics:
-            left = self.criteria.estimate("clock", "30 s")
-            if left is not None and AGAIN < abs(left.value) < REACH and left.half < abs(left.value):
-                self._begin_anew(self._offset + left.value)
+        if self._settled or not self._placed:
+            return
+        left = self.criteria.estimate("clock", "30 s") if self._clocked else None
+        if left is not None and AGAIN < abs(left.value) < REACH and left.half < abs(left.value):
+            self._begin_anew(self._offset + left.value)
+        else:
+            known = left is not None and abs(left.value) <= AGAIN
+            self._settled = known or not self._clocked or self.criteria.batches > FIRST
 
     def _note(self, piece: Piece) -> None:
         """What is seen directly in a batch."""
@@ -130,12 +136,15 @@ class Watch:
         self._limited = [*self._limited, float(at_end)][-round(300.0 / BATCH) :]
 
     def _watched(self, time: float) -> Watched:
-        results = tuple(self.criteria.results())
+        if self._settled or self.criteria.batches > FIRST:
+            results = tuple(self.criteria.results())
+        else:  # before the clock is known, wire and speed of the crane are those of another moment
+            results = tuple(r.filling for r in self.criteria.results())
         failed = [r for r in results if r.status is Status.NOT_OK]
         conditions = list(dict.fromkeys(f for flags in self._flags for f in flags))
         diagnosis = diagnose((), conditions, "")
         for window in ("5 min", "30 s"):
-            if self.criteria.batches * BATCH >= WINDOWS[window]:
+            if self._settled and self.criteria.batches * BATCH >= WINDOWS[window]:
                 diagnosis = diagnose(signs_of(self.criteria, window), conditions, window)
                 if diagnosis.candidates:
                     break
@@ -143,7 +152,7 @@ class Watch:
         if failed and not diagnosis.candidates and limited > SATURATED:
             diagnosis = diagnosis._replace(candidates=(AT_LIMIT,), told=False)
         clock, half = math.nan, math.nan
-        if self._placed and "clock" in self.criteria.measures.statistics:
+        if self._placed and self._clocked:
             for window in ("30 s", "5 min"):
                 left = self.criteria.estimate("clock", window)
                 if left is not None and math.isfinite(left.value):

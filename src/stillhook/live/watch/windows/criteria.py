@@ -30,6 +30,8 @@ REMARKS: Mapping[str, str] = _TABLE["remarks"]
 STRUCTURAL: Mapping[str, float] = _TABLE["structural"]
 """Half widths that calibration and form of the laws add [unit of the measure]."""
 EXTREMES = ("e_c_max_difference", "length_jump", "p_max_over_relief")
+OVERLAPPING = ("e_c_pp_deviation", "eta_c_deviation_high")
+"""Measures of windows that are 30 s long themselves: over 30 s they are one value, which has no interval."""
 NO_DATA = "signals are not logged, or say nothing in this window"
 
 
@@ -59,6 +61,12 @@ class WindowResult(NamedTuple):
     text: str
     status: Status
     of: str = ""
+
+    @property
+    def filling(self) -> WindowResult:
+        """The same without a verdict yet."""
+        nan = math.nan
+        return self._replace(value=nan, low=nan, high=nan, text="-", status=Status.FILLING)
 
 
 class CriteriaWatch:
@@ -111,6 +119,8 @@ class CriteriaWatch:
                 yield from self._lines(c, window)
 
     def _lines(self, c: Criterion, window: str) -> Iterator[WindowResult]:
+        if window == "30 s" and c.measure in OVERLAPPING:
+            return
         for of, found in self._estimates(c.measure, window):
             if found is None:
                 yield WindowResult(
