@@ -233,7 +233,7 @@ def logged(log: Log, inputs: Inputs, clock: float, rng: np.random.Generator) -> 
 
 def truth_of(log: Log) -> dict[str, FloatArray]:
     """What no sensor sees, and true states."""
-    names = ("p_a", "p_b", "p_hp", "alpha_p", "alpha_m", "alpha_pm", "s_w", "T_loss", "rise")
+    names = ("p_a", "p_b", "p_hp", "alpha_p", "alpha_m", "alpha_pm", "s_w", "T_loss", "rise", "p_gas", "V_gas")
     return {"omega_m": log.omega, "F_w": log.F_true, **{name: getattr(log, name) for name in names}}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.parameters.balances import FLOW
-from stillhook.live.estimate.parameters.sums import Sums, fit
+from stillhook.live.estimate.parameters.sums import Sums, fit, window_of
 from stillhook.statistics.estimate import t_factor
 
 COLUMNS = [FLOW.index(name) for name in ("motors", "rate", "leak", "one")]
@@ -59,13 +59,13 @@ class ClockTracker:
         unknown = Clock(0.0, np.inf, np.inf, m)
         if m < FEWEST:
             return unknown
-        found = fit(rows, COLUMNS, PUMPS)
+        window = window_of(rows)
+        found = fit(window, COLUMNS, PUMPS)
         if found is None or not found.b[0] > 0.0:
             return unknown
-        G = np.stack([r.G for r in rows])
         left = PUMPS.copy()
         left[COLUMNS] -= found.b
-        per_row = (G[:, COLUMNS] @ left) @ found.H.T
+        per_row = (window.G[:, COLUMNS] @ left) @ found.H.T
         lag_of = (per_row[:, 1] - found.b[1] / found.b[0] * per_row[:, 0]) / found.b[0]
         freedom = max(m - len(COLUMNS), 1)
         u = float(np.sqrt(np.sum(lag_of**2) * m / freedom))

@@ -17,7 +17,7 @@ from stillhook.live.estimate.balance import ENCODER, Balance
 from stillhook.live.estimate.bounds import PLAUSIBLE, Bounds, Seen
 from stillhook.live.estimate.clock import Clock, ClockTracker, coarse_offset
 from stillhook.live.estimate.half_waves import LONGEST, HalfWave, cut, reversals
-from stillhook.live.estimate.parameters.balances import COMMANDS
+from stillhook.live.estimate.parameters.balances import COMMANDS, standing
 from stillhook.live.estimate.parameters.commands import MakeUp, Setting
 from stillhook.live.estimate.parameters.follow import Follower, ParameterState
 from stillhook.live.estimate.parameters.follow import estimate as estimate_parameter
@@ -41,6 +41,7 @@ TOGETHER = 1.0
 """Rows that are worked off together [s]."""
 MARGIN = 0.5
 """Rows to either side of a half wave that are kept, besides the clock's reach [s]."""
+NOTHING: tuple[str, ...] = ()
 RATE = 0.1
 """Half of the time over which a speed is taken from a length [s]: the ringing of the circuit passes (0.2 s cost 0.8 %
 of the losses), a wire counter's steps of a millimetre do not."""
@@ -94,7 +95,9 @@ class FrictionEstimator:
         self._settings = {"u_p": Setting(active.pump_servo), "u_m": Setting(active.motor_servo)}
         self._make_up = MakeUp(self.balance.params) if self.balance.has_passive else None
         self._waves: deque[HalfWave] = deque(maxlen=MOST_WAVES)
-        self._others = {name: Follower(name, deque(maxlen=MOST_WAVES)) for name in ("flow", "gas", *COMMANDS)}
+        self._others = {
+            name: Follower(name, deque(maxlen=MOST_WAVES), self.accuracies) for name in ("flow", "gas", *COMMANDS)
+        }
         self._clock = ClockTracker(self._others["flow"].rows, MOST_WAVES // 4)
         self._watch = Watch()
         self._buffer: dict[str, FloatArray] = {}
@@ -158,7 +161,7 @@ class FrictionEstimator:
         if not self._read:
             extra += self.accuracies.pump_lag
         result = estimate(window, lacking, self.accuracies, extra)
-        applied, bounds, reasons = None, (), self._reasons(t, window)
+        applied, bounds, reasons = None, NOTHING, self._reasons(t, window)
         if result is not None:
             clock = Clock(self._clock.offset + lacking.offset, lacking.u, lacking.t, lacking.half_waves)
             result, reasons = replace(result, clock=clock), () if lacking.found else (NO_CLOCK,)
@@ -180,10 +183,10 @@ class FrictionEstimator:
         for balance, of in self._others.items():
             window = of.window(t - self.window)
             for p in of.parameters:
-                result, applied, bounds = estimate_parameter(window, p, self.accuracies), None, ()
-                reasons: tuple[str, ...] = ()
+                result, applied, bounds = estimate_parameter(window, p, self.accuracies), None, NOTHING
+                reasons = NOTHING
                 if result is None:
-                    reasons = (self._missing_for(balance) or f"{len(window)} of {FEWEST} half waves",)
+                    reasons = (self._missing_for(balance) or f"{len(window.t)} of {FEWEST} half waves",)
                 elif waves:
                     applied, bounds = self._bounds.judge(p.meaning, result.value.value, p.plausible, self._seen, waves)
                 out[p.name] = ParameterState(
@@ -232,8 +235,8 @@ class FrictionEstimator:
         return block
 
     def _completed(self, block: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """With the settings that follow from the commands, and what the make-up pumps give. They stand in for the pumps'
-        setting where it was not read."""
+        """With the settings that follow from the commands, for the pumps' own where it was not read, and what the
+        make-up pumps give."""
         t, out = block["time"], dict(block)
         for command, setting in self._settings.items():
             if command in block:
@@ -243,7 +246,9 @@ class FrictionEstimator:
             out["alpha_p"] = out.pop("follow_p")
         if self._make_up is not None:
             s_w = block["s_w"][np.isfinite(block["s_w"])]
-            out["make_up"] = self._make_up.flow(block, self.balance.geometry(float(s_w[-1]) if len(s_w) else 0.0).r_eff)
+            r_eff = self.balance.geometry(float(s_w[-1]) if len(s_w) else 0.0).r_eff
+            omega = block["omega_m"] if "omega_m" in block else np.zeros(len(t))
+            out["make_up"] = self._make_up.flow(block, standing(block, omega, self.balance), r_eff)
         return out
 
     def _omega(self) -> FloatArray:

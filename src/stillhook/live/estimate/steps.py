@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.live.estimate.half_waves import HalfWave
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import number
@@ -23,14 +23,16 @@ BEFORE_FEWEST, BEFORE_MOST = 10, 60
 """Half waves before it that are compared with."""
 MOST_ALARMS = 100
 """Alarms that are kept, the last ones."""
+EVEN = 1e-12
+"""Ridge by which columns that go together are told apart, of columns of unit length [-]."""
 LEAST_SCATTER = 0.01
 """Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
 
 
 class Alarm(NamedTuple):
-    """A step of a parameter. t: moment that it was found [s]; onset: middle of the half wave in which it fell [s]; rise:
-    change with its 95 % interval, of a factor over what it was before; parameter: its name, unit, meaning and what may
-    be behind the step."""
+    """A step of a parameter. t: moment that it was found [s]; onset: middle of the half wave in which it fell [s];
+    rise: change with its 95 % interval, of a factor over what it was before; parameter: its name, unit, meaning and
+    what may be behind the step."""
 
     t: float
     onset: float
@@ -76,6 +78,11 @@ def nuisances(m: FloatArray, speed: FloatArray, t: FloatArray) -> FloatArray:
     return np.column_stack([m * (speed / speed.mean() - 1.0), m * (t - t.mean()) / max(float(np.ptp(t)), 1.0)])
 
 
+def step_places(n: int) -> IntArray:
+    """Numbers of the half waves of n in which a step may have fallen."""
+    return np.arange(n - AFTER_FEWEST - 1, max(n - AFTER_MOST - 2, BEFORE_FEWEST - 1), -1)
+
+
 def step_of(
     m: FloatArray,
     y: FloatArray,
@@ -89,28 +96,48 @@ def step_of(
 
     The half wave in which it fell belongs to neither side.
     """
-    n = len(m)
-    best: Split | None = None
-    for after in range(AFTER_FEWEST, min(AFTER_MOST, n - BEFORE_FEWEST - 1) + 1):
-        place = n - after - 1
-        use = np.arange(n) != place
-        later = (np.arange(n) > place)[use]
-        side = sign[use]
-        if any(np.ptp(side[part]) == 0.0 for part in (later, ~later)):
-            continue  # hoisting and lowering are not both there
-        X = np.column_stack([np.where(later, 0.0, m[use]), np.where(later, m[use], 0.0), shared[use]])
-        H = np.linalg.pinv(X.T @ X)
-        b = H @ (X.T @ y[use])
-        residual = y[use] - X @ b
-        left, freedom = float(residual @ residual), n - 1 - X.shape[1]
-        scatter = max(float(np.sqrt(left / freedom)), floor * float(np.abs(m).mean()))
-        u = scatter * float(np.sqrt(H[0, 0] + H[1, 1] - 2.0 * H[0, 1]))
-        significance = abs(float(b[1] - b[0])) / u
-        if significance < SIGNIFICANCE or not counts(float(b[0]), float(b[1])):
-            continue
-        if best is None or left < best.left:
-            best = Split(place, float(b[0]), float(b[1]), t_factor(freedom) * u, after, significance, left)
-    return best
+    n, k = len(m), shared.shape[1]
+    places = step_places(n)
+    if not len(places):
+        return None
+    B = np.column_stack([m, shared, y, sign > 0.0, sign < 0.0])
+    sums = np.concatenate([np.zeros((1, k + 4, k + 4)), np.cumsum(B[:, :, None] * B[:, None, :], axis=0)])
+    old, new = sums[places], sums[-1] - sums[places + 1]  # before and after each place
+    turns = [(side[:, -1, -1] > 0.0) & (side[:, -2, -2] > 0.0) for side in (old, new)]
+    good = turns[0] & turns[1]  # hoisting and lowering are both there
+    A, c = np.zeros((len(places), k + 2, k + 2)), np.zeros((len(places), k + 2))
+    both = old + new
+    A[:, 0, 0], A[:, 1, 1], A[:, 2:, 2:] = old[:, 0, 0], new[:, 0, 0], both[:, 1 : k + 1, 1 : k + 1]
+    for i, side in ((0, old), (1, new)):
+        A[:, i, 2:] = A[:, 2:, i] = side[:, 0, 1 : k + 1]
+        c[:, i] = side[:, 0, k + 1]
+    c[:, 2:] = both[:, 1 : k + 1, k + 1]
+    scale = np.sqrt(np.einsum("nii->ni", A))
+    good &= (scale > 0.0).all(axis=1)
+    if not good.any():
+        return None
+    places, A, c, scale, yy = places[good], A[good], c[good], scale[good], both[good, k + 1, k + 1]
+    unit = scale[:, :, None] * scale[:, None, :]
+    H = np.linalg.inv(A / unit + EVEN * np.eye(k + 2)) / unit
+    b = np.einsum("nij,nj->ni", H, c)
+    left, freedom = np.maximum(yy - np.sum(b * c, axis=1), 0.0), n - 3 - k
+    scatter = np.maximum(np.sqrt(left / freedom), floor * float(np.abs(m).mean()))
+    u = scatter * np.sqrt(H[:, 0, 0] + H[:, 1, 1] - 2.0 * H[:, 0, 1])
+    significance = np.abs(b[:, 1] - b[:, 0]) / u
+    steps = [
+        Split(
+            int(place),
+            float(b[i, 0]),
+            float(b[i, 1]),
+            t_factor(freedom) * float(u[i]),
+            n - 1 - int(place),
+            float(significance[i]),
+            float(left[i]),
+        )
+        for i, place in enumerate(places)
+        if significance[i] >= SIGNIFICANCE and counts(float(b[i, 0]), float(b[i, 1]))
+    ]
+    return min(steps, key=lambda step: step.left, default=None)
 
 
 class Timed(Protocol):
@@ -138,8 +165,8 @@ class Watch:
         split: Callable[[Sequence[W]], Split | None],
         alarm: Callable[[float, float, Split], Alarm],
     ) -> None:
-        """Look for a step at the end of the half waves; where one was just found, look again for the moment that it fits
-        best."""
+        """Look for a step at the end of the half waves; where one was just found, look again for the moment that it
+        fits best."""
         now, last = waves[-1], self.alarms[-1] if self.alarms else None
         again = last is not None and sum(w.t > last.onset for w in waves) <= AFTER_MOST
         since = self._before if again else self.since

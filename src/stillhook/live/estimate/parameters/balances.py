@@ -9,18 +9,39 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.balance import Balance
+from stillhook.physics.hydraulics.accumulator import piston_loss
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, pump_flow
+from stillhook.spec.crane import passive_of
 
-FLOW = ("motors", "full", "rate", "leak", "one", "pumps", "storage", "slip", "p_a", "p_b")
-"""Oil of the line under pressure [m^3/s]: what the motors swallow by their reading, and at full displacement; rate of the
-first [m^3/s^2]; leakage of the crane file; 1e-2; what the pumps give; what compression takes; slip of the pumps' drives
-at 1 % per SLIP_PRESSURE and full stroke; leakage of the crane file per pressure of each transmitter [m^3/s/Pa]."""
-GAS = ("gas", "flow", "time", "p_hp", "setting", "make_up")
-"""Pressure of the gas about the half wave's mean [Pa]: what the crane file's gas makes of the oil that comes in; flow into
-the accumulators [m^3/s]; time [s]; pressure as read; what the oil makes of an error of the setting [Pa] and what make-up
-adds."""
+FLOW = (
+    "motors",  # what the motors swallow by their reading [m^3/s]
+    "full",  # the same at full displacement [m^3/s]
+    "rate",  # rate of the first [m^3/s^2]
+    "leak",  # leakage of the crane file [m^3/s]
+    "one",  # 1e-2
+    "pumps",  # what the pumps give by their setting [m^3/s]
+    "storage",  # what compression takes [m^3/s]
+    "slip",  # what SLIP of the pumps' drives takes [m^3/s]
+    "p_a",  # leakage per error of each transmitter [m^3/s/Pa]
+    "p_b",
+    "constant",  # leakage of another form: the same at any stroke and speed [m^3/s],
+    "stroke",  # half of it with the stroke,
+    "pressure",  # rising by half to OTHER_PRESSURE
+    "side",  # sign of the pressure drop
+)
+"""Oil of the line under pressure."""
+GAS = (
+    "gas",  # what the crane file's gas makes of the oil that comes in [Pa]
+    "flow",  # into the accumulators [m^3/s]
+    "time",  # [s]
+    "p_hp",  # pressure as read [Pa]
+    "setting",  # what the file's gas makes of an error of the motors' setting [Pa]
+    "make_up",  # of the make-up [Pa]
+    "piston",  # and of the piston's resistance, by the pressure of the gas behind it [Pa]
+)
+"""Pressure of the gas; each about the half wave's mean."""
 DELAY = ("setting", "rate", "one", "reading")
 """Setting of the crane file's control under the logged command, its rate [1/s], 1, and the reading."""
 BINS = 0.02
@@ -30,6 +51,10 @@ CLEAR_SIDE = 5e5
 """Pressure drop from which it is clear which line is under pressure [Pa]: ten times the drift of a transmitter."""
 SLIP, SLIP_PRESSURE = 0.01, 250e5
 """Slip of asynchronous drives, and where it is [Pa] (as `stillhook.validate.parameters.leak_laws`; assumed)."""
+OTHER_PRESSURE = 225e5
+"""Pressure drop that goes with "pressure" [Pa]: middle of the published tables of leakage."""
+MOVED = 0.03
+"""Least motion of a setting within a half wave [-]: sixty times the noise of a reading."""
 COMMANDS = {"pump_delay": ("follow_p", "alpha_p"), "motor_delay": ("follow_m", "alpha_m")}
 """Balances of delay: settings that follow the commands, as `FrictionEstimator` completes them, and readings."""
 
@@ -44,7 +69,7 @@ def balances(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> dict[str
         both = (
             np.stack([x[n] for n in (follows, reading)]) if follows in x and reading in x else np.full((2, 1), np.nan)
         )
-        if np.isfinite(both).all():
+        if np.isfinite(both).all() and np.ptp(both[0]) > MOVED:
             Z = np.column_stack([both[0], np.gradient(both[0], t), np.ones(len(t)), both[1]])
             out[name] = Z.T @ Z
     return {name: G for name, G in out.items() if G is not None}
@@ -72,22 +97,36 @@ def flow(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray |
     sign, Q = np.sign(dp), pump_flow(alpha_p, A.pumps)
     C = np.interp(np.abs(alpha_p), LEAK_KNOTS, A.pumps.leak) + motor_leakage(full / D, A.motors)
     across, case = internal_leakage(C, 1.0), external_leakage(C, 1.0)
+    head = internal_leakage(1.0, dp) + external_leakage(1.0, sign * higher)
+    level = float(np.mean(C))
     columns = (
         q,
         full,
         np.gradient(q, at),
-        across * dp + case * sign * higher,
+        C * head,
         np.full(len(q), 1e-2),
         Q,
         sign / A.i_C_h * np.gradient(higher, at),
         SLIP * A.pumps.D_max * A.pumps.omega_p * alpha_p**2 * dp / SLIP_PRESSURE,
         across + case * (p_a > p_b),
         -across - case * (p_b > p_a),
+        level * head,
+        level * (0.5 + np.abs(alpha_p)) * head,
+        level * (1.0 + 0.5 * np.abs(dp) / OTHER_PRESSURE) * head,
+        sign,
     )
     clear = np.abs(dp) > CLEAR_SIDE
     clear[[0, -1]] = False  # slopes of the ends are one-sided, the last mean is of a part of its width
     Z = np.column_stack(columns)[clear]
-    return Z.T @ Z if len(Z) else None
+    return np.asarray(Z.T @ Z) if len(Z) else None
+
+
+def standing(x: Rows, omega: FloatArray, of: Balance) -> FloatArray:
+    """Pressure of the standing piston [Pa]: p_hp less what the oil of the motors costs by the crane file."""
+    P = of.params.passive
+    if of.gas_side:
+        return x["p_hp"]
+    return np.asarray(x["p_hp"] - piston_loss(-P.motors.count * P.motors.D_max * x["alpha_pm"] * omega, P.accumulator))
 
 
 def gas(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray | None:
@@ -98,14 +137,22 @@ def gas(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray | 
     """
     if "make_up" not in x or not np.isfinite(x["make_up"]).all():
         return None
-    P, file = of.params.passive, of.crane.passive.accumulator.gas
-    D, p = P.motors.count * P.motors.D_max, x["p_hp"]
+    P, file = of.params.passive, passive_of(of.crane).accumulator.gas
+    D, p = P.motors.count * P.motors.D_max, standing(x, omega, of)
     stiff = file.n * p**2 / (file.p_0 * file.V_0)
     oil = x["make_up"] - D * x["alpha_pm"] * omega
 
     def integral(rate: FloatArray) -> FloatArray:
         return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
 
-    columns = (integral(stiff * oil), oil, t, p, integral(stiff * D * omega), integral(stiff * x["make_up"]))
+    columns = (
+        integral(stiff * oil),
+        oil,
+        t,
+        x["p_hp"],
+        integral(stiff * D * omega),
+        integral(stiff * x["make_up"]),
+        integral(2.0 * stiff * piston_loss(oil, P.accumulator) / p * oil),
+    )
     Z = np.column_stack([y - y.mean() for y in columns])
-    return Z.T @ Z
+    return np.asarray(Z.T @ Z)

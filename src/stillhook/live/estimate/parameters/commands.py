@@ -35,9 +35,10 @@ class Setting:
             else:
                 steps = max(1, int(np.ceil(span / LONGEST_STEP - 1e-9)))
                 h = span / steps
-                for _ in range(steps):
-                    self._rate += h * swash_acceleration(self._alpha, self._rate, self._u, servo)
+                for _ in range(steps):  # half of the change of the rate before, half after: right to the second order
+                    self._rate += 0.5 * h * swash_acceleration(self._alpha, self._rate, self._u, servo)
                     self._alpha = displacement(self._alpha + h * swash_rate(self._alpha, self._rate, servo), servo)
+                    self._rate += 0.5 * h * swash_acceleration(self._alpha, self._rate, self._u, servo)
             self._t, self._u = now, u
             out[i] = self._alpha
         return out
@@ -45,19 +46,19 @@ class Setting:
 
 class MakeUp:
     """Flow that the make-up pumps add to the accumulators, from row to row: by their logged setting, else by the PLC's
-    law on the logged pressure (`stillhook.control.commands.make_up`). params: the twin's records."""
+    law on the pressure of the standing piston (`stillhook.control.commands.make_up`). params: the twin's records."""
 
     def __init__(self, params: Any) -> None:
         self.law, self.tau = params.passive.settings, params.plc.tau_p
         self._p, self._t = np.nan, np.nan
 
-    def flow(self, x: Mapping[str, FloatArray], r_eff: float) -> FloatArray:
-        """Flow at rows x (n,) [m^3/s]; r_eff wire per motor angle [m/rad]."""
+    def flow(self, x: Mapping[str, FloatArray], p_hp: FloatArray, r_eff: float) -> FloatArray:
+        """Flow at rows x (n,) [m^3/s]; p_hp of the standing piston [Pa]; r_eff wire per motor angle [m/rad]."""
         law = self.law
         if "alpha_pp" in x:
             return np.asarray(law.Q_p_max * x["alpha_pp"])
         mean = np.empty(len(x["time"]))
-        for i, (now, p) in enumerate(zip(x["time"].tolist(), x["p_hp"].tolist(), strict=True)):
+        for i, (now, p) in enumerate(zip(x["time"].tolist(), p_hp.tolist(), strict=True)):
             if p == p:
                 span = now - self._t
                 self._p = self._p + (p - self._p) * span / (self.tau + span) if span <= LONGEST_HOLE else p

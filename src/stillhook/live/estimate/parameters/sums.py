@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.statistics.estimate import t_factor
 
 LAGS = 2
@@ -47,49 +47,63 @@ def scatter_of(scores: FloatArray, fitted: int) -> float:
     return float(np.sqrt(variance * n / max(n - fitted, 1)))
 
 
+EVEN = 1e-13
+"""Ridge by which columns that go together are told apart, of columns of unit length [-]."""
+
+
+class Window(NamedTuple):
+    """Half waves side by side (n,), and their sums G (n, k, k)."""
+
+    t: FloatArray
+    sign: FloatArray
+    speed: FloatArray
+    G: FloatArray
+
+
+def window_of(rows: Sequence[Sums]) -> Window:
+    """Half waves side by side."""
+    return Window(*(np.array([getattr(r, name) for r in rows]) for name in ("t", "sign", "speed", "G")))
+
+
 def inverse(A: FloatArray) -> FloatArray | None:
     """Inverse of a normal matrix of columns of unlike sizes; None where a column is empty."""
     scale = np.sqrt(np.diag(A))
     if not (scale > 0.0).all():
         return None
-    return np.asarray(np.linalg.pinv(A / np.outer(scale, scale)) / np.outer(scale, scale))
+    unit = scale[:, None] * scale
+    return np.asarray(np.linalg.inv(A / unit + EVEN * np.eye(len(A))) / unit)
 
 
-def fit(rows: Sequence[Sums], x: Sequence[int], y: FloatArray) -> Fit | None:
+def fit(w: Window, x: Sequence[int], y: FloatArray) -> Fit | None:
     """Least squares of a combination y (k,) of the columns on those with numbers x; None where it says nothing."""
-    G = np.stack([r.G for r in rows])
-    total = G.sum(axis=0)
+    total = w.G.sum(axis=0)
     H = inverse(total[np.ix_(x, x)])
     if H is None:
         return None
     b = H @ (total[x] @ y)
     left = y.copy()
     left[list(x)] -= b
-    influence = (G[:, x] @ left) @ H[0]
-    n = len(rows)
+    influence = (w.G[:, x] @ left) @ H[0]
+    n = len(w.t)
     return Fit(b, H, influence, scatter_of(influence, len(x)), t_factor(max(n - len(x), 1)))
 
 
-def effect(rows: Sequence[Sums], x: Sequence[int], found: Fit, error: FloatArray) -> float:
+def effect(w: Window, x: Sequence[int], found: Fit, error: FloatArray) -> float:
     """Change of the first coefficient per unit of an error of y, a combination (k,) of the columns."""
-    total = np.sum([r.G for r in rows], axis=0)
-    return float(found.H[0] @ (total[x] @ error))
+    return float(found.H[0] @ (w.G.sum(axis=0)[x] @ error))
 
 
-def apart(rows: Sequence[Sums], x: Sequence[int], y: FloatArray) -> float:
+def apart(w: Window, x: Sequence[int], y: FloatArray) -> float:
     """Half of the difference between the first coefficients of strong and of weak half waves, with the others in
-    common."""
-    speed = np.array([r.speed for r in rows])
-    G = np.stack([r.G for r in rows])
-    strong = G[speed > np.median(speed)].sum(axis=0)
-    total = G.sum(axis=0)
+    common; 0 where one of both cannot be fitted."""
+    total, strong = w.G.sum(axis=0), w.G[w.speed > np.median(w.speed)].sum(axis=0)
     p = len(x)
     A, c = np.zeros((p + 1, p + 1)), np.zeros(p + 1)
     A[:p, :p], c[:p] = total[np.ix_(x, x)], total[x] @ y
-    A[0, 0], c[0] = (total - strong)[x[0], x[0]], (total - strong)[x[0]] @ y
-    A[0, 1:p] = A[1:p, 0] = (total - strong)[x[0], x[1:]]
-    A[p, p], c[p] = strong[x[0], x[0]], strong[x[0]] @ y
-    A[p, 1:p] = A[1:p, p] = strong[x[0], x[1:]]
+    for i, part in ((0, total - strong), (p, strong)):
+        A[i, :] = A[:, i] = 0.0
+        A[i, i], c[i] = part[x[0], x[0]], part[x[0]] @ y
+        A[i, 1:p] = A[1:p, i] = part[x[0], x[1:]]
     H = inverse(A)
     if H is None:
         return 0.0
@@ -97,16 +111,47 @@ def apart(rows: Sequence[Sums], x: Sequence[int], y: FloatArray) -> float:
     return 0.5 * abs(float(b[p] - b[0]))
 
 
-def series(rows: Sequence[Sums], x: Sequence[int], y: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """What every half wave says of the first coefficient once the others are taken off: m and y (n,) of y = b m, with
-    like scatter (Frisch, Waugh and Lovell)."""
-    G = np.stack([r.G for r in rows])
-    total, others = G.sum(axis=0), list(x[1:])
-    found, H = fit(rows, x, y), inverse(total[np.ix_(others, others)])
-    if found is None or H is None:
+class Sides(NamedTuple):
+    """First coefficient before and after each place (P,), u standard uncertainty of the difference, and sum of squares
+    that is left."""
+
+    before: FloatArray
+    after: FloatArray
+    u: FloatArray
+    left: FloatArray
+
+
+def sides(w: Window, x: Sequence[int], y: FloatArray, places: IntArray, floor: float) -> Sides | None:
+    """The first coefficient on both sides of half waves with numbers `places` (P,), which belong to neither; the others
+    in common. floor: least scatter of a half wave. None where one side cannot be fitted."""
+    G, p, first, others = w.G, len(x), x[0], list(x[1:])
+    cumulative = np.concatenate([np.zeros((1, *G.shape[1:])), np.cumsum(G, axis=0)])
+    old, new = cumulative[places], cumulative[-1] - cumulative[places + 1]
+    both = old + new
+    A, c = np.zeros((len(places), p + 1, p + 1)), np.zeros((len(places), p + 1))
+    A[:, 1:p, 1:p], c[:, 1:p] = both[np.ix_(range(len(places)), others, others)], both[:, others] @ y
+    for i, side in ((0, old), (p, new)):
+        A[:, i, i], c[:, i] = side[:, first, first], side[:, first] @ y
+        A[:, i, 1:p] = A[:, 1:p, i] = side[:, first][:, others]
+    scale = np.sqrt(np.einsum("nii->ni", A))
+    rest = inverse(G.sum(axis=0)[np.ix_(others, others)])
+    if rest is None or not (scale > 0.0).all():
         return None
-    pure, left = np.zeros(len(total)), y.copy()
-    pure[x[0]], pure[others] = 1.0, -H @ total[others, x[0]]
-    left[others] -= found.b[1:]
-    m = np.sqrt(np.maximum(np.einsum("i,nij,j->n", pure, G, pure), 1e-300))
-    return m, np.einsum("i,nij,j->n", pure, G, left) / m
+    unit = scale[:, :, None] * scale[:, None, :]
+    H = np.linalg.inv(A / unit + EVEN * np.eye(p + 1)) / unit
+    b = np.einsum("nij,nj->ni", H, c)
+    pure = np.zeros(len(y))
+    pure[first], pure[others] = 1.0, -rest @ G.sum(axis=0)[others, first]
+    said = pure @ G  # (n, k)
+    size = np.sqrt(np.maximum(said @ pure, 1e-300))
+    explained = np.zeros((len(places), 2, len(y)))
+    explained[:, :, others] = b[:, None, 1:p]
+    explained[:, 0, first], explained[:, 1, first] = b[:, 0], b[:, p]
+    residual = np.einsum("nk,psk->psn", said, y - explained) / size
+    n = len(w.t)
+    later = np.arange(n) > places[:, None]
+    r = np.where(later, residual[:, 1], residual[:, 0]) * (np.arange(n) != places[:, None])
+    scatter = np.maximum(np.sqrt(np.sum(r**2, axis=1) / (n - 2 - p)), floor * float(size.mean()))
+    u = scatter * np.sqrt(H[:, 0, 0] + H[:, p, p] - 2.0 * H[:, 0, p])
+    left = np.einsum("i,nij,j->n", y, both, y) - np.sum(b * c, axis=1)
+    return Sides(b[:, 0], b[:, p], u, left)
