@@ -43,11 +43,12 @@ class Side:
 
     def __init__(self, crane: stillhook.Crane = CRANE, settings: ObserverSettings | None = None) -> None:
         twin = run_of(1.0)
-        names = ("time_utc", "lateness", *MESSAGE)
+        names = ("time", "time_utc", "lateness", *MESSAGE)
         task = Task(crane, names, settings or ObserverSettings(SIGNALS))
         self.events: list[tuple[str, str]] = []
         self.of = Observer(task, BEGIN, lambda name, text, value: self.events.append((name, text)))
-        self.twin = np.column_stack([BEGIN + twin["time"] - CYCLE, 0.0 * twin["time"], *(twin[n] for n in MESSAGE)])
+        t = twin["time"]
+        self.twin = np.column_stack([t, BEGIN + t - CYCLE, 0.0 * t, *(twin[n] for n in MESSAGE)])
         self.seen: list[dict[str, float]] = []
 
     def run(

@@ -18,8 +18,10 @@ from stillhook.live.observer.panel import Proposal
 from stillhook.live.observer.settings import ObserverSettings, estimator
 from stillhook.live.observer.signals import SIGNALS, other_unit
 from stillhook.live.observer.stream import SenderClock, Stream
-from stillhook.live.servers.served import ALARM, DEVIATION, compared
-from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations, shown
+from stillhook.live.servers.served import ALARM
+from stillhook.live.watch import comparison as watch
+from stillhook.live.watch.comparison import Comparison
+from stillhook.live.watch.journal import Entry
 from stillhook.spec.crane import Crane
 
 STEP = 0.02
@@ -58,8 +60,7 @@ class Task(NamedTuple):
 
 def shown_names(settings: ObserverSettings) -> tuple[str, ...]:
     """Numbers that an observer publishes."""
-    both = [name for name in COMPARED if name in settings.signals]
-    return (*(f"{of}.{name}" for of in (DEVIATION, ALARM) for name in both), *ESTIMATE)
+    return (*watch.shown_names(settings.signals, settings.virtual), *ESTIMATE)
 
 
 class Observer:
@@ -78,10 +79,9 @@ class Observer:
         self._stream, self._clock = Stream(), SenderClock()
         self._twin: deque[tuple[float, FloatArray]] = deque(maxlen=4096)
         self._next = 0
-        self._deviations = Deviations(every=PER_SAMPLE * STEP)
+        self._comparison = Comparison(task.crane, every=PER_SAMPLE * STEP)
         self._standing: dict[str, list[float]] = {name: [] for name in STANDING}
         self._first = math.nan
-        self._alarmed: frozenset[str] = frozenset()
         self._squares: dict[str, FloatArray] = {}
         self._units: dict[str, str] = {}
         self._estimator: FrictionEstimator | None
@@ -156,7 +156,7 @@ class Observer:
             for name, offsets in self._standing.items():
                 if name in measured:
                     measured[name] -= _middle(offsets, measured[name] - simulated[name])
-            self._judge(self._deviations.add(measured, simulated))
+            self._judge(self._comparison.add(measured, simulated))
 
     def _simulated(self, t: float) -> dict[str, float] | None:
         """The twin at a time; None where no rows are near it."""
@@ -170,16 +170,10 @@ class Observer:
         row = a + (t - before) / (after - before) * (b - a)
         return dict(zip(self._names, row.tolist(), strict=True))
 
-    def _judge(self, deviations: Sequence[Deviation]) -> None:
-        self.values |= {name: x for name, x in compared(deviations).items() if name in self.values}
-        alarmed = frozenset(d.name for d in deviations if d.alarm)
-        for d in deviations:
-            if d.alarm and d.name not in self._alarmed:
-                text = f"{d.name} deviates by {shown(d.name, d.rms)} rms, limit {shown(d.name, d.limit)}."
-                self._tell("alarm", text, d.rms)
-            elif d.name in self._alarmed and not d.alarm:
-                self._tell("alarm-over", f"{d.name} deviates by {shown(d.name, d.rms)} rms.", d.rms)
-        self._alarmed = alarmed
+    def _judge(self, changes: Sequence[Entry]) -> None:
+        self.values |= {name: x for name, x in self._comparison.shown.items() if name in self.values}
+        for entry in changes:
+            self._tell(entry.event, entry.text, math.nan)
 
     def _weigh(self, measured: Mapping[str, float], simulated: Mapping[str, float]) -> None:
         """Say where a signal seems to be in another unit than SI; the estimator goes without it meanwhile."""
@@ -225,7 +219,7 @@ class Observer:
     def _propose(self, now: float) -> None:
         state, t = self._state, self._time(now)
         found = None if state is None else state.estimate
-        deviating = ", ".join(sorted(self._alarmed))
+        deviating = ", ".join(sorted(d.name for d in self._comparison.deviations if d.alarm))
         before = self.proposal._replace(time=now, known=False, value=None, deviating=deviating)
         if self._estimator is None:
             self.proposal = before._replace(reason="friction of this winch type is not estimated")

@@ -11,6 +11,7 @@ from stillhook.errors import IdentifyError, LiveError
 from stillhook.library.toml.file import TomlTable
 from stillhook.live.estimate import Accuracies, FrictionEstimator
 from stillhook.live.observer.signals import SIGNALS
+from stillhook.live.watch.virtual import sensors_of
 from stillhook.spec.crane import Crane
 from stillhook.tables.table import Spec, Text
 from stillhook.units import Mass, Time
@@ -52,7 +53,8 @@ class AdaptSettings(NamedTuple):
 
 class ObserverSettings(NamedTuple):
     """signals that are measured; timeout of their values [s]; load, accuracies, window [s] and gas_side as for a
-    `FrictionEstimator`; adapt: how the twin follows, None where it does not."""
+    `FrictionEstimator`; adapt: how the twin follows, None where it does not; virtual: names of the crane's virtual
+    sensors."""
 
     signals: tuple[str, ...] = tuple(SIGNALS)
     timeout: float = 1.0
@@ -61,6 +63,7 @@ class ObserverSettings(NamedTuple):
     window: float = 300.0
     gas_side: bool = False
     adapt: AdaptSettings | None = None
+    virtual: tuple[str, ...] = ()
 
 
 def settings_of(
@@ -87,6 +90,7 @@ def settings_of(
         measured.window,
         measured.gas_side,
         None if adapt is None else AdaptSettings(adapt.step, adapt.every),
+        tuple(s.name for s in sensors_of(crane)),
     )
     try:
         of = estimator(crane, found)

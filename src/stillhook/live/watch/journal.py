@@ -26,6 +26,11 @@ class Entry(NamedTuple):
     name: str
     text: str
 
+    @property
+    def event(self) -> str:
+        """Name of the event of its start, or of its end where it has one."""
+        return self.sort if math.isnan(self.end) else f"{self.sort}-over"
+
 
 class Journal:
     """Entries in the order of their start; those that last have no end yet."""
@@ -45,7 +50,7 @@ class Journal:
         return tuple(self._on.values())
 
     def alarms(self, time: float, deviations: Sequence[Deviation]) -> list[Entry]:
-        """Alarms of signals at a moment; the new ones."""
+        """Alarms of signals at a moment; those that began or ended."""
         now = {
             d.name: f"{d.name} deviates by {shown(d.name, d.rms)} rms, limit {shown(d.name, d.limit)}."
             for d in deviations
@@ -54,7 +59,7 @@ class Journal:
         return self._update(time, ALARM, now)
 
     def watched(self, found: Watched) -> list[Entry]:
-        """Criteria and causes at a moment; the new ones. A criterion that was not met is so until all of the interval
+        """Criteria and causes at a moment; those that began or ended. A criterion that was not met is so until all of the interval
         is within its limit."""
         lines = {f"{r.key} {r.of}".strip() + f" over {r.window}": r for r in found.results}
         criteria = {
@@ -74,8 +79,9 @@ class Journal:
         return [(of[0]._replace(end=of[-1].end), len(of)) for of in by_name.values()]
 
     def _update(self, time: float, sort: str, now: Mapping[str, str]) -> list[Entry]:
-        for key in [k for k in self._on if k[0] == sort and k[1] not in now]:
-            self._over.append(self._on.pop(key)._replace(end=time))
+        gone = [k for k in self._on if k[0] == sort and k[1] not in now]
+        over = [self._on.pop(key)._replace(end=time) for key in gone]
+        self._over.extend(over)
         new = [Entry(time, math.nan, sort, name, text) for name, text in now.items() if (sort, name) not in self._on]
         self._on |= {(sort, e.name): e for e in new}
-        return new
+        return [*over, *new]

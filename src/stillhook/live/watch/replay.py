@@ -14,12 +14,12 @@ from stillhook.control.registry import Mode, mode_of_code
 from stillhook.errors import LiveError
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import Event, LiveTwin, Row, Task, event
-from stillhook.live.servers.served import ALARM, CRITERIA, DEVIATION, HALF, MEASURED, VIRTUAL, compared
+from stillhook.live.servers.served import MEASURED
 from stillhook.live.servers.serving import serve
-from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
-from stillhook.live.watch.journal import CAUSE, Entry, Journal
-from stillhook.live.watch.virtual import Reading, VirtualSensors
-from stillhook.live.watch.watch import Watch, Watched
+from stillhook.live.watch.comparison import Comparison, shown_names
+from stillhook.live.watch.deviation import COMPARED, Deviation
+from stillhook.live.watch.journal import CAUSE, Entry
+from stillhook.live.watch.virtual import Reading
 from stillhook.live.watch.windows.criteria import WindowResult
 from stillhook.logs.types import Log
 from stillhook.spec.crane import Crane
@@ -183,20 +183,20 @@ def replay(
         scheduling = twin.face.scheduling
     if comparison.missed:
         raise LiveError(f"--speed {speed:g}: the twin fell behind by more than 10 s. Give a lower speed.")
-    c, found = comparison, comparison.found
+    c, of = comparison, comparison.of
     return Replayed(
         compared=c.compared,
         alarms=c.alarms,
         rms=c.rms(),
         late=late,
         scheduling=scheduling,
-        entries=c.journal.entries,
-        summary=tuple(c.journal.summary),
-        criteria=() if found is None else found.results,
-        not_judged=c.watcher.criteria.not_judged,
-        cause=next((e.text for e in reversed(c.journal.entries) if e.sort == CAUSE), ""),
-        clock=(math.nan, math.nan) if found is None else (found.clock, found.clock_half),
-        virtual=c.readings,
+        entries=of.journal.entries,
+        summary=tuple(of.journal.summary),
+        criteria=() if of.found is None else of.found.results,
+        not_judged=of.watch.criteria.not_judged,
+        cause=next((e.text for e in reversed(of.journal.entries) if e.sort == CAUSE), ""),
+        clock=(math.nan, math.nan) if of.found is None else (of.found.clock, of.found.clock_half),
+        virtual=of.readings,
     )
 
 
@@ -207,16 +207,12 @@ class _Comparison:
 
     def __init__(self, crane: Crane, stretch: Stretch, watch: Callable[[Moment], None]) -> None:
         self._stretch, self._watch = stretch, watch
-        self.watcher, self.journal = Watch(crane, every=stretch.every), Journal()
-        self.found: Watched | None = None
-        self._virtual = VirtualSensors(crane, every=stretch.every)
-        self.readings: tuple[Reading, ...] = ()
+        self.of = Comparison(crane, every=stretch.every)
         self._names = [name for name in COMPARED if name in stretch.signals]
-        self._deviations = Deviations(every=stretch.every)
         self._next, self._seen = 0, 0
         self._sums = dict.fromkeys(self._names, 0.0)
         self._counts = dict.fromkeys(self._names, 0)
-        self._shown: dict[str, float] = {}
+        self._measured: dict[str, float] = {}
         self.alarms: dict[str, float] = {}
         self.compared = 0.0
         self.missed = False
@@ -248,9 +244,8 @@ class _Comparison:
     @property
     def names(self) -> tuple[str, ...]:
         """The twin's, then those of the comparison."""
-        more = [f"{of}.{name}" for of in (MEASURED, DEVIATION, ALARM) for name in self._names]
-        virtual = [f"{of}.{s.name}" for of in (VIRTUAL, HALF) for s in self._virtual.sensors]
-        return (*self.twin.names, *more, f"{ALARM}.{CRITERIA}", *virtual)
+        measured = (f"{MEASURED}.{name}" for name in self._names)
+        return (*self.twin.names, *measured, *shown_names(self._names, self.of.sensors))
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -266,7 +261,7 @@ class _Comparison:
         """The newest cycle, with the newest comparison."""
         row = self.twin.latest()
         blank = dict.fromkeys(self.names[len(self.twin.names) :], math.nan)
-        return None if row is None else Row(row.number, {**row.values, **blank, **self._shown})
+        return None if row is None else Row(row.number, {**row.values, **blank, **self._measured, **self.of.shown})
 
     def write(self, values: Mapping[str, float], source: str, stamp: float = math.nan) -> None:
         """Errors: LiveError: the log drives the twin."""
@@ -295,29 +290,17 @@ class _Comparison:
             return
         measured = {name: float(x[i]) for name, x in self._stretch.signals.items()}
         time = simulated["time"]
-        deviations = self._deviations.add(measured, simulated)
-        self._shown |= compared(deviations)
+        changes = self.of.add(measured, simulated)
         self.compared += self._stretch.every
-        for d in deviations:
+        for d in self.of.deviations:
             difference = d.measured - d.simulated
             if math.isfinite(difference):
                 self._sums[d.name] += difference**2
                 self._counts[d.name] += 1
-            self._shown[f"{MEASURED}.{d.name}"] = d.measured
+            self._measured[f"{MEASURED}.{d.name}"] = d.measured
             if d.alarm:
                 self.alarms.setdefault(d.name, time)
-        new = self.journal.alarms(time, deviations)
-        self._virtual.add(measured, simulated)
-        found = self.watcher.add(measured, simulated)
-        if found is not None:
-            self.found = found
-            new += self.journal.watched(found)
-            self._shown[f"{ALARM}.{CRITERIA}"] = float(bool(found.failed))
-        lasting = self.journal.lasting
-        self.readings = tuple(self._virtual.read(simulated, f"{lasting[0].sort} {lasting[0].name}" if lasting else ""))
-        for r in self.readings:
-            self._shown |= {f"{VIRTUAL}.{r.name}": r.value if r.valid else math.nan, f"{HALF}.{r.name}": r.half}
-        for entry in new:
-            self.tell(event("replay", entry.sort, entry.text))
-        self._watch(Moment(time, deviations, self._events))
+        for entry in changes:
+            self.tell(event("replay", entry.event, entry.text))
+        self._watch(Moment(time, self.of.deviations, self._events))
         self._events = []
