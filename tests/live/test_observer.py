@@ -122,7 +122,7 @@ def test_a_step_of_friction_is_an_alarm_with_its_time_and_is_proposed_as_a_step(
     twin = of.twin.copy()
     for part in (1, 2):  # the same waves again, with more friction
         of.twin = twin.copy()
-        of.twin[:, 0] += part * 144.0
+        of.twin[:, :2] += part * 144.0
         crane = run_of(1.3)
         for i, t in enumerate(crane["time"].tolist()):
             if not 9.0 < t <= 153.0 - 3.0:
@@ -254,12 +254,12 @@ def test_a_twin_that_stood_still_meanwhile_is_not_compared():
 def test_an_observer_that_was_halted_for_minutes_goes_on_with_the_present():
     of = Side().run(1.0, until=100.0)
     of.of.advance(BEGIN + 2000.0)
-    of.twin[:, 0] += 2000.0
+    of.twin[:, :2] += 2000.0
     for part in of.twin[:3000], of.twin[3000:4000]:
         for row in part:
             of.of.see(row)
-            of.of.hear(row[0] + 0.005, row[0] + CYCLE, dict(zip(MESSAGE, row[2:].tolist(), strict=True)))
-        of.of.advance(row[0])
+            of.of.hear(row[1] + 0.005, row[1] + CYCLE, dict(zip(MESSAGE, row[3:].tolist(), strict=True)))
+        of.of.advance(row[1])
     assert of.told("alarm") == []
 
 
@@ -273,12 +273,12 @@ def test_memory_does_not_grow_with_time():
     for lap in range(9):
         for i, row in enumerate(rows):
             shifted = row.copy()
-            shifted[0] += lap * 135.0
+            shifted[:2] += lap * 135.0
             if i % 10 == 0:
                 of.of.see(shifted)
-                of.of.hear(shifted[0] + 0.005, math.nan, dict(zip(MESSAGE, messages[i].tolist(), strict=True)))
+                of.of.hear(shifted[1] + 0.005, math.nan, dict(zip(MESSAGE, messages[i].tolist(), strict=True)))
             if i % 100 == 0:
-                of.of.advance(shifted[0])
+                of.of.advance(shifted[1])
         sizes.append(sum(held(of.of)))
     assert max(sizes[5:]) <= 1.02 * max(sizes[2:5])
     assert of.of._estimator._waves.maxlen == MOST_WAVES
