@@ -110,10 +110,10 @@ class OpcUaBus:
 
     async def close(self) -> None:
         """As of `Bus`."""
-        self._log.detach()
         made, self._client = self._client, None
         if made is not None:
             await _let_go(made)
+        self._log.detach()
 
     def resolution(self, name: str) -> float:
         """As of `Bus`: doubles."""
