@@ -13,6 +13,7 @@ import pytest
 from tests.live.plants import CASE, CRANE, Direct
 
 from stillhook import Scenario, Session, load_crane
+from stillhook.cli.live.plc import _print_outcome
 from stillhook.errors import LiveError
 from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.live.hil import soft_plc
@@ -233,3 +234,16 @@ def test_a_cost_that_cannot_be_known_is_not_said(change: Callable[[Cycle], Cycle
 
 def test_a_run_without_cycles_has_no_cost():
     assert "too short" in bus_cost(CRANE, CASE, [])
+
+
+def test_the_end_of_a_run_says_what_the_bus_cost_or_why_not(own: np.ndarray, capsys: pytest.CaptureFixture[str]):
+    times = np.array([0.001, 0.002, 0.004])
+    outcome = Outcome(3, 1, 0, 0, 0, times, times, np.array([math.nan]), False, [])
+    cost = bus_cost(CRANE, CASE, [c._replace(e_c=1.2 * c.e_c) for c in seen(own)])
+    _print_outcome(outcome, cost, Path("log.csv"))
+    out = capsys.readouterr().out
+    assert f"the bus costs {100 * cost.cost:.2f} cm" in out
+    assert "3 cycles: 1 late" in out
+    _print_outcome(outcome._replace(stopped=True), "It is not known.", Path("log.csv"))
+    out = capsys.readouterr().out
+    assert "The guard stopped the winch.\nIt is not known.\n" in out

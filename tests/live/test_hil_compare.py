@@ -80,7 +80,7 @@ def test_a_log_that_rounds_what_the_plc_saw_differs_by_rounding(
 @pytest.mark.parametrize(
     ("change", "differ"),
     [
-        ({"K_p": "0.202 1/m"}, "u_p"),
+        ({"K_p": "0.1616 1/m"}, "u_p"),
         ({"u_thr": 0.61}, "u_m"),
         ({"tau_F": "0.6 s"}, "u_m"),
         ({"t_cycle": "20 ms"}, "u_p"),

@@ -54,7 +54,9 @@ def plc_run(
     with PlcLog(plan.log) as log, stopping() as stopped:
         plc = SoftPlc(bus, controller, plan.script, log, say)
         outcome = asyncio.run(plc.run(lambda: stopped() or time.monotonic() >= end))
-    cost = bus_cost(plan.plant, plan.scenario, outcome.seen)
+    cost: BusCost | str = "The script changed inputs, or the guard stopped the winch: the cost of the bus is not known."
+    if plan.script.empty and not outcome.stopped:
+        cost = bus_cost(plan.plant, plan.scenario, outcome.seen)
     if json:
         numbers = {name: value for name, value in outcome._asdict().items() if isinstance(value, bool | int)}
         trips = {name: _spread(getattr(outcome, name)) for name in ("ages", "reads", "writes")}
@@ -86,7 +88,7 @@ def _print_outcome(outcome: Outcome, cost: BusCost | str, log: Path) -> None:
         f" {outcome.unconfirmed} without a write, {outcome.reconnected} times connected again."
     )
     if outcome.stopped:
-        print("The guard had stopped the winch at the end.")
+        print("The guard stopped the winch.")
     if isinstance(cost, str):
         print(cost)
     else:

@@ -83,6 +83,11 @@ class Script:
         self._before = self._shift = 0.0
         self._time = 0.0
 
+    @property
+    def empty(self) -> bool:
+        """Whether it changes nothing."""
+        return not self._rows
+
     def apply(self, time: float, inputs: FloatArray) -> FloatArray:
         """Numbers of `INPUTS` [SI] as the script leaves them at a time [s], called once a cycle; a copy."""
         out = inputs.copy()

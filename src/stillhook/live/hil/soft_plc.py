@@ -58,7 +58,7 @@ class Cycle(NamedTuple):
 class Outcome(NamedTuple):
     """What happened. cycles; late ones; without_answer: cycles without a new sample; unconfirmed: cycles that wrote
     nothing, since the write before was not confirmed; reconnected; ages of samples [s], NaN where the plant does not
-    say; round trips of reading and writing [s]; stops: whether the guard stopped the winch; seen."""
+    say; round trips of reading and writing [s]; stopped: whether the guard ever stopped the winch; seen."""
 
     cycles: int
     late: int
@@ -89,7 +89,7 @@ class SoftPlc:
         self._seen: list[Cycle] = []
         self._connected, self._attempt = False, -math.inf
         self._late = self._without = self._unconfirmed = self._reconnected = 0
-        self._state = 0.0
+        self._state, self._stopped = 0.0, False
 
     async def run(self, done: Callable[[], bool]) -> Outcome:
         """Until it is done. Errors: LiveError where the plant refuses, or another PLC commands it."""
@@ -124,14 +124,15 @@ class SoftPlc:
             np.array(self._ages),
             np.array(self._trips["read"]),
             np.array(self._trips["write"]),
-            self._state > STOPPED,
+            self._stopped,
             self._seen,
         )
 
     async def _first_image(self) -> None:
         end = time.monotonic() + START
         while not self._image.good or not np.isfinite(self._image.sensed).all():
-            self._image = await self._bus.read()
+            with contextlib.suppress(BusError):
+                self._image = await self._bus.read()
             if time.monotonic() > end:
                 raise LiveError(
                     f"{self._bus.label}: no complete process image within {START:g} s. Is the twin running?"
@@ -248,7 +249,7 @@ class SoftPlc:
             bad = "all inputs" if len(names) == len(SIGNALS) else ", ".join(names)
             stop = f"The guard stopped the winch ({bad}): acknowledge with reset, mode manual and joystick released."
             self._tell(stop if state > STOPPED else "The stop was acknowledged.")
-        self._state = state
+        self._state, self._stopped = state, self._stopped or state > STOPPED
 
     def _look_for_another(self, image: Image) -> None:
         """Errors: LiveError where the commands in force are not among the last own ones: another client writes."""
