@@ -146,6 +146,7 @@ def test_a_trusted_client_writes_measured_values_with_their_stamp_and_unit(
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_twin_that_is_run_from_a_file_stores_what_is_measured_beside_its_rows(tmp_path: Path):
     """From the command line: over UDP into the history, with the factor of every moment."""
     pytest.importorskip("duckdb", reason="the extra live is not installed")
