@@ -109,6 +109,7 @@ def test_inside_the_envelope_the_estimate_is_proposed():
     assert of.of.proposal.value == of.of.values["estimate.friction_factor"] == pytest.approx(1.2, rel=0.01)
 
 
+@pytest.mark.thorough
 def test_friction_far_from_the_file_is_an_alarm_that_is_told_once():
     of = Side().run(4.0)
     assert of.most("alarm.p_a") == 1.0
@@ -116,6 +117,7 @@ def test_friction_far_from_the_file_is_an_alarm_that_is_told_once():
     assert "p_a" in of.of.proposal.deviating
 
 
+@pytest.mark.thorough
 def test_a_step_of_friction_is_an_alarm_with_its_time_and_is_proposed_as_a_step():
     of = Side(certified())
     of.run(1.0, until=149.0)
@@ -148,6 +150,7 @@ def test_a_step_of_friction_is_an_alarm_with_its_time_and_is_proposed_as_a_step(
     [lambda t: math.nan, lambda t: BEGIN + t + 7200.0, lambda t: BEGIN + t - 3.15e7, lambda t: t],
     ids=["none", "hours ahead", "a year behind", "since a start"],
 )
+@pytest.mark.thorough
 def test_a_clock_that_is_off_changes_neither_deviations_nor_estimate(stamp: Callable[[float], float]):
     right, off = usual(1.2), Side().run(1.2, stamp=stamp)
     for name in ("deviation.p_a", "deviation.s_w"):
@@ -174,6 +177,7 @@ def test_a_clock_that_jumps_is_told_and_costs_a_moment(jump: float):
     ],
     ids=["nothing comes", "one is no number", "one stops"],
 )
+@pytest.mark.thorough
 def test_signals_that_stop_end_the_estimate_within_a_minute(change: Callable[[float, Message], Message | None]):
     of = Side(certified()).run(1.2, change, until=80.0)
     assert of.of.proposal.value is not None
@@ -196,6 +200,7 @@ def drop_unknown(change: Callable[[float, Message], Message | None]) -> Callable
     return known
 
 
+@pytest.mark.thorough
 def test_spikes_raise_no_alarm_and_move_no_estimate():
     rng = np.random.default_rng(4)
 
@@ -219,6 +224,7 @@ def test_a_signal_in_a_wrong_unit_is_named_and_nothing_is_estimated_from_it(name
         assert of.most(f"alarm.{name}") == 1.0
 
 
+@pytest.mark.thorough
 def test_a_wire_counter_with_another_zero_is_no_deviation_and_one_that_jumps_later_is():
     of = Side().run(1.0, lambda t, x: {**x, "s_w": x["s_w"] + 3.0})
     assert of.most("deviation.s_w") < 0.2 * LIMITS["s_w"]
@@ -226,6 +232,7 @@ def test_a_wire_counter_with_another_zero_is_no_deviation_and_one_that_jumps_lat
     assert any(text.startswith("s_w deviates by") for text in jumped.told("alarm"))
 
 
+@pytest.mark.thorough
 def test_an_encoder_whose_clock_is_off_is_compared_at_its_own_time():
     """Until the offset is found, in about a minute, the wire deviates by its speed times the offset."""
     run, late = run_of(1.0), 0.15
@@ -241,6 +248,7 @@ def test_an_encoder_whose_clock_is_off_is_compared_at_its_own_time():
     assert of.of.values["deviation.s_w"] < 0.3 * LIMITS["s_w"]
 
 
+@pytest.mark.thorough
 def test_a_twin_that_stood_still_meanwhile_is_not_compared():
     """Rows that are missing (a kernel that was started again) are no deviation."""
     of = Side()
@@ -251,6 +259,7 @@ def test_a_twin_that_stood_still_meanwhile_is_not_compared():
     assert of.most("deviation.p_a") < 0.05 * LIMITS["p_a"]
 
 
+@pytest.mark.thorough
 def test_an_observer_that_was_halted_for_minutes_goes_on_with_the_present():
     of = Side().run(1.0, until=100.0)
     of.of.advance(BEGIN + 2000.0)

@@ -146,6 +146,7 @@ def test_a_trusted_client_writes_measured_values_with_their_stamp_and_unit(
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_twin_that_is_run_from_a_file_stores_what_is_measured_beside_its_rows(tmp_path: Path):
     """From the command line: over UDP into the history, with the factor of every moment."""
     pytest.importorskip("duckdb", reason="the extra live is not installed")
@@ -179,3 +180,13 @@ def test_a_twin_that_is_run_from_a_file_stores_what_is_measured_beside_its_rows(
     texts = [e.text for e in read_events(tmp_path / "twin" / "twin" / "history")]
     assert any(text.startswith("Compared with measured s_w, omega_m") and "level 1" in text for text in texts)
     assert any("F_w = 1e+99" in text for text in texts)
+
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "adapt-a-running-twin.md"
+
+
+def test_the_tables_of_the_how_to_read(tmp_path: Path):
+    (tables,) = re.findall(r"^```toml\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    path = example(tmp_path / "twin")
+    path.write_text(path.read_text().split("[measured]")[0] + tables)
+    assert read_live_file(path).observer.adapt == AdaptSettings(0.05, 5.0)

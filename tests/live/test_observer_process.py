@@ -148,6 +148,7 @@ def test_an_observer_that_is_killed_is_an_event_and_started_again_while_the_twin
         assert row.values["missed_cycles"] == 0.0
 
 
+@pytest.mark.thorough
 def test_an_observer_that_hangs_is_killed_and_started_again(monkeypatch: pytest.MonkeyPatch):
     with twin() as (of, kept):
         heard = of._values
@@ -199,6 +200,7 @@ def test_a_factor_is_refused_to_clients_while_it_follows_the_crane():
         assert row.values["friction_factor"] == CERTIFIED
 
 
+@pytest.mark.thorough
 def test_a_kernel_that_is_killed_gets_the_factor_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(observed, "AGAIN", 0.3)
     with twin(ADAPTS, tmp_path) as (of, _):
@@ -236,6 +238,7 @@ def test_a_restart_goes_on_with_the_factor_that_it_had(tmp_path: Path):
         (ADAPTS, stillhook.load_crane("nov-250t"), "no certificate"),
     ],
 )
+@pytest.mark.thorough
 def test_a_restart_that_no_longer_allows_the_factor_withdraws_it(
     settings: ObserverSettings, crane: stillhook.Crane, reason: str, tmp_path: Path
 ):

@@ -10,6 +10,7 @@ import time
 
 from stillhook.live.observer.observer import Observer, Task, shown_names
 from stillhook.live.observer.panel import HEAD, Panel
+from stillhook.live.observer.signals import OF_INPUTS
 from stillhook.live.runtime.board import Board
 from stillhook.live.runtime.sink import event
 
@@ -60,8 +61,6 @@ def _loop(task: Task, board: Board, own: Panel) -> None:
 
 def message_names(task: Task) -> tuple[str, ...]:
     """Names of the values of a message."""
-    from stillhook.live.observer.signals import OF_INPUTS
-
     return (*task.settings.signals, *OF_INPUTS)
 
 
