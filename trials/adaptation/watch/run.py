@@ -28,10 +28,10 @@ from trials.adaptation.watch.faults import EVERY, FAULTS, Logs, logs_of
 
 STORE = Path(__file__).resolve().parent / "outcomes.json"
 JUDGED, AGAIN = 1000, 2000
-"""First seed that is judged; the same of what was run again after two changes that its first outcomes led to: nothing
-is judged before the clock is known, and 2b has no interval over 30 s."""
-RUNS, SOUND = 8, 12
-"""Runs of each fault, and without one."""
+"""First seed that is judged; the same of what was run again after three changes that its first outcomes led to: nothing
+is judged before the clock is known, 2b has no interval over 30 s, and the piston's pressure has a structural part."""
+RUNS, SOUND, HARMLESS = 8, 8, 4
+"""Runs of each fault; without one; and of those that no sign shows."""
 CRANES, REPEATS = 6, 5
 """Cranes of the coverage trial, and repeats of sea and noise on each."""
 SETTLE = 10.0
@@ -60,13 +60,16 @@ class Case(NamedTuple):
         return f"{self.group}/{self.seed}"
 
 
-RUN_AGAIN = (COVERAGE, HIDDEN, *SOUND_FAULTS)
+HARMLESS_FAULTS = tuple(name for name, fault in FAULTS.items() if not fault.cause and name not in SOUND_FAULTS)
+RUN_AGAIN = (COVERAGE, HIDDEN, *SOUND_FAULTS, *HARMLESS_FAULTS)
+COUNTS = dict.fromkeys(FAULTS, RUNS) | dict.fromkeys(SOUND_FAULTS, SOUND) | dict.fromkeys(HARMLESS_FAULTS, HARMLESS)
+COUNTS |= {COVERAGE: CRANES, HIDDEN: CRANES}
 CASES: Mapping[str, Case] = {  # seed by seed, so that all groups grow alike
     case.key: case
-    for groups in (RUN_AGAIN, tuple(name for name in FAULTS if name not in SOUND_FAULTS))
-    for i in range(SOUND)
+    for groups in (RUN_AGAIN, tuple(name for name in FAULTS if name not in RUN_AGAIN))
+    for i in range(max(COUNTS.values()))
     for name in groups
-    if i < (CRANES if name in (COVERAGE, HIDDEN) else SOUND if name in SOUND_FAULTS else RUNS)
+    if i < COUNTS[name]
     for case in [Case(name, (AGAIN if name in RUN_AGAIN else JUDGED) + i)]
 }
 
