@@ -29,7 +29,7 @@ from trials.adaptation.watch.faults import EVERY, FAULTS, Logs, logs_of
 STORE = Path(__file__).resolve().parent / "outcomes.json"
 JUDGED, AGAIN = 1000, 2000
 """First seed that is judged; the same of what was run again after three changes that its first outcomes led to: nothing
-is judged before the clock is known, 2b has no interval over 30 s, and the piston's pressure has a structural part."""
+is judged before the clock is known, 2b has no interval over 30 s, and 6-piston is not judged."""
 RUNS, SOUND, HARMLESS = 8, 8, 4
 """Runs of each fault; without one; and of those that no sign shows."""
 CRANES, REPEATS = 6, 5
