@@ -39,6 +39,7 @@ ARCHIVED = {
     "limit_crossings": "trials.limits.crossings_page",
     "limit_curves": "trials.limits.curves_page",
     "truth_defects": "trials.defects.page",
+    "watch": "trials.adaptation.watch.page",
 }
 """Pages of archived trials: made from the outcomes that stand beside them."""
 CASES = tuple(sorted({p.stem for p in HERE.glob("*.py")}.difference(PARTS, MEASURED) | set(ARCHIVED)))

@@ -16,13 +16,17 @@ import pytest
 from tests.live.test_modbus import read_request, write_request
 
 import stillhook
+from stillhook.cli.live.twin import _print_replayed
 from stillhook.errors import LiveError
 from stillhook.formats.case_file import CaseFile
 from stillhook.live.demo import with_friction
 from stillhook.live.live_file import LivePlan
 from stillhook.live.servers.modbus import ModbusSettings
 from stillhook.live.watch.deviation import LIMITS
-from stillhook.live.watch.replay import Moment, longest_stretch, replay, scenario_of
+from stillhook.live.watch.journal import Entry
+from stillhook.live.watch.replay import Moment, Replayed, longest_stretch, replay, scenario_of
+from stillhook.live.watch.virtual import Reading
+from stillhook.live.watch.windows.criteria import Status, WindowResult
 from stillhook.logs.log import read_log
 
 CRANE = stillhook.load_crane("nov-250t")
@@ -49,7 +53,7 @@ def write_log(path: Path, crane: stillhook.Crane, *, leave_out: slice | None = N
 
 MAP = "".join(
     f'[[register]]\nname = "{name}"\naddress = {10 * i}\ntype = "float64"\n'
-    for i, name in enumerate(("s_w", "measured.s_w", "alarm.p_a"))
+    for i, name in enumerate(("s_w", "measured.s_w", "alarm.p_a", "virtual_half.s_load"))
 )
 
 
@@ -66,7 +70,7 @@ class Onlooker(threading.Thread):
         with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), timeout=10.0) as of:
             self.refused = self.ask(of, write_request(0, [0, 0, 0, 0]))
             while True:
-                values = [struct.unpack(">d", self.ask(of, read_request(3, 10 * i, 4))[9:])[0] for i in range(3)]
+                values = [struct.unpack(">d", self.ask(of, read_request(3, 10 * i, 4))[9:])[0] for i in range(4)]
                 self.seen.append(tuple(values))
                 time.sleep(0.02)
 
@@ -96,13 +100,17 @@ def test_the_twin_of_a_crane_does_not_deviate_from_its_log_and_another_does(fact
     (onlooker,) = onlookers
     onlooker.join()
     assert onlooker.refused[7] & 0x80
-    both = [(simulated, measured) for simulated, measured, _ in onlooker.seen if math.isfinite(measured)]
+    both = [(simulated, measured) for simulated, measured, *_ in onlooker.seen if math.isfinite(measured)]
     assert len(both) > 3
-    assert any(alarmed == 1.0 for *_, alarmed in onlooker.seen) is alarm
+    assert any(alarmed == 1.0 for *_, alarmed, _ in onlooker.seen) is alarm
     assert found.compared == pytest.approx(CASE.duration - 10.0, abs=1.0)
     assert len(moments) == pytest.approx(found.compared / log.every, abs=1.5)
     assert set(found.rms) == set(LIMITS)
     assert ("p_a" in found.alarms) is alarm
+    assert found.failed is alarm
+    assert {e.name for e in found.entries if e.sort == "alarm"} == set(found.alarms)
+    assert found.not_judged["1d"].startswith("says what a set of tests contains")
+    assert {r.name for r in found.virtual} >= {"F_hook", "T_f", "Q_leak", "T_gas"}
     if not alarm:
         assert found.alarms == {}
         s_w = next(d for d in moments[-1].deviations if d.name == "s_w")
@@ -134,3 +142,32 @@ def test_a_log_without_the_tip_is_refused_in_one_line(tmp_path: Path):
     with pytest.raises(LiveError, match="no s_tip") as problem:
         longest_stretch(read_log(path))
     assert "\n" not in str(problem.value)
+
+
+def test_what_was_found_is_read_as_tables_and_ends_with_the_cause(capsys: pytest.CaptureFixture[str]):
+    lines = [
+        WindowResult("p-load-cell", "Load cell", w, 0.1, 0.09, 0.11, "within +-5 %", "10 % (9 to 11 %)", s)
+        for w, s in (("30 s", Status.CANNOT_TELL), ("5 min", Status.NOT_OK))
+    ]
+    entry = Entry(120.0, math.nan, "criterion", "p-load-cell over 5 min", "Load cell: 10 %.")
+    reading = Reading("T_f", -800.0, 60.0, False, "criterion p-load-cell over 5 min")
+    found = Replayed(
+        compared=600.0,
+        alarms={"p_a": 43.0},
+        rms={"p_a": 21e5},
+        late=0,
+        scheduling="",
+        entries=(entry,),
+        summary=((entry, 2),),
+        criteria=tuple(lines),
+        not_judged={"1d": "coverage"},
+        cause="Cause: load other than stated.",
+        clock=(0.12, 0.008),
+        virtual=(reading,),
+    )
+    _print_replayed(CRANE, found)
+    out = " ".join(capsys.readouterr().out.split())
+    for text in ("ALARM from 43.0 s", "10 % (9 to 11 %)", "cannot tell", "lasts", "120 ms +- 8 ms late", "virtual.T_f"):
+        assert text in out
+    assert out.endswith("At the end not met: p-load-cell. Cause: load other than stated.")
+    assert found.failed

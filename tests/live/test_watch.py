@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from trials.adaptation.watch import run
+from trials.adaptation.watch.faults import FAULTS as FAULTS_OF_TRIAL
 
 import stillhook
 from stillhook.live.demo import with_friction
@@ -51,8 +53,9 @@ Rows = dict[str, NDArray[np.float64]]
 def simulated(crane: stillhook.Crane = CRANE, load: str = "140 t") -> Rows:
     tip = stillhook.Sine(height="1.2 m", period="9 s")
     case = stillhook.Scenario(load=load, s_w="600 m", mode="ssc", duration=f"{DURATION} s", tip=tip)
-    run = stillhook.simulate(crane, case, every=f"{EVERY} s")
-    return {"time": run["time"].values, **{n: run[n].values for n in run.data_vars if run[n].dims == ("time",)}}
+    result = stillhook.simulate(crane, case, every=f"{EVERY} s")
+    names = [n for n in result.data_vars if result[n].dims == ("time",)]
+    return {"time": result["time"].values, **{n: result[n].values for n in names}}
 
 
 @pytest.fixture(scope="module")
@@ -241,3 +244,15 @@ def test_the_journal_says_from_when_to_when(twin: Rows):
     assert 200.0 < entry.end < 240.5
     assert any(e.sort == CAUSE and "load" in e.name for e in journal.entries)
     assert {e.name for e, _ in journal.summary} == {e.name for e in journal.entries}
+
+
+def test_what_may_be_named_alone_is_what_the_kept_trial_told_apart():
+    outcomes = run.kept()
+    right, all_ = dict.fromkeys(TOLD, 0), dict.fromkeys(TOLD, 0)
+    for key, one in outcomes.items():
+        candidates = [c for c in one.get("candidates", ()) if c != OTHER]
+        if len(candidates) == 1 and candidates[0] in right:
+            all_[candidates[0]] += 1
+            right[candidates[0]] += FAULTS_OF_TRIAL[key.partition("/")[0]].cause == candidates[0]
+    assert all(right[c] >= 3 and right[c] >= 0.9 * all_[c] for c in TOLD)
+    assert {f.cause for f in FAULTS_OF_TRIAL.values() if f.cause} <= {c["name"] for c in CAUSES} | {STALE_TIP}

@@ -27,11 +27,12 @@ from trials.adaptation.crane import CRANE_FILE
 from trials.adaptation.watch.faults import EVERY, FAULTS, Logs, logs_of
 
 STORE = Path(__file__).resolve().parent / "outcomes.json"
-JUDGED = 2000
-"""First seed that is judged."""
-RUNS, SOUND = 8, 24
-"""Runs of each fault, and without one."""
-CRANES, REPEATS = 8, 5
+JUDGED, AGAIN = 1000, 2000
+"""First seed that is judged; the same of what was run again after three changes that its first outcomes led to: nothing
+is judged before the clock is known, 2b has no interval over 30 s, and 6-piston is not judged."""
+RUNS, SOUND, HARMLESS = 8, 8, 4
+"""Runs of each fault; without one; and of those that no sign shows."""
+CRANES, REPEATS = 6, 5
 """Cranes of the coverage trial, and repeats of sea and noise on each."""
 SETTLE = 10.0
 """Begin of a run that is not watched [s], as in a replay."""
@@ -59,12 +60,17 @@ class Case(NamedTuple):
         return f"{self.group}/{self.seed}"
 
 
+HARMLESS_FAULTS = tuple(name for name, fault in FAULTS.items() if not fault.cause and name not in SOUND_FAULTS)
+RUN_AGAIN = (COVERAGE, HIDDEN, *SOUND_FAULTS, *HARMLESS_FAULTS)
+COUNTS = dict.fromkeys(FAULTS, RUNS) | dict.fromkeys(SOUND_FAULTS, SOUND) | dict.fromkeys(HARMLESS_FAULTS, HARMLESS)
+COUNTS |= {COVERAGE: CRANES, HIDDEN: CRANES}
 CASES: Mapping[str, Case] = {  # seed by seed, so that all groups grow alike
     case.key: case
-    for i in range(SOUND)
-    for name in (COVERAGE, HIDDEN, *FAULTS)
-    if i < (CRANES if name in (COVERAGE, HIDDEN) else SOUND if name in SOUND_FAULTS else RUNS)
-    for case in [Case(name, JUDGED + i)]
+    for groups in (RUN_AGAIN, tuple(name for name in FAULTS if name not in RUN_AGAIN))
+    for i in range(max(COUNTS.values()))
+    for name in groups
+    if i < COUNTS[name]
+    for case in [Case(name, (AGAIN if name in RUN_AGAIN else JUDGED) + i)]
 }
 
 
