@@ -131,7 +131,8 @@ def test_better_sensors_make_a_narrower_interval():
     ("without", "name", "reason"),
     [
         (("alpha_p", "u_p"), "leakage", "alpha_p or u_p"),
-        (("u_p",), "pump_delay", "u_p"),
+        (("u_p",), "pump_delay", "signals missing: u_p"),
+        (("alpha_p",), "pump_delay", "signals missing: alpha_p"),
         (("u_m",), "motor_delay", "u_m"),
     ],
 )
