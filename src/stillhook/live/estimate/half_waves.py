@@ -15,6 +15,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
 from stillhook.live.estimate.balance import Balance, Geometry
+from stillhook.live.estimate.parameters.balances import CLEAR_SIDE as CLEAR_SIDE
 from stillhook.live.estimate.parameters.balances import balances
 from stillhook.live.estimate.parameters.sums import Sums
 
