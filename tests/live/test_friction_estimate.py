@@ -384,3 +384,22 @@ def test_a_second_log_with_other_signals_may_follow():
     follow_friction(estimator, x)
     later = {n: v + 100.0 if n == "time" else v for n, v in x.items() if n != "alpha_p"}
     assert follow_friction(estimator, later)[-1].estimate.system.contains(WORN)
+
+
+def test_inside_the_envelope_the_other_parameters_are_applied_too():
+    state = last(rows(), certified())
+    for name in ("leakage", "displacement", "gas"):
+        assert state.parameters[name].applied == state.parameters[name].estimate.value.value
+
+
+def test_outside_it_no_parameter_is_applied():
+    state = last(rows(), certified(load=["80 t", "100 t"]))
+    for name in ("leakage", "displacement", "gas"):
+        assert state.parameters[name].applied is None
+        assert re.search("load", "; ".join(state.parameters[name].bounds))
+
+
+def test_a_displacement_that_no_winch_has_is_not_applied():
+    state = last({**rows(), "alpha_m": rows()["alpha_m"] - 0.2}, certified())
+    assert state.parameters["displacement"].applied is None
+    assert "is not -0.15 to 0.15" in state.parameters["displacement"].bounds[-1]

@@ -82,7 +82,7 @@ COMMANDS: dict[str, Entry | Group] = {
         {
             **{name: Entry("live.twin", name) for name in ("run", "doctor", "replay", "demo")},
             "history": Entry("live.history", "history"),
-            "friction": Entry("live.friction", "friction"),
+            "parameters": Entry("live.parameters", "parameters"),
             "residual": Entry("live.residual", "residual"),
         },
     ),

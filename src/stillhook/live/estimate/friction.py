@@ -198,10 +198,13 @@ class FrictionEstimator:
         """What a balance lacks, "" where it is half waves alone."""
         if balance == "gas":
             return "" if self._make_up is not None else "no passive circuit"
-        needed = {"flow": ("alpha_p or u_p",), **{name: (f"u_{r[-1]}", r) for name, (_, r) in COMMANDS.items()}}[
-            balance
-        ]
-        lacking = [n for n in needed if not any(one in self._buffer for one in n.split(" or "))]
+        if balance == "flow":
+            lacking = [] if "alpha_p" in self._buffer else ["alpha_p or u_p"]
+        else:
+            reading = COMMANDS[balance][1]
+            read = reading in self._buffer and (reading != "alpha_p" or self._read)
+            lacking = [] if read else [reading]
+            lacking += [] if f"follow_{reading[-1]}" in self._buffer or not read else [f"u_{reading[-1]}"]
         return f"signals missing: {', '.join(lacking)}" if self._buffer and lacking else ""
 
     def _reasons(self, t: float, window: list[HalfWave]) -> tuple[str, ...]:

@@ -15,11 +15,12 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
 from stillhook.live.estimate.balance import Balance, Geometry
+from stillhook.live.estimate.parameters.balances import CLEAR_SIDE as CLEAR_SIDE
 from stillhook.live.estimate.parameters.balances import balances
 from stillhook.live.estimate.parameters.sums import Sums
 
 BEFORE, AFTER = 0.25, 0.5
-"""Time that is left out before and after a reversal [s]: measured, see docs/explanation/following-friction.md."""
+"""Time that is left out before and after a reversal [s]: measured, see docs/explanation/following-parameters.md."""
 SHORTEST = 1.0
 """Shortest half wave after that [s]: with less its mean is that of the reversals."""
 LONGEST = 60.0

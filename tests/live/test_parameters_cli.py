@@ -1,4 +1,4 @@
-"""`stillhook live friction` reads a log as any other command does, and answers with an interval, or with one line."""
+"""`stillhook live parameters` reads a log as any other command does, and answers with an interval, or with one line."""
 
 from __future__ import annotations
 
@@ -28,19 +28,23 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_winch_that_is_its_file_has_the_friction_of_its_file(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["live", "friction", str(log), "--crane", "nov-250t", "--json"]) == 0
+    assert run(["live", "parameters", str(log), "--crane", "nov-250t", "--json"]) == 0
     last = json.loads(capsys.readouterr().out)["last"]
     for scale in (last["estimate"]["loss"], last["estimate"]["system"]):
         assert scale["low"] < 1.0 < scale["high"]
         assert scale["high"] - scale["low"] < 0.1
     assert last["applied"] is None  # the crane has no certificate
+    gas = last["parameters"]["gas"]["estimate"]["value"]
+    assert gas["low"] < 1.0 < gas["high"]
 
 
 def test_the_table_says_what_the_estimate_rests_on(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["live", "friction", str(log), "--crane", "nov-250t"]) == 0
+    assert run(["live", "parameters", str(log), "--crane", "nov-250t"]) == 0
     out = capsys.readouterr().out
     assert "system friction, if the motors' loss is as in the file" in out
     assert "no certificate" in out
+    assert "leakage of the active circuit over the crane file's" in out
+    assert "signals missing: u_p" in out
 
 
 @pytest.mark.parametrize(
@@ -52,7 +56,7 @@ def test_the_table_says_what_the_estimate_rests_on(log: Path, capsys: pytest.Cap
     ],
 )
 def test_what_cannot_be_is_one_line(log: Path, words: list[str], line: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["live", "friction", str(log), *words]) == 2
+    assert run(["live", "parameters", str(log), *words]) == 2
     error = capsys.readouterr().err
     assert line in error
     assert error.count("\n") == 1

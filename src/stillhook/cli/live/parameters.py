@@ -1,4 +1,4 @@
-"""`stillhook live friction`: the friction of a running winch from its log."""
+"""`stillhook live parameters`: friction, leakage, displacement, gas and delays of a running winch from its log."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stillhook.live.estimate import FrictionState
+    from stillhook.statistics.estimate import Estimate
 
 ROWS = 12
-"""Estimates that the table shows at most."""
+"""Estimates of friction that the table shows at most."""
 
 
-def friction(
+def parameters(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a crane (CSV, Parquet, MDF4, TDMS, MAT).")],
     crane: Annotated[str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file that names it.")],
     mapping: Annotated[
@@ -29,12 +30,12 @@ def friction(
     load: Load = None,
     json: Json = False,
 ) -> None:
-    """Follow the friction of a winch through a log of it compensating: losses over what the crane file says, with 95 %
-    intervals, and steps.
+    """Follow friction, leakage, displacement, gas charge and delays of a winch through a log of it compensating: each
+    against the crane file, with a 95 % interval, and steps.
 
     Half waves of the last 5 minutes count. Exit code 1 if a step was found, or nothing could be estimated.
 
-    Example: stillhook live friction log.csv --crane nov-250t --mapping mapping.toml
+    Example: stillhook live parameters log.csv --crane nov-250t --mapping mapping.toml
     """
     from stillhook.formats.case_file import load_subject
     from stillhook.live.estimate import FrictionEstimator, follow_friction
@@ -52,7 +53,9 @@ def friction(
         print_json({"states": [asdict(s) for s in states if s.estimate is not None], "last": asdict(last)})
     else:
         _print_states(states)
-    raise typer.Exit(1 if last.alarms or last.estimate is None else 0)
+    others = last.parameters.values()
+    nothing = last.estimate is None and all(p.estimate is None for p in others)
+    raise typer.Exit(1 if last.alarms or any(p.alarms for p in others) or nothing else 0)
 
 
 def _print_states(states: Sequence[FrictionState]) -> None:
@@ -69,13 +72,25 @@ def _print_states(states: Sequence[FrictionState]) -> None:
     if rows:
         header = ["time [s]", "all losses", "system friction, if the motors' loss is as in the file"]
         print_table(header, rows, title="Friction over that of the crane file, with 95 % intervals")
+    others = [
+        [p.meaning, "" if p.estimate is None else _text(p.estimate.value, p.unit), "; ".join(p.reasons)]
+        for p in last.parameters.values()
+    ]
+    print_table(["parameter", "now", "why not"], others, title="Other parameters, with 95 % intervals")
     if last.estimate is not None:
         clock = last.estimate.clock
         late = f"{1e3 * clock.offset:.1f} ms, +-{1e3 * clock.t * clock.u:.1f} ms" if clock.found else "not known"
         print(f"Rows of the encoder are later than those of the pressures by: {late}.")
-    for alarm in last.alarms:
+    for alarm in (*last.alarms, *(a for p in last.parameters.values() for a in p.alarms)):
         print(f"ALARM at {alarm.t:.0f} s: {alarm.message}")
-    for reason in (*last.reasons, *last.bounds):
+    for reason in dict.fromkeys((*last.reasons, *last.bounds)):
         print(reason)
     if last.left_out:
         print("Half waves left out: " + ", ".join(f"{n} {reason}" for reason, n in last.left_out.items()) + ".")
+
+
+def _text(x: Estimate, unit: str) -> str:
+    """An estimate as people read it: a delay in ms, an offset in %, a factor as it is."""
+    scale, word, digits = {"s": (1e3, " ms", 1), "1": (100.0, " %", 2)}.get(unit, (1.0, "", 3))
+    value, low, high = (f"{scale * y:.{digits}f}" for y in (x.value, x.low, x.high))
+    return f"{value}{word} ({low} to {high}{word})"
