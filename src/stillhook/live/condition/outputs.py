@@ -45,6 +45,8 @@ def until_limit(n: NumberCondition) -> str:
     if n.to_limit is None:
         return "cannot tell: no trend is shown"
     t = n.to_limit
+    if not t.latest:
+        return f"passed: {percent(t.limit, DIGITS)}"
     return f"{_time(t.middle)} ({_time(t.earliest)} to {_time(t.latest)}) to {percent(t.limit, DIGITS)}"
 
 
@@ -185,9 +187,9 @@ def pictures(condition: Condition) -> dict[str, bytes]:
         figures[PICTURE] = figure
     held = [d for d in c.cranes if d.before]
     if held:
-        figure, axes = panels(1, 2, (8.0, 3.0))
+        figure, axes = panels(1, 2, (8.0, 3.2))
         years = [first + (d.date - c.measured[0].campaign.date).days / YEAR for d in held]
-        words = {"2b": "2b: deviation of the control error [cm]", "3": "3: deviation of the pump command [%]"}
+        words = {"2b": "2b: control error [cm]", "3": "3: pump command [%]"}
         for ax, (key, text) in zip(axes[0], words.items(), strict=True):
             for label, colour, sides in (
                 ("first crane file", GREY, [d.before for d in held]),
