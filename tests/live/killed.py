@@ -14,6 +14,7 @@ import sys
 import time
 from pathlib import Path
 
+import duckdb  # noqa: F401  # loaded before the children are made: on a busy machine none would live so long
 from tests.live.histories import COLUMNS, START, numbers
 
 import stillhook

@@ -16,7 +16,7 @@ import pytest
 from tests.live.histories import START
 
 import stillhook
-from stillhook.errors import LiveError
+from stillhook.errors import LiveError, SimulationError
 from stillhook.live.history import HistorySink, read
 from stillhook.live.runtime import EventLog, LiveTwin, Task, event
 from stillhook.live.runtime import sink as sink_module
@@ -101,6 +101,15 @@ def test_two_twins_never_go_on_from_one_state(tmp_path: Path, monkeypatch: pytes
         lock_state(path)
     held.close()
     lock_state(path).close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such lock there")
+def test_a_folder_that_takes_no_state_is_refused_in_one_line_before_the_first_cycle(board: Board, tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(SimulationError, match="cannot be written") as problem:
+        Kernel(Task(CRANE, CASE, state=tmp_path / "file" / "state.bin"), board).run()
+    assert "\n" not in str(problem.value)
+    assert board.rows.count == 0
 
 
 def test_a_state_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

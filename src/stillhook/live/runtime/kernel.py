@@ -29,7 +29,14 @@ from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime import memory
 from stillhook.live.runtime.board import MOST_INPUTS, MOST_NAMES, SENSED, STATUS, Board, Face, Flag
 from stillhook.live.runtime.causes import Cause, Stolen, Watch
-from stillhook.live.runtime.deadlines import Deadlines, ask_for_real_time, leave_real_time, ordinary, two_shares
+from stillhook.live.runtime.deadlines import (
+    Deadlines,
+    ask_for_real_time,
+    give_way,
+    leave_real_time,
+    ordinary,
+    two_shares,
+)
 from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
 from stillhook.live.runtime.sink import event
 from stillhook.live.runtime.state import LiveState, lock_state, newest_state, write_state
@@ -202,6 +209,8 @@ class Kernel:
                 n = self._n
                 over = deadlines.lateness(n) > 0.0
                 watch.begin(over)
+                if over:
+                    give_way()
                 deadlines.wait(n, behind)
                 with self._turn:
                     if self._n == n and not self.board.stopping:

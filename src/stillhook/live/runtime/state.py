@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, NamedTuple
 
-from stillhook.base.atomic import durable_file
+from stillhook.base.atomic import cannot_write, durable_file
 from stillhook.engine.saved import bytes_of, seal, unseal
 from stillhook.errors import LiveError, SimulationError
 
@@ -83,14 +83,18 @@ def newest_state(path: Path, handed: bytes | None) -> tuple[LiveState | None, st
 def lock_state(path: Path) -> IO[bytes] | None:
     """Make this process the one that owns a state, until it ends; None on Windows, which has no such lock.
 
-    Errors: LiveError where another twin has it, and goes on to have it for `PATIENCE`.
+    Errors: LiveError where another twin has it, and goes on to have it for `PATIENCE`; SimulationError where its folder
+    cannot be written.
     """
     try:
         import fcntl
     except ImportError:
         return None
-    path.parent.mkdir(parents=True, exist_ok=True)
-    file = path.with_suffix(".lock").open("ab")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = path.with_suffix(".lock").open("ab")
+    except OSError as problem:
+        raise cannot_write(path, problem) from None
     end = time.monotonic() + PATIENCE
     while True:
         try:

@@ -124,7 +124,7 @@ class LiveTwin:
     def tell(self, happened: Event) -> None:
         """Pass an event of a server to the sinks."""
         self.events.append(happened)
-        del self.events[:-1000]
+        del self.events[:-200]
         for sink in self.sinks:
             sink.event(happened)
 
