@@ -38,6 +38,7 @@ ARCHIVED = {
     "independent_crane": "trials.independent_crane.page",
     "limit_crossings": "trials.limits.crossings_page",
     "limit_curves": "trials.limits.curves_page",
+    "residual": "trials.residual.page",
     "truth_defects": "trials.defects.page",
     "watch": "trials.adaptation.watch.page",
 }

@@ -21,6 +21,7 @@ from stillhook.live.residual.fit import FEWEST_CAMPAIGNS, HeldOut, applied, fold
 from stillhook.live.residual.proof import FEWEST, Proof, proven
 from stillhook.live.residual.samples import BIN, NONE, Samples
 from stillhook.live.residual.terms import CONDITIONS, Scales, conditions, terms
+from stillhook.live.residual.trees import NONE as NO_TREES
 from stillhook.live.residual.trees import boosted, checked, values
 
 SCALES = Scales.of(CRANE)
@@ -117,7 +118,8 @@ def test_conditions_that_were_seen_alone_but_never_together_are_outside():
     slow_and_light = x._replace(F=np.where(np.abs(x.omega) > 60.0, 0.7e6, 1.3e6))
     fitted = learn([slow_and_light, slow_and_light], SCALES, 1e-2, 0)
     swapped = slow_and_light._replace(F=2.0e6 - slow_and_light.F)
-    assert np.mean(fitted.outside(swapped)["combination of conditions not seen"]) > 0.9
+    clear = np.abs(np.abs(x.omega) - 60.0) > 30.0
+    assert np.mean(fitted.outside(swapped)["combination of conditions not seen"][clear]) > 0.9
     known = fitted.outside(slow_and_light).get("combination of conditions not seen", np.zeros(1))
     assert np.mean(known) < 0.05
 
@@ -173,7 +175,7 @@ def test_the_interval_holds_campaigns_that_were_not_seen_though_their_errors_are
     rng = np.random.default_rng(5)
     held = []
     for _ in range(300):
-        sizes = np.exp(rng.normal(size=25))
+        sizes = np.exp(rng.normal(size=40))
         of = [HeldOut(str(k), str(k), 1.0, 1.0, 1.0, 0.0, 0.0, s * rng.normal(size=50)) for k, s in enumerate(sizes)]
         confidence, half = interval(of)
         assert confidence == 0.95
@@ -184,8 +186,8 @@ def test_the_interval_holds_campaigns_that_were_not_seen_though_their_errors_are
 def test_few_campaigns_state_less_than_95_percent():
     held = [HeldOut(str(k), str(k), 1.0, 1.0, 1.0, 0.0, 0.0, np.arange(10.0)) for k in range(4)]
     confidence, half = interval(held)
-    assert confidence == pytest.approx(0.8)
-    assert half == 9.0
+    assert confidence == pytest.approx(0.6)
+    assert half == 7.0
 
 
 def test_a_file_gives_the_same_corrections_to_the_bit(tmp_path):
@@ -197,6 +199,13 @@ def test_a_file_gives_the_same_corrections_to_the_bit(tmp_path):
     assert {name: of.tolist() for name, of in read.fitted.outside(x).items()} == {
         name: of.tolist() for name, of in learned().fitted.outside(x).items()
     }
+
+
+def test_a_model_without_trees_is_read_as_well(tmp_path):
+    linear = learned()._replace(fitted=learned().fitted._replace(trees=NO_TREES))
+    write_model(tmp_path / "m.json", linear)
+    x = samples(77)
+    assert np.array_equal(read_model(tmp_path / "m.json", CRANE).fitted.torque(x), linear.fitted.linear(x))
 
 
 def _changed(data: dict, **new: object) -> str:
@@ -322,14 +331,15 @@ def test_on_the_stream_a_reason_is_counted_for_every_sample_without_a_correction
 
     x = samples(31)
     stream, out = through(learned(), x)
-    torque, _, used = applied(learned().fitted, x)
+    torque, inside, used = applied(learned().fitted, x)
     assert [c.applied for c in out] == pytest.approx((used * torque).tolist())
     assert used.any()
     assert sum(c.applied == 0.0 for c in out) == (~used).sum()
-    assert stream.vetoes["not proven on this crane yet"] == round(FEWEST / BIN)
-    _, bound = through(learned(), x, ("no certificate",))
+    before = np.cumsum(inside) - inside
+    assert stream.vetoes["not proven on this crane yet"] == (before < round(FEWEST / BIN)).sum()
+    stream, bound = through(learned(), x, ("no certificate",))
     assert {c.applied for c in bound} == {0.0}
-    assert bound[-1].reasons == ("no certificate",)
+    assert stream.vetoes["no certificate"] == len(x.t)
     off = learned()._replace(ratio=replace(learned().ratio, high=0.9))
     stream, out = through(off, x)
     assert {c.applied for c in out} == {0.0}

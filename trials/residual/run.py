@@ -21,6 +21,7 @@ import numpy as np
 
 from stillhook.library import load_crane
 from stillhook.live.residual.fit import Fitted, applied, choose, hold_out, interval, learn
+from stillhook.live.residual.logs import FEWEST as FEWEST_SAMPLES
 from stillhook.live.residual.proof import FEWEST
 from stillhook.live.residual.samples import BIN, Samples
 from stillhook.live.residual.terms import Scales
@@ -36,8 +37,6 @@ JUDGED = 100
 """First crane that the model is judged on."""
 CRANES = {OTHER_FORM: 20, FILE_FORM: 12}
 """Cranes of each form of the friction law."""
-FOLDS = 4
-"""Parts that cranes are held out in."""
 SEAS = 2
 """Logs of a crane's first campaign, each in its own sea with its own load and wire."""
 SCALES = Scales.of(load_crane(CRANE_FILE))
@@ -50,17 +49,17 @@ class Split(NamedTuple):
     text: str
     form: float = OTHER_FORM
     learned: float = OTHER_FORM
-    folds: int = FOLDS
+    folds: int = 10
     most: int = 99
 
 
 SPLITS: Mapping[str, Split] = {
     "crane": Split("another crane, another sea"),
-    "sea": Split("the same crane, another sea"),
+    "sea": Split("the same crane, another sea", folds=5),
     "campaign": Split("the same crane, a later campaign and another sea: worn by 20 %, oil 4 K warmer", folds=1),
     "time": Split("time alone: second half of each log", folds=1),
-    "crane-few": Split("another crane, another sea; learned from 5 cranes", most=5),
-    "file": Split("another crane, another sea; the law is the crane file's", FILE_FORM, FILE_FORM),
+    "crane-few": Split("another crane, another sea; learned from 5 cranes", folds=5, most=5),
+    "file": Split("another crane, another sea; the law is the crane file's", FILE_FORM, FILE_FORM, 6),
     "foreign": Split("learned from cranes of the other law, used where the law is the file's", FILE_FORM, folds=1),
 }
 
@@ -130,13 +129,13 @@ def rms(x: np.ndarray) -> float:
     return round(float(np.sqrt(np.mean(x**2))), 3)
 
 
-def of_log(fitted: Fitted, log: SampledLog, half: float) -> dict[str, Any]:
+def of_log(fitted: Fitted, log: SampledLog, half: float, first: int) -> dict[str, Any]:
     """A log that was not learned from: what adaptation, the linear part, all of the model, and all of it without any
-    veto leave over, as measured and in truth, after the minute that proves the model [N m]; parts of the samples
-    outside of what was seen, without a correction, and of those seen that the interval holds."""
+    veto leave over, as measured and in truth, from sample `first` on [N m]; parts of the samples outside of what was
+    seen, without a correction, and of those seen that the interval holds."""
     x = log.log.samples
     torque, inside, used = applied(fitted, x)
-    counted = slice(round(FEWEST / BIN), None)
+    counted = slice(first, None)
     corrections = {
         "adapted": np.zeros(len(x.t)),
         "linear": used * fitted.linear(x),
@@ -161,8 +160,12 @@ def outcome(case: Case) -> dict[str, Any]:
         logs = [log.log._replace(campaign=log.log.name) for log in rest]
     penalty, count = choose(logs, SCALES)
     fitted = learn([log.samples for log in logs], SCALES, penalty, count)
-    confidence, half = interval(hold_out(logs, SCALES)) if case.split in ("crane", "file") else (0.0, 0.0)
-    judged = {f"{log.log.campaign}/{log.session.sea}": of_log(fitted, log, half) for log in test}
+    confidence, half = (
+        interval(hold_out(logs, SCALES, (penalty, count))) if case.split in ("crane", "file") else (0.0, 0.0)
+    )
+    first = 0 if case.split == "time" else round(FEWEST / BIN)  # what proves the model; halves are too short for it
+    test = [log for log in test if case.split == "time" or len(log.truth) >= FEWEST_SAMPLES]
+    judged = {f"{log.log.campaign}/{log.session.sea}": of_log(fitted, log, half, first) for log in test}
     chosen = {"penalty": penalty, "trees": count, "logs": len(rest), "cranes": len({log.session.crane for log in rest})}
     terms = [round(float(b), 2) for b in fitted.coefficients], [round(float(u), 2) for u in fitted.errors]
     return {**chosen, "terms": terms, "confidence": round(confidence, 3), "half": round(half, 2), "judged": judged}

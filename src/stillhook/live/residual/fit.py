@@ -22,7 +22,7 @@ COUNTS = (0, 25, 50, 100)
 """Numbers of trees that are tried."""
 TURNS, LIMIT = 3, 3.0
 """Passes of the robust fit, and error from which a sample counts less, in robust standard deviations (Huber 1964)."""
-MOST_FOLDS, INNER_FOLDS = 10, 4
+MOST_FOLDS, INNER_FOLDS = 10, 5
 """Parts that logs are held out in, for the test and for a choice within what is learned from."""
 FEWEST_CAMPAIGNS = 4
 """Campaigns from which anything is learned: one is held out, one within the rest, and two differ."""
@@ -179,8 +179,9 @@ def judged(fitted: Fitted, log: LearningLog) -> HeldOut:
     return HeldOut(log.name, log.campaign, *rms, 1.0 - float(inside.mean()), without, (x.left - torque)[inside])
 
 
-def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:
-    """Every log under a model that was learned, and whose settings were chosen, without its campaign and its sea.
+def hold_out(logs: Sequence[LearningLog], scales: Scales, settings: tuple[float, int] | None = None) -> list[HeldOut]:
+    """Every log under a model that was learned without its campaign and its sea. settings: penalty and trees, which are
+    chosen without them as well where None.
 
     Errors: LiveError for too few campaigns, or seas that are all alike.
     """
@@ -191,7 +192,7 @@ def hold_out(logs: Sequence[LearningLog], scales: Scales) -> list[HeldOut]:
         )
     out = []
     for rest, test in folds(logs, MOST_FOLDS):
-        fitted = learn([log.samples for log in rest], scales, *choose(rest, scales))
+        fitted = learn([log.samples for log in rest], scales, *(settings or choose(rest, scales)))
         out += [judged(fitted, log) for log in test]
     if not out:
         raise LiveError("No campaign can be held out: all seas are alike. Give logs of other heights and periods.")
@@ -202,8 +203,8 @@ def interval(held: Sequence[HeldOut]) -> tuple[float, float]:
     """Confidence, and half width that holds what the correction leaves over on a campaign that was not seen [N m].
 
     Campaigns are exchangeable, samples within one are not: the distributions of the campaigns are averaged, with one
-    more that is beyond all (Dunn, Wasserman and Ramdas 2022). With fewer than 19 campaigns 95 % cannot be stated, and
-    the confidence is what can.
+    more that is beyond all (Dunn, Wasserman and Ramdas 2022). With fewer than 39 campaigns less than 95 % is stated, so
+    that one campaign's worth of samples may be beyond the interval: else the worst sample of all would be its end.
     """
     campaigns = sorted({one.campaign for one in held})
     parts = [np.concatenate([np.abs(o.error) for o in held if o.campaign == name]) for name in campaigns]
@@ -211,7 +212,7 @@ def interval(held: Sequence[HeldOut]) -> tuple[float, float]:
     n = len(parts)
     if not n:
         return 0.0, np.inf
-    confidence = min(CONFIDENCE, n / (n + 1.0))
+    confidence = min(CONFIDENCE, (n - 1.0) / (n + 1.0))
     errors = np.concatenate(parts)
     order = np.argsort(errors)
     weight = np.concatenate([np.full(len(part), 1.0 / len(part) / (n + 1.0)) for part in parts])[order]

@@ -24,6 +24,8 @@ EVERY = 1.0
 """Rows that are taken together [s], as the estimator does."""
 FEWEST = 500
 """Samples of a log that is learned from or tested: a minute proves a model, and as much is judged."""
+ROWS = "0.02 s"
+"""Spacing of the rows that a log is read with."""
 GRID = 0.1
 """Spacing of the tip's motion from which its sea is read [s]."""
 
@@ -55,7 +57,7 @@ def sea_of(name: str, rows: Mapping[str, FloatArray]) -> Sea:
 
 def learning_log(path: Path, crane: Crane, mapping: Mapping[str, Signal] | None = None) -> LearningLog:
     """A log file; its campaign is the folder that it is in. Errors: LiveError where it says too little."""
-    read = read_log(path, None if mapping is None else dict(mapping))
+    read = read_log(path, None if mapping is None else dict(mapping), every=ROWS)
     rows = {"time": read.t if read.at is None else read.at, **read.signals}
     sea = sea_of(str(path), rows)
     x, left_out = samples_of(crane, rows)

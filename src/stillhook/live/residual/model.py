@@ -20,7 +20,7 @@ from stillhook.kernels.build import results_hash
 from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, interval, learn, ratio_of
 from stillhook.live.residual.seen import Seen
 from stillhook.live.residual.terms import CONDITIONS, TERMS, Scales
-from stillhook.live.residual.trees import checked
+from stillhook.live.residual.trees import NONE, checked
 from stillhook.spec.crane import Crane, content
 from stillhook.statistics.estimate import Estimate
 
@@ -147,7 +147,7 @@ def _model(data: Mapping[str, Any]) -> Model:
         Scales(*(float(x) for x in data["scales"])),
         pairs[:, 0],
         pairs[:, 1],
-        checked(np.asarray(data["trees"], dtype=np.float64).reshape(len(data["trees"]), -1, 5), k),
+        checked(np.asarray(data["trees"], dtype=np.float64), k) if data["trees"] else NONE,
         Seen(low[0], high[0], scale[0], marks, float(data["seen"]["far"])),
     )
     ratio, linear = (Estimate(*(float(x) for x in row)) for row in data["held_out"])

@@ -18,7 +18,6 @@ LANDMARKS = 400
 """Samples that stand for all others."""
 LEAST = 1e-3
 """Least scale of a condition: one that hardly varied is held by the box alone."""
-TOGETHER = 2048
 
 
 class Seen(NamedTuple):
@@ -34,11 +33,8 @@ class Seen(NamedTuple):
     def distance(self, x: FloatArray) -> FloatArray:
         """Distance (n,) of conditions (n, features) from the nearest landmark, in scales."""
         x, marks = x / self.scale, self.landmarks
-        parts = [
-            ((x[a : a + TOGETHER, None, :] - marks[None]) ** 2).sum(axis=2).min(axis=1)
-            for a in range(0, len(x), TOGETHER)
-        ]
-        return np.sqrt(np.concatenate(parts)) if parts else np.zeros(0)
+        square = (x**2).sum(axis=1)[:, None] + (marks**2).sum(axis=1) - 2.0 * x @ marks.T
+        return np.sqrt(np.maximum(square.min(axis=1), 0.0))
 
     def outside(self, x: FloatArray) -> dict[str, BoolArray]:
         """Which of conditions (n, features) were not seen, by reason."""
@@ -59,5 +55,5 @@ def seen_of(logs: list[FloatArray], seed: int = 1) -> Seen:
     far = []
     for k, x in enumerate(logs):
         others = [m for j, m in enumerate(marks) if j != k] or marks
-        far.append(np.quantile(Seen(low, high, scale, np.concatenate(others), 0.0).distance(x[::5]), FAR[0]))
+        far.append(np.quantile(Seen(low, high, scale, np.concatenate(others), 0.0).distance(x[::10]), FAR[0]))
     return Seen(low, high, scale, np.concatenate(marks), float(np.quantile(far, FAR[1])))
