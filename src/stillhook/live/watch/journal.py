@@ -59,8 +59,8 @@ class Journal:
         return self._update(time, ALARM, now)
 
     def watched(self, found: Watched) -> list[Entry]:
-        """Criteria and causes at a moment; those that began or ended. A criterion that was not met is so until all of the interval
-        is within its limit."""
+        """Criteria and causes at a moment; those that began or ended. A criterion that was not met is so until all of
+        the interval is within its limit."""
         lines = {f"{r.key} {r.of}".strip() + f" over {r.window}": r for r in found.results}
         criteria = {
             name: f"{r.title}: {r.text} over {r.window}; limit: {r.limit}."
