@@ -18,6 +18,7 @@ from stillhook.live.observer.panel import Proposal
 from stillhook.live.observer.settings import ObserverSettings, estimator
 from stillhook.live.observer.signals import SIGNALS, other_unit
 from stillhook.live.observer.stream import SenderClock, Stream
+from stillhook.live.residual import ResidualModel, read_model
 from stillhook.live.servers.served import ALARM
 from stillhook.live.watch import comparison as watch
 from stillhook.live.watch.comparison import Comparison
@@ -48,6 +49,10 @@ FACTOR = "friction_factor"
 ESTIMATE = (f"estimate.{FACTOR}", f"low.{FACTOR}", f"high.{FACTOR}", f"{ALARM}.{FACTOR}")
 """Numbers of the estimate: value, 95 % interval, and 1 from a step of friction until an estimate after it is known."""
 
+LEARNED = ("level4.T_f", "level4_half.T_f", "level4_applied.T_f")
+"""Numbers of a model of level 4: what it adds to the friction torque of the estimate, half of its interval, and what of
+it may be used, 0 where it is vetoed. They are shown; no twin runs with them."""
+
 
 class Task(NamedTuple):
     """crane; names of the twin's rows; settings; speed: the winch's time over that of the wall."""
@@ -60,7 +65,8 @@ class Task(NamedTuple):
 
 def shown_names(settings: ObserverSettings) -> tuple[str, ...]:
     """Numbers that an observer publishes."""
-    return (*watch.shown_names(settings.signals, settings.virtual), *ESTIMATE)
+    learned = () if settings.residual is None else LEARNED
+    return (*watch.shown_names(settings.signals, settings.virtual), *ESTIMATE, *learned)
 
 
 class Observer:
@@ -89,6 +95,9 @@ class Observer:
             self._estimator = estimator(task.crane, task.settings)
         except IdentifyError:
             self._estimator = None
+        self._residual: ResidualModel | None = None
+        if (s := task.settings).residual is not None:
+            self._residual = ResidualModel(task.crane, read_model(s.residual, task.crane), gas_side=s.gas_side)
         self._state: FrictionState | None = None
         self._last_step = math.nan
         self._offset = 0.0
@@ -195,6 +204,9 @@ class Observer:
         doubted = [name for name, unit in self._units.items() if unit]
         known = {n: np.full_like(x, np.nan) if n in doubted else x for n, x in rows.items()}
         state = self._state = self._estimator.update({"time": times, **known})
+        if self._residual is not None and not self._estimator.missing(known):
+            learned = self._residual.update({"time": times, **known}, state)
+            self.values |= dict(zip(LEARNED, (learned.torque, learned.half, learned.applied), strict=True))
         self._follow_clock(state)
         if state.alarms and state.alarms[-1].t != self._last_step:
             alarm = state.alarms[-1]

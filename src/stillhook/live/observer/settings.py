@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from pydantic import Field
@@ -11,6 +12,7 @@ from stillhook.errors import IdentifyError, LiveError
 from stillhook.library.toml.file import TomlTable
 from stillhook.live.estimate import Accuracies, FrictionEstimator
 from stillhook.live.observer.signals import SIGNALS
+from stillhook.live.residual import read_model
 from stillhook.live.watch.virtual import sensors_of
 from stillhook.spec.crane import Crane
 from stillhook.tables.table import Spec, Text
@@ -31,6 +33,7 @@ class MeasuredTable(Spec):
     window: Time = Field(default=300.0, description="window of the friction estimate")
     gas_side: bool = Field(default=False, description="p_hp is read at the gas")
     accuracies: dict[str, float] = Field(default_factory=dict, description="limits of error of the sensors, SI")
+    residual: Text | None = Field(default=None, description="model of what adaptation leaves over (level 4), shown")
 
 
 class AdaptTable(Spec):
@@ -54,7 +57,7 @@ class AdaptSettings(NamedTuple):
 class ObserverSettings(NamedTuple):
     """signals that are measured; timeout of their values [s]; load, accuracies, window [s] and gas_side as for a
     `FrictionEstimator`; adapt: how the twin follows, None where it does not; virtual: names of the crane's virtual
-    sensors."""
+    sensors; residual: file of a model of level 4."""
 
     signals: tuple[str, ...] = tuple(SIGNALS)
     timeout: float = 1.0
@@ -64,6 +67,7 @@ class ObserverSettings(NamedTuple):
     gas_side: bool = False
     adapt: AdaptSettings | None = None
     virtual: tuple[str, ...] = ()
+    residual: Path | None = None
 
 
 def settings_of(
@@ -91,15 +95,18 @@ def settings_of(
         measured.gas_side,
         None if adapt is None else AdaptSettings(adapt.step, adapt.every),
         tuple(s.name for s in sensors_of(crane)),
+        None if measured.residual is None else table.relative_file(measured.residual, "measured", "residual"),
     )
+    if found.residual is not None:
+        read_model(found.residual, crane)
     try:
         of = estimator(crane, found)
     except IdentifyError as problem:
-        if adapt is None and measured.window == ObserverSettings().window:
+        if adapt is None and found.residual is None and measured.window == ObserverSettings().window:
             return found  # a winch whose friction is not estimated
         raise LiveError(f"{table.place('measured' if adapt is None else 'adapt')}: {problem}") from None
     given = {name: [0.0] for name in (*found.signals, "time")}
-    if adapt is not None and (missing := of.missing(given)):
+    if (adapt is not None or found.residual is not None) and (missing := of.missing(given)):
         raise table.wrong(f"needs {', '.join(missing)} to estimate friction. Measure them.", "measured", "signals")
     return found
 
