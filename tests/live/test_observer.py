@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import chain
+from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.live.residuals import learned
 from tests.live.test_friction_estimate import CRANE, certified, worn
 
 import stillhook
@@ -17,7 +19,11 @@ from stillhook.live.estimate.friction import MOST_WAVES
 from stillhook.live.estimate.half_waves import LONGEST
 from stillhook.live.observer.observer import DELAY, Observer, Task, shown_names
 from stillhook.live.observer.settings import ObserverSettings
+from stillhook.live.residual import write_model
+from stillhook.live.servers.served import about
 from stillhook.live.watch.deviation import COMPARED, LIMITS
+from stillhook.live.watch.virtual import sensors_of
+from stillhook.units import KINDS
 
 BEGIN, CYCLE = 1.8e9, CRANE.control.t_cycle
 SIGNALS = ("s_w", "omega_m", "p_a", "p_b", "p_hp", "u_p", "alpha_p", "alpha_m", "alpha_pm", "F_w")
@@ -301,3 +307,24 @@ def held(of: Observer) -> Iterator[int]:
     estimator = of._estimator
     yield sum(v.size for v in estimator._buffer.values())
     yield sum(v.size for v in chain.from_iterable(block.values() for block in estimator._pending))
+
+
+def test_criteria_and_virtual_sensors_stand_beside_the_deviations():
+    sensors = sensors_of(CRANE)
+    of = Side(settings=ObserverSettings(SIGNALS, virtual=tuple(s.name for s in sensors))).run(1.0)
+    assert of.most("alarm.criteria") == 0.0
+    for s in sensors:
+        assert about(f"virtual.{s.name}")[0] == KINDS[s.kind].si
+        if s.value not in ("T_f", "s_load"):  # which the rows of this twin lack
+            assert math.isfinite(of.of.values[f"virtual.{s.name}"])
+    assert of.of.values["virtual_half.Q_m"] < 0.05 * of.most("virtual.Q_m")
+
+
+def test_a_model_of_level_4_is_shown_and_nothing_of_it_may_be_used_without_a_certificate(tmp_path: Path):
+    path = tmp_path / "model.json"
+    write_model(path, learned())
+    of = Side(settings=ObserverSettings(SIGNALS, residual=path)).run(1.0)
+    said = np.array([x["level4.T_f"] for x in of.seen])
+    assert np.isfinite(said).any()
+    assert of.most("level4_applied.T_f") == 0.0
+    assert of.of.values["level4_half.T_f"] > 0.0

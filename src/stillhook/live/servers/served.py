@@ -13,6 +13,7 @@ from stillhook.live.runtime.board import SENSED, STATUS
 from stillhook.live.runtime.sink import Event
 from stillhook.live.runtime.twin import Row
 from stillhook.live.watch.deviation import Deviation
+from stillhook.live.watch.virtual import MEANINGS
 from stillhook.units import quote
 from stillhook.variables import BY_NAME
 
@@ -88,7 +89,7 @@ def about(name: str) -> tuple[str, str]:
     if name in BY_NAME:
         v = BY_NAME[name]
         return v.unit or "1", f"{v.meaning}; {v.sign}" if v.sign else v.meaning
-    return SETTINGS.get(name, ("1", ""))
+    return SETTINGS.get(name) or MEANINGS.get(name, ("1", ""))
 
 
 def is_loopback(host: str) -> bool:

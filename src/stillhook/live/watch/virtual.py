@@ -18,6 +18,7 @@ from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.units import KINDS
 
 WINDOW, BATCH, LEAST = 300.0, 10.0, 30.0
 """Window of the deviations, batches that it is made of, and the least of it that is enough [s]."""
@@ -25,6 +26,10 @@ COVERAGE = 2.5
 """Factor from root mean squares to 95 %: more than the 1.96 of a normal distribution, for deviations come in peaks (set
 on seeds 0 to 3 of trials/adaptation/watch, judged on others)."""
 _TABLE = tomllib.loads((files("stillhook.live.watch") / "virtual.toml").read_text(encoding="utf-8"))
+MEANINGS: Mapping[str, tuple[str, str]] = {
+    name: (KINDS[row["kind"]].si, row["meaning"]) for rows in _TABLE.values() for name, row in rows.items()
+}
+"""SI unit and meaning of every declared sensor."""
 Row = Mapping[str, float]
 
 
