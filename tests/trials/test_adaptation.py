@@ -66,7 +66,7 @@ def test_sensors_err_within_what_is_stated(short):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("key", ["file-step/1000", "other-step/1001"])
+@pytest.mark.parametrize("key", ["file-step/2000", "other-step/2001"])
 def test_a_kept_outcome_comes_again(key):
     again, kept = run.outcome(run.CASES[key]), run.kept()[key]
     assert run.GROUPS[run.CASES[key].group].form in (0.0, OTHER_FORM)

@@ -185,17 +185,26 @@ class Watch:
 
 def friction_step(waves: Sequence[HalfWave]) -> Split | None:
     """The step of all losses. A standing torque is common to both sides, so that an error of load cell or pressures
-    raises none."""
+    raises none. Its interval has what the form of the law makes of it: the difference to a step without a slope with
+    the strength of the half waves."""
     model = np.array([w.system + w.motors for w in waves])
+    torque, sign = (np.array([getattr(w, name) for w in waves]) for name in ("torque", "sign"))
     columns = nuisances(model, np.array([w.speed for w in waves]), np.array([w.t for w in waves]))
-    return step_of(
-        model,
-        np.array([w.torque for w in waves]),
-        np.column_stack([columns, np.ones(len(waves))]),
-        np.array([w.sign for w in waves]),
-        LEAST_SCATTER,
-        lambda before, after: before > 0.0 and abs(after / before - 1.0) >= LEAST_STEP,
-    )
+
+    def of(shared: FloatArray) -> Split | None:
+        columns = np.column_stack([shared, np.ones(len(waves))])
+        return step_of(model, torque, columns, sign, LEAST_SCATTER, _losses_step)
+
+    found, without = of(columns), of(columns[:, 1:])
+    if found is None or without is None:
+        return found
+    form = found.before * abs(without.after / without.before - found.after / found.before)
+    return found._replace(half=float(np.hypot(found.half, form)))
+
+
+def _losses_step(before: float, after: float) -> bool:
+    """Whether a step of the scale counts."""
+    return before > 0.0 and abs(after / before - 1.0) >= LEAST_STEP
 
 
 def friction_alarm(t: float, onset: float, found: Split) -> Alarm:

@@ -12,6 +12,8 @@ from stillhook.physics.hydraulics.swash import Servo, displacement, swash_accele
 
 LONGEST_STEP = 0.01
 """Longest step of the integration [s]: a third of the control's time constant."""
+SETTLING = 3.0
+"""Time constants of the PLC's filter after which its unknown start has faded."""
 LONGEST_HOLE = 1.0
 """Hole in the rows after which the setting is taken to be the command [s]."""
 
@@ -50,10 +52,11 @@ class MakeUp:
 
     def __init__(self, params: Any) -> None:
         self.law, self.tau = params.passive.settings, params.plc.tau_p
-        self._p, self._t = np.nan, np.nan
+        self._p = self._t = self._start = np.nan
 
     def flow(self, x: Mapping[str, FloatArray], p_hp: FloatArray, r_eff: float) -> FloatArray:
-        """Flow at rows x (n,) [m^3/s]; p_hp of the standing piston [Pa]; r_eff wire per motor angle [m/rad]."""
+        """Flow at rows x (n,) [m^3/s], NaN while the PLC's filter settles; p_hp of the standing piston [Pa]; r_eff wire
+        per motor angle [m/rad]."""
         law = self.law
         if "alpha_pp" in x:
             return np.asarray(law.Q_p_max * x["alpha_pp"])
@@ -61,9 +64,10 @@ class MakeUp:
         for i, (now, p) in enumerate(zip(x["time"].tolist(), p_hp.tolist(), strict=True)):
             if p == p:
                 span = now - self._t
-                self._p = self._p + (p - self._p) * span / (self.tau + span) if span <= LONGEST_HOLE else p
-                self._t = now
-            mean[i] = self._p
+                known = span <= LONGEST_HOLE
+                self._p = self._p + (p - self._p) * span / (self.tau + span) if known else p
+                self._t, self._start = now, self._start if known else now
+            mean[i] = self._p if now - self._start > SETTLING * self.tau else np.nan
         u = law.K_acc * (law.p_set - mean)
         if "v_op" in x:
             u = u + law.D_m_max * x["alpha_pm"] * x["v_op"] / r_eff / law.Q_p_max

@@ -94,9 +94,12 @@ def effect(w: Window, x: Sequence[int], found: Fit, error: FloatArray) -> float:
 
 
 def apart(w: Window, x: Sequence[int], y: FloatArray) -> float:
-    """Half of the difference between the first coefficients of strong and of weak half waves, with the others in
-    common; 0 where one of both cannot be fitted."""
-    total, strong = w.G.sum(axis=0), w.G[w.speed > np.median(w.speed)].sum(axis=0)
+    """Half of the difference between the first coefficients of strong and of weak half waves, as many hoisting as
+    lowering, with the others in common; 0 where one of both cannot be fitted."""
+    fast = np.zeros(len(w.t), dtype=bool)
+    for way in (w.sign > 0.0, w.sign <= 0.0):
+        fast |= way & (w.speed > np.median(w.speed[way]) if way.any() else False)
+    total, strong = w.G.sum(axis=0), w.G[fast].sum(axis=0)
     p = len(x)
     A, c = np.zeros((p + 1, p + 1)), np.zeros(p + 1)
     A[:p, :p], c[:p] = total[np.ix_(x, x)], total[x] @ y
