@@ -329,3 +329,24 @@ def test_campaigns_of_a_later_crane_file_are_measured_against_the_first(root: Pa
     assert result.measured[-1].campaign.crane.friction == result.reference.friction
     assert result.standing.file == root / "2028" / "../second/crane.condition.json"
     assert not result.standing.withdrawn
+
+
+def test_there_is_a_picture_of_the_courses_and_one_of_the_held_out_tests(root: Path):
+    images = outputs.pictures(follow_condition([root / d / "campaign.toml" for d in DATES[:3]]))
+    assert set(images) == {outputs.PICTURE, outputs.PICTURE_HELD}
+    assert all(data.startswith(b"\x89PNG") for data in images.values())
+
+
+@pytest.mark.thorough
+def test_the_fit_of_real_logs_gives_numbers_a_crane_file_and_held_out_criteria(tmp_path: Path):
+    """The example's logs, without anything in place of the fit."""
+    from stillhook.library.examples import SEA_TRIALS, example_campaign
+
+    result = follow_condition([example_campaign(SEA_TRIALS, tmp_path / "tests")], tmp_path / "out")
+    names = {n.of.name for n in result.numbers}
+    assert names == {"friction", "leakage", "capacitance", "inertia"}
+    assert "log V_acc" in result.absent["gas"]
+    (crane,) = result.cranes
+    assert crane.before["2b"] < 0.05
+    assert crane.after["2b"] < 0.05
+    assert "leakage" in crane.left
