@@ -174,9 +174,10 @@ def judged(fitted: Fitted, log: LearningLog) -> HeldOut:
     x = log.samples
     torque, inside, used = applied(fitted, x)
     counted = slice(round(FEWEST / BIN), None)
-    none, linear, learned = (_rms((x.left - used * y)[counted]) for y in (np.zeros(len(x.t)), fitted.linear(x), torque))
-    without = 1.0 - float(used[counted].mean())
-    return HeldOut(log.name, log.campaign, none, linear, learned, 1.0 - float(inside.mean()), without, (x.left - torque)[inside])
+    adapted, linear, learned = (_rms((x.left - used * y)[counted]) for y in (0.0 * torque, fitted.linear(x), torque))
+    outside, without = 1.0 - float(inside.mean()), 1.0 - float(used[counted].mean())
+    error = (x.left - torque)[inside]
+    return HeldOut(log.name, log.campaign, adapted, linear, learned, outside, without, error)
 
 
 def hold_out(logs: Sequence[LearningLog], scales: Scales, settings: tuple[float, int] | None = None) -> list[HeldOut]:

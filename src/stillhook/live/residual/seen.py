@@ -33,9 +33,8 @@ class Seen(NamedTuple):
     def distance(self, x: FloatArray) -> FloatArray:
         """Distance (n,) of conditions (n, features) from the nearest landmark, in scales."""
         x, marks = x / self.scale, self.landmarks
-        square: FloatArray = (x**2).sum(axis=1)[:, None] + (marks**2).sum(axis=1) - 2.0 * x @ marks.T
-        nearest: FloatArray = np.sqrt(np.maximum(square.min(axis=1), 0.0))
-        return nearest
+        square = (x**2).sum(axis=1)[:, None] + (marks**2).sum(axis=1) - 2.0 * x @ marks.T
+        return np.asarray(np.sqrt(np.maximum(square.min(axis=1), 0.0)))
 
     def outside(self, x: FloatArray) -> dict[str, BoolArray]:
         """Which of conditions (n, features) were not seen, by reason."""
