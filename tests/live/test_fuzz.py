@@ -68,7 +68,7 @@ class Servers:
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.started = threading.Event()
         self.thread.start()
-        assert self.started.wait(30.0)
+        assert self.started.wait(120.0)
         self.trusted = TrustFolder(folder / "plc", "plc")
         (self.opcua.trust.trusted / "plc.der").write_bytes(self.trusted.certificate.read_bytes())
 
