@@ -80,7 +80,7 @@ UV ?= uv
 lock:
 	@cp requirements.lock lock.tmp
 	@$(UV) pip compile pyproject.toml --quiet --universal --generate-hashes --python-version 3.11 \
-		--extra dev --extra compiler --extra native --extra gas --extra report --extra stability --extra logs --extra dask --extra sea --extra live --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
+		--extra dev --extra compiler --extra native --extra gas --extra report --extra stability --extra logs --extra dask --extra sea --extra live --extra learn --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
 	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > requirements.lock
 	@cat lock.tmp >> requirements.lock
 	@rm lock.tmp
