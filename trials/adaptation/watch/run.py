@@ -27,8 +27,9 @@ from trials.adaptation.crane import CRANE_FILE
 from trials.adaptation.watch.faults import EVERY, FAULTS, Logs, logs_of
 
 STORE = Path(__file__).resolve().parent / "outcomes.json"
-JUDGED, AGAIN = 1000, 2000
-"""First seed that is judged; the same of what was run again after three changes that its first outcomes led to: nothing
+JUDGED, AGAIN, SOUND_FROM = 1000, 2000, 3000
+"""First seeds that are judged: of faults; of intervals and hidden signals, and of runs without a
+fault, both run again after changes that their first outcomes led to: nothing
 is judged before the clock is known, 2b has no interval over 30 s, and 6-piston is not judged."""
 RUNS, SOUND, HARMLESS = 8, 8, 4
 """Runs of each fault; without one; and of those that no sign shows."""
@@ -70,7 +71,7 @@ CASES: Mapping[str, Case] = {  # seed by seed, so that all groups grow alike
     for i in range(max(COUNTS.values()))
     for name in groups
     if i < COUNTS[name]
-    for case in [Case(name, (AGAIN if name in RUN_AGAIN else JUDGED) + i)]
+    for case in [Case(name, (AGAIN if name in (COVERAGE, HIDDEN) else SOUND_FROM if name in RUN_AGAIN else JUDGED) + i)]
 }
 
 

@@ -116,7 +116,7 @@ class Watch:
         if left is not None and AGAIN < abs(left.value) < REACH and left.half < abs(left.value):
             self._begin_anew(self._offset + left.value)
         else:
-            known = left is not None and abs(left.value) <= AGAIN
+            known = left is not None and abs(left.value) <= AGAIN and left.half <= AGAIN
             self._settled = known or not self._clocked or self.criteria.batches > FIRST
 
     def _note(self, piece: Piece) -> None:
