@@ -19,8 +19,10 @@ import pytest
 from tests.live.test_modbus import read_request
 
 from stillhook.cli import run
+from stillhook.cli.live.twin import _EventLines
 from stillhook.errors import StillhookError
 from stillhook.live.live_file import LIVE_FILE, example_live, read_live_file
+from stillhook.live.runtime import event
 from stillhook.live.runtime.doctor import ALLOWED_P999, ALLOWED_WORST, Diagnosis, Lateness
 from stillhook.live.runtime.state import LiveState
 
@@ -175,3 +177,19 @@ def test_the_demonstration_ends_with_an_alarm_after_the_change_and_none_before(c
     outcome = json.loads(capsys.readouterr().out)
     assert outcome["false_alarms"] == 0
     assert outcome["changed"] < outcome["alarm"] < 20.0
+
+
+@pytest.mark.skipif(os.name != "posix", reason="POSIX alone says whether a pipe takes a line")
+def test_events_that_nobody_reads_hold_up_no_server(monkeypatch: pytest.MonkeyPatch):
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb", buffering=0) as heard, os.fdopen(writing, "w") as stderr:
+        monkeypatch.setattr(sys, "stderr", stderr)
+        lines = _EventLines()
+        for n in range(2000):
+            lines.event(event("kernel", "late", f"{n} {'x' * 5000}"))
+        os.read(heard.fileno(), 1 << 20)
+        lines.event(event("kernel", "late", "read again"))
+        stderr.flush()
+        text = os.read(heard.fileno(), 1 << 20).decode()
+    assert "events were not read here: see events.jsonl." in text
+    assert text.rstrip().endswith("kernel: read again")

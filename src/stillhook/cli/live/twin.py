@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import select
+import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
@@ -33,6 +35,8 @@ HALF_KINDS = {"temperature": "temperature_rise"}
 """Kinds whose differences have another unit."""
 STATE_FILE, EVENTS_FILE, HISTORY = "state.bin", "events.jsonl", "history"
 """In the folder of a live file."""
+LONGEST_LINE = 2000
+"""Characters of an event that are printed: a pipe that takes a line takes one of these [-]."""
 
 
 def doctor(
@@ -152,17 +156,35 @@ def ending(duration: str | None) -> float:
 
 
 class _EventLines:
-    """A sink that prints events on standard error."""
+    """A sink that prints events on standard error; where that is a full pipe that nobody reads, they are left out and
+    counted, and hold up no server."""
+
+    def __init__(self) -> None:
+        self._left_out = 0
 
     def rows(self, first: int, names: object, rows: object) -> None:
         """Not printed."""
 
     def event(self, happened: Event) -> None:
         """One line."""
-        say(f"{happened.source}: {happened.text}")
+        if not _takes_a_line(sys.stderr):
+            self._left_out += 1
+            return
+        if self._left_out:
+            say(f"{self._left_out} events were not read here: see {EVENTS_FILE}.")
+            self._left_out = 0
+        say(f"{happened.source}: {happened.text:.{LONGEST_LINE}}")
 
     def close(self) -> None:
         """Nothing to close."""
+
+
+def _takes_a_line(stream: TextIO) -> bool:
+    """Whether writing to it returns at once. Only POSIX says so of a pipe; elsewhere it is taken to."""
+    try:
+        return bool(select.select([], [stream.fileno()], [], 0.0)[1])
+    except (OSError, ValueError):
+        return True
 
 
 def replay(
