@@ -33,7 +33,9 @@ OFFSETS = {"displacement": (100.0, "% of full", 2), "pump_delay": (1e3, "ms", 2)
 FAULT_MOMENTS = {"before": "before its step", "soon": f"{SOON:.0f} s after", "late": f"{LATE_FAULT:.0f} s after"}
 FAULTY = ("file-faults", "other-faults")
 DAY = 24.0
-NOT_RUN = "not run yet"
+ENOUGH = 50
+"""Runs from which a share or a bias is judged."""
+NOT_RUN, TOO_FEW_RUNS = "not run yet", "not judged: too few runs yet"
 
 
 def of_group(outcomes: Mapping[str, Any], group: str) -> list[dict[str, Any]]:
@@ -83,6 +85,7 @@ def parameter_claims(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, tuple[s
                 error, half = of_parameter(runs, name, moment)
                 share = float(np.mean(np.abs(error) <= half))
                 verdict = "held" if LEAST <= share <= MOST else "too few" if share < LEAST else "wider than needed"
+                verdict = verdict if len(error) >= ENOUGH else TOO_FEW_RUNS
                 ours = f"{shown(name, float(error.mean()), sign=True)}; {held(error, half)}"
                 yield f"{text}: {meaning} {FAULT_MOMENTS[moment]}", ("90 to 98 of 100", ours, verdict)
             after = np.array([own_alarms(one, name)[0] for one in runs])
@@ -174,7 +177,8 @@ def claims(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str, str, s
                 )
                 near = "bias met" if abs(bias) < BIAS else "bias too large"
                 ours = f"{percent(bias, sign=True)} ± {percent(1.96 * u)}; {held(error, half)}"
-                yield what, (f"bias below {percent(BIAS, 1)}; 90 to 98 of 100", ours, f"{near}; {wide}")
+                verdict = f"{near}; {wide}" if len(error) >= ENOUGH else TOO_FEW_RUNS
+                yield what, (f"bias below {percent(BIAS, 1)}; 90 to 98 of 100", ours, verdict)
         yield from step_claims(runs, text)
     yield from parameter_claims(outcomes)
     count, hours = false_alarms(outcomes)
@@ -182,6 +186,7 @@ def claims(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str, str, s
         yield "false alarms", ("at most 1 in 24 h", NOT_RUN, NOT_RUN)
     else:
         verdict = "met" if count * DAY / hours <= 1.0 else "not met"
+        verdict = verdict if hours >= DAY else TOO_FEW_RUNS
         yield "false alarms", ("at most 1 in 24 h", f"{count} in {hours:.0f} h", verdict)
 
 
