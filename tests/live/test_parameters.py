@@ -6,11 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.live.test_friction_estimate import certified
 
 import stillhook
 from stillhook.library import load_crane
 from stillhook.live.estimate import Accuracies, FrictionEstimator, follow_friction
-from stillhook.live.estimate.parameters.catalogue import PARAMETERS
+from stillhook.live.estimate.parameters.catalogue import NOT_PROVEN, PARAMETERS, PROVEN
 
 CRANE = load_crane("nov-250t")
 LOGGED = (
@@ -159,6 +160,12 @@ def test_without_a_certificate_nothing_is_applied():
     for one in parameters(quick()).values():
         assert one.applied is None
         assert "no certificate" in one.bounds[0]
+
+
+def test_what_the_trial_has_not_proven_is_not_applied_whatever_the_certificate():
+    for name, one in parameters(quick(), certified()).items():
+        assert one.applied is None or name in PROVEN
+        assert NOT_PROVEN in one.bounds or name in PROVEN or one.estimate is None
 
 
 def test_a_reading_that_jumps_is_found_and_named():

@@ -18,6 +18,7 @@ from stillhook.live.estimate.bounds import PLAUSIBLE, Bounds, Seen
 from stillhook.live.estimate.clock import Clock, ClockTracker, coarse_offset
 from stillhook.live.estimate.half_waves import LONGEST, HalfWave, cut, reversals
 from stillhook.live.estimate.parameters.balances import COMMANDS, standing
+from stillhook.live.estimate.parameters.catalogue import NOT_PROVEN, PROVEN
 from stillhook.live.estimate.parameters.commands import MakeUp, Setting
 from stillhook.live.estimate.parameters.follow import Follower, ParameterState
 from stillhook.live.estimate.parameters.follow import estimate as estimate_parameter
@@ -189,6 +190,8 @@ class FrictionEstimator:
                     reasons = (self._missing_for(balance) or f"{len(window.t)} of {FEWEST} half waves",)
                 elif waves:
                     applied, bounds = self._bounds.judge(p.meaning, result.value.value, p.plausible, self._seen, waves)
+                    if p.name not in PROVEN:
+                        applied, bounds = None, (*bounds, NOT_PROVEN)
                 out[p.name] = ParameterState(
                     p.meaning, p.unit, result, reasons, applied, bounds, tuple(of.alarms(p.name))
                 )
