@@ -73,10 +73,10 @@ def _print_states(states: Sequence[FrictionState]) -> None:
         header = ["time [s]", "all losses", "system friction, if the motors' loss is as in the file"]
         print_table(header, rows, title="Friction over that of the crane file, with 95 % intervals")
     others = [
-        [p.meaning, "" if p.estimate is None else _text(p.estimate.value, p.unit), "; ".join(p.reasons)]
-        for p in last.parameters.values()
+        [p.meaning, "" if p.estimate is None else _text(p.estimate.value, p.unit), "; ".join(p.reasons or _doubt(name))]
+        for name, p in last.parameters.items()
     ]
-    print_table(["parameter", "now", "why not"], others, title="Other parameters, with 95 % intervals")
+    print_table(["parameter", "now", "remark"], others, title="Other parameters, with stated 95 % intervals")
     if last.estimate is not None:
         clock = last.estimate.clock
         late = f"{1e3 * clock.offset:.1f} ms, +-{1e3 * clock.t * clock.u:.1f} ms" if clock.found else "not known"
@@ -87,6 +87,12 @@ def _print_states(states: Sequence[FrictionState]) -> None:
         print(reason)
     if last.left_out:
         print("Half waves left out: " + ", ".join(f"{n} {reason}" for reason, n in last.left_out.items()) + ".")
+
+
+def _doubt(name: str) -> tuple[str, ...]:
+    from stillhook.live.estimate.parameters.catalogue import PROVEN
+
+    return () if name in PROVEN else ("interval not shown to hold",)
 
 
 def _text(x: Estimate, unit: str) -> str:
