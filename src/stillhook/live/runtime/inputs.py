@@ -123,6 +123,8 @@ class Inputs:
         self.age = max(ages.values(), default=0.0)
         self.stale = frozenset(name for name, age in ages.items() if age > self._timeout)
         stopping = self.stale.intersection(RATES)
+        if (override := self._values.get("override")) is not None and override.value == 0.0:
+            stopping -= {"u_p"}  # handed back: the winch takes no command
         changed |= dict.fromkeys(stopping - self._stopped, 0.0)
         self._stopped = stopping
         return changed
