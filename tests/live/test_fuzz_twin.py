@@ -33,7 +33,6 @@ from stillhook.live.servers.trust import TrustFolder
 
 pytest.importorskip("asyncua", reason="the extra live is not installed")
 pytest.importorskip("pymodbus", reason="the extra live is not installed")
-logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # of the client that misbehaves
 pytestmark = pytest.mark.thorough
 
 SECONDS = float(os.environ.get("STILLHOOK_FUZZ_SECONDS", "20"))
@@ -46,6 +45,12 @@ BOUNDED_LOG = 65.0
 
 def memory(pid: int) -> int:
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.fixture
+def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library's warnings of the client that misbehaves stay away, here alone."""
+    monkeypatch.setattr(logging.getLogger("asyncua"), "level", logging.CRITICAL)
 
 
 class Twin:
@@ -110,7 +115,7 @@ def nodes(twin: Twin, own: TrustFolder, until: float, r: random.Random, done: Co
 
 
 @pytest.mark.parametrize("writes", [False, True], ids=["refused", "allowed"])
-def test_a_twin_lives_through_malformed_packets_and_takes_nothing_from_them(tmp_path: Path, writes: bool):
+def test_a_twin_lives_through_malformed_packets_and_takes_nothing_from_them(quiet: None, tmp_path: Path, writes: bool):
     twin = Twin(tmp_path, writes=writes)
     own = TrustFolder(tmp_path / "plc", "plc")
     folder = twin.path.parent / "twin" / "opcua" / "trusted"

@@ -217,7 +217,7 @@ def resumed(folder: Path, settings: ObserverSettings, crane: stillhook.Crane = C
     session = stillhook.Session(crane, CASE)
     session.step(cycles=100)
     session.set("friction_factor", 1.1)
-    (folder / "state.bin").write_bytes(LiveState(session.save(), {}).to_bytes())
+    (folder / "state.bin").write_bytes(LiveState(session.save(), {}, 1).to_bytes())
     (folder / observed.FILE).write_text(json.dumps({"value": 1.1}))
     with twin(settings, folder, Task(crane, CASE, state=folder / "state.bin")) as (of, kept):
         row = wait(of, lambda row: row.number > 100)
