@@ -19,6 +19,7 @@ import sys
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -48,9 +49,13 @@ def memory(pid: int) -> int:
 
 
 @pytest.fixture
-def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+def quiet() -> Iterator[None]:
     """The library's warnings of the client that misbehaves stay away, here alone."""
-    monkeypatch.setattr(logging.getLogger("asyncua"), "level", logging.CRITICAL)
+    logger = logging.getLogger("asyncua")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    yield
+    logger.setLevel(before)
 
 
 class Twin:
