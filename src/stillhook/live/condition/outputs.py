@@ -182,6 +182,7 @@ def pictures(condition: Condition) -> dict[str, bytes]:
         figure, axes = panels(rows, 1, (7.0, 0.6 + 2.0 * rows), sharex=True)
         for ax, n in zip(axes[:, 0], c.numbers, strict=True):
             _draw(ax, n, first)
+        axes[0, 0].set_xlim(*_span(first, max(float(n.course.t[-1]) for n in c.numbers)))
         axis(axes[-1, 0], "year")
         legend(axes[0, 0], "upper left")
         figures[PICTURE] = figure
@@ -196,10 +197,18 @@ def pictures(condition: Condition) -> dict[str, bytes]:
                 ("crane file of the date", COLOURS[0], [d.after for d in held]),
             ):
                 ax.plot(years, [100.0 * s.get(key, math.nan) for s in sides], "o-", color=colour, label=label)
+            ax.set_xlim(*_span(years[0], years[-1] - years[0]))
             axis(ax, "year", text, zero="y")
+            ax.set_ylim(0.0, 1.05 * ax.dataLim.ymax or 1.0)
         legend(axes[0, 0])
         figures[PICTURE_HELD] = figure
     return pngs(figures)
+
+
+def _span(first: float, length: float) -> tuple[float, float]:
+    """Years that a picture shows: half of one at least."""
+    margin = max(0.25, 0.05 * length)
+    return first - margin, first + length + margin
 
 
 def _draw(ax: Any, n: NumberCondition, first: float) -> None:
