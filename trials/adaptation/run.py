@@ -34,6 +34,8 @@ from trials.independent_crane.sea_trial import CYCLE
 STORE = Path(__file__).resolve().parent / "outcomes.json"
 JUDGED = 2000
 """First seed that the estimator is judged on."""
+AGAIN = 3000
+"""The same of faults, whose first outcomes led to a change of the gas balance."""
 RUNS, FEWER, QUIETS = 100, 15, 24
 """Runs with a step or faults, the same with fewer signals, and runs without a step."""
 QUIET_HOURS = 2.0
@@ -47,7 +49,8 @@ BEFORE_STEP, SOON, LATE = -2.0, 120.0, 400.0
 
 
 class Group(NamedTuple):
-    """Runs that differ by their seed alone. text for the page; left_out: signals that the estimator does not get."""
+    """Runs that differ by their seed alone. text for the page; left_out: signals that the estimator does not get;
+    first seed."""
 
     text: str
     runs: int
@@ -55,13 +58,14 @@ class Group(NamedTuple):
     step: bool = True
     faults: bool = False
     left_out: tuple[str, ...] = ()
+    first: int = JUDGED
 
 
 GROUPS: Mapping[str, Group] = {
     "file-step": Group("law of the crane file's form", RUNS),
     "other-step": Group("law of another form", RUNS, OTHER_FORM),
-    "file-faults": Group("faults; laws of the crane file's form", RUNS, step=False, faults=True),
-    "other-faults": Group("faults; laws of another form", RUNS, OTHER_FORM, step=False, faults=True),
+    "file-faults": Group("faults; laws of the crane file's form", RUNS, step=False, faults=True, first=AGAIN),
+    "other-faults": Group("faults; laws of another form", RUNS, OTHER_FORM, step=False, faults=True, first=AGAIN),
     "quiet": Group("no step", QUIETS, step=False),
     "no-pump-reading": Group("pumps' setting not read (command alone)", FEWER, left_out=("alpha_p",)),
     "no-motor-speed": Group("motor speed not logged (wire counter alone)", FEWER, left_out=("omega_m",)),
@@ -81,7 +85,10 @@ class Case(NamedTuple):
 
 
 CASES: Mapping[str, Case] = {
-    case.key: case for name, group in GROUPS.items() for i in range(group.runs) for case in [Case(name, JUDGED + i)]
+    case.key: case
+    for name, group in GROUPS.items()
+    for i in range(group.runs)
+    for case in [Case(name, group.first + i)]
 }
 
 

@@ -34,7 +34,7 @@ FLOW = (
 """Oil of the line under pressure."""
 GAS = (
     "gas",  # what the crane file's gas makes of the oil that comes in [Pa]
-    "flow",  # into the accumulators [m^3/s]
+    "flow",  # what the passive motors swallow [m^3/s]
     "time",  # [s]
     "p_hp",  # pressure as read [Pa]
     "setting",  # what the file's gas makes of an error of the motors' setting [Pa]
@@ -147,7 +147,7 @@ def gas(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray | 
 
     columns = (
         integral(stiff * oil),
-        oil,
+        D * x["alpha_pm"] * omega,  # make-up left out: where the PLC reads another pressure, its flow is out of phase
         t,
         x["p_hp"],
         integral(stiff * D * omega),
