@@ -20,8 +20,8 @@ LEAK_FORM, DISPLACEMENT_FORM = 0.077, 0.003
 """What the form of the leakage leaves of it at least [-] (measured on a prototype before this estimator); and of the
 displacement, where some 4 % of the oil leaks."""
 PROVEN = ("gas", "pump_delay")
-"""Parameters whose stated interval the trial (docs/validation/adaptation.md) shows to hold, with laws of another form as
-well: no other is applied."""
+"""Parameters whose stated interval the trial (docs/validation/adaptation.md) shows to hold, with laws of another form
+as well: no other is applied."""
 NOT_PROVEN = "its interval is not shown to hold yet (docs/validation/adaptation.md)"
 FORMS = ("constant", "stroke", "pressure")
 """Other forms of the leakage."""
