@@ -37,6 +37,15 @@ FLOAT32 = 2.0**-23
 PATIENCE = 90.0
 
 
+async def used(bus: Any, what: Callable[[Any], Awaitable[Any]]) -> Any:
+    """What is done over a connection, which is let go of at the end."""
+    await bus.connect()
+    try:
+        return await what(bus)
+    finally:
+        await bus.close()
+
+
 def over_modbus(folder: Path, what: Callable[[ModbusBus], Awaitable[Any]], text: str = "", writes: bool = True) -> Any:
     """Run with a connected bus; the server's plant, and the result."""
     path = folder / "registers.toml"
@@ -46,11 +55,7 @@ def over_modbus(folder: Path, what: Callable[[ModbusBus], Awaitable[Any]], text:
     async def connected() -> Any:
         async with ModbusServer(served, ModbusSettings(path, port=0, writes=writes)) as server:
             bus = ModbusBus(ModbusBusSettings(path, port=server.port), served.names, served.inputs)
-            await bus.connect()
-            try:
-                return await what(bus)
-            finally:
-                await bus.close()
+            return await used(bus, what)
 
     return served, asyncio.run(asyncio.wait_for(connected(), PATIENCE))
 
@@ -66,11 +71,7 @@ def over_opcua(
             bus = OpcUaBus(OpcUaBusSettings(server.url, folder / "plc", server.trust.certificate))
             if trusted:
                 (server.trust.trusted / "plc.der").write_bytes(bus.trust.certificate.read_bytes())
-            await bus.connect()
-            try:
-                return await what(bus)
-            finally:
-                await bus.close()
+            return await used(bus, what)
 
     return served, asyncio.run(asyncio.wait_for(connected(), PATIENCE))
 

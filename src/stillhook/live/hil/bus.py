@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
@@ -12,6 +11,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LiveError
 from stillhook.live.runtime.board import IMAGE
+from stillhook.live.servers.library_log import LibraryLog
 
 COMMANDS = ("u_p", "u_m", "brake")
 """Outputs of the controller that go to the winch."""
@@ -45,23 +45,9 @@ class Image(NamedTuple):
 NOTHING = Image(np.full(len(IMAGE), math.nan), False)
 
 
-class Quiet:
-    """Keeps a protocol's library from writing on standard error: what it says is in the errors of the bus."""
-
-    def __init__(self, logger: str) -> None:
-        self._logger, self._handler, self._before = logging.getLogger(logger), logging.NullHandler(), True
-
-    def begin(self) -> None:
-        """From now on."""
-        if self._handler not in self._logger.handlers:
-            self._before, self._logger.propagate = self._logger.propagate, False
-            self._logger.addHandler(self._handler)
-
-    def end(self) -> None:
-        """As it was before."""
-        if self._handler in self._logger.handlers:
-            self._logger.removeHandler(self._handler)
-            self._logger.propagate = self._before
+def quiet(logger: str) -> LibraryLog:
+    """A context in which a protocol's library writes nothing: what it says is in the errors of the bus."""
+    return LibraryLog((logger,), logger, (), lambda text: None)
 
 
 class Bus(Protocol):

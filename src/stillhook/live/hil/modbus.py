@@ -12,7 +12,7 @@ import numpy as np
 
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
-from stillhook.live.hil.bus import COMMANDS, OVERRIDE, BusError, Image, Quiet
+from stillhook.live.hil.bus import COMMANDS, OVERRIDE, BusError, Image, quiet
 from stillhook.live.runtime.board import IMAGE
 from stillhook.live.servers.modbus import PORT
 from stillhook.live.servers.registers import Access, Register, read_registers
@@ -57,14 +57,14 @@ class ModbusBus:
                 raise LiveError(f"{where}: {name}: {of.form} with this scale does not hold 1 (u_p: -1 to 1). Widen it.")
         self._reads, self._writes = blocks(read.values(), MOST_READ), blocks(self._written.values(), MOST_WRITTEN)
         self._client: Any = None
-        self._log = Quiet("pymodbus.logging")
+        self._quiet = contextlib.ExitStack()
 
     async def connect(self) -> None:
         """As of `Bus`."""
         from pymodbus.client import AsyncModbusTcpClient
 
         await self.close()
-        self._log.begin()
+        self._quiet.enter_context(quiet("pymodbus.logging"))
         self._client = AsyncModbusTcpClient(
             self._settings.host, port=self._settings.port, timeout=ANSWER, retries=0, reconnect_delay=0
         )
@@ -109,7 +109,7 @@ class ModbusBus:
 
     async def close(self) -> None:
         """As of `Bus`."""
-        self._log.end()
+        self._quiet.close()
         made, self._client = self._client, None
         if made is not None:
             with contextlib.suppress(Exception):

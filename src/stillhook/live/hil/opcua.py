@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.errors import LiveError
-from stillhook.live.hil.bus import BusError, Image, Quiet
+from stillhook.live.hil.bus import BusError, Image, quiet
 from stillhook.live.runtime.board import IMAGE
 from stillhook.live.servers.model import IMAGE_NODE, NAMESPACE
 from stillhook.live.servers.opcua import client
@@ -39,7 +39,7 @@ class OpcUaBus:
         self.trust = TrustFolder(settings.folder, "plc")
         self.label = f"OPC UA {settings.url}, signed and encrypted"
         self._client: Any = None
-        self._log = Quiet("asyncua")
+        self._quiet = contextlib.ExitStack()
         if not settings.server.is_file():
             raise LiveError(
                 f"opcua: server = {settings.server}: no such file. Start the twin once (stillhook live run), and give"
@@ -49,7 +49,7 @@ class OpcUaBus:
     async def connect(self) -> None:
         """As of `Bus`."""
         await self.close()
-        self._log.begin()
+        self._quiet.enter_context(quiet("asyncua"))
         made = await client(self._settings.url, self.trust, self._settings.server)
         try:
             await asyncio.wait_for(made.connect(), CONNECT)
@@ -113,7 +113,7 @@ class OpcUaBus:
         made, self._client = self._client, None
         if made is not None:
             await _let_go(made)
-        self._log.end()
+        self._quiet.close()
 
     def resolution(self, name: str) -> float:
         """As of `Bus`: doubles."""

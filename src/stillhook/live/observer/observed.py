@@ -82,7 +82,7 @@ class ObservedTwin:
         keeper: StateKeeper | None = None,
     ) -> None:
         self.settings = settings
-        self.twin = LiveTwin(task, [_Beside(sinks, self)] if sinks else [], keeper)
+        self.twin = LiveTwin(task, [_ObservedSink(sinks, self)] if sinks else [], keeper)
         self._file = None if folder is None else folder / FILE
         self._crane = task.crane
         self._shown = dict.fromkeys(shown_names(settings), math.nan)
@@ -146,9 +146,9 @@ class ObservedTwin:
     def latest(self) -> Row | None:
         """The newest cycle, with what is measured and compared beside it."""
         row = self.twin.latest()
-        return None if row is None else Row(row.number, {**row.values, **self.beside()})
+        return None if row is None else Row(row.number, {**row.values, **self.observations()})
 
-    def beside(self) -> dict[str, float]:
+    def observations(self) -> dict[str, float]:
         """Measured values (NaN once they are stale) with their ages, and the numbers of the observer."""
         numbers = [*self._received.newest(time.time()).tolist(), *self._shown.values()]
         return dict(zip(names_of(self.settings), numbers, strict=True))
@@ -297,7 +297,7 @@ class ObservedTwin:
             self._left_out, self._reported = {}, time.monotonic()
 
 
-class _Beside:
+class _ObservedSink:
     """Sinks that get what is measured and compared beside each row; a history has no points in its names."""
 
     def __init__(self, sinks: Sequence[Sink], of: ObservedTwin) -> None:

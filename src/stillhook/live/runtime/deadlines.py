@@ -40,7 +40,7 @@ def leave_real_time() -> None:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def give_way() -> None:
+def yield_processor() -> None:
     """Let others of the same priority go first: a twin that makes up for a stall holds up no other one."""
     if hasattr(os, "sched_yield"):
         os.sched_yield()

@@ -32,10 +32,10 @@ from stillhook.live.runtime.causes import Cause, Stolen, Watch
 from stillhook.live.runtime.deadlines import (
     Deadlines,
     ask_for_real_time,
-    give_way,
     leave_real_time,
     ordinary,
     two_shares,
+    yield_processor,
 )
 from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
 from stillhook.live.runtime.sink import event
@@ -210,7 +210,7 @@ class Kernel:
                 over = deadlines.lateness(n) > 0.0
                 watch.begin(over)
                 if over:
-                    give_way()
+                    yield_processor()
                 deadlines.wait(n, behind)
                 with self._turn:
                     if self._n == n and not self.board.stopping:
