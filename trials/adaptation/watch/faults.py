@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -23,8 +24,9 @@ from trials.adaptation.crane import (
     TAU,
     WARMING,
     logged,
+    truth_of,
 )
-from trials.adaptation.plant import FILE_FORM, OTHER_FORM, Drift, Log, run
+from trials.adaptation.plant import FILE_FORM, OTHER_FORM, Drift, Faults, Log, run
 from trials.independent_crane import crane as base
 from trials.independent_crane.plc import NS, SSC
 from trials.independent_crane.sea_trial import BAR, CYCLE, STATED_DELAY, SeaTest, Wave, inputs_of, samples
@@ -36,6 +38,7 @@ DURATION = 400.0
 """Length of a run [s]: the twin settles, and one window of 5 min."""
 EVERY = 0.1
 """Time between rows [s], as a log is read."""
+NOTHING_STEPS = Faults(leak_at=math.inf, leak=1.0, gas_at=math.inf, gas=0.0, pumps_at=math.inf, pumps=1.0)
 
 
 class Fault(NamedTuple):
@@ -158,9 +161,11 @@ class Errors:
         self.normal = np.random.default_rng([STREAM, seed, 2, repeat]).normal
 
 
-def logs_of(fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION) -> Logs:
+def logs_of(
+    fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION, *, perfect: bool = False
+) -> Logs:
     """The crane's log with a fault, and the twin driven by it. A repeat has another sea of the same height and period
-    and other noise, with the same crane, sensors and drift."""
+    and other noise, with the same crane, sensors and drift. perfect: the log of sensors and a clock without error."""
     rng = np.random.default_rng([STREAM, seed])
     crane = load_crane(CRANE_FILE)
     wave = Wave(rng.uniform(1.3, 2.4) * fault.height, rng.uniform(8.0, 12.0), SETTLED)
@@ -182,9 +187,11 @@ def logs_of(fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION
     drift = Drift(scale, scale, 0, fault.motors, fault.form, rng.uniform(*COLD), rng.uniform(*WARMING), TAU)
     inputs = inputs_of(test, 1.0 / gains(crane).K_1, STATED_DELAY, np.random.default_rng([STREAM, seed, 3, repeat]))
     log = Log(*(np.zeros(samples(test)) for _ in Log._fields))
-    run(inputs, s_w, CELL_ZERO * rng.uniform(-1.0, 1.0), winch, drift, settings, log)
+    run(inputs, s_w, CELL_ZERO * rng.uniform(-1.0, 1.0), winch, drift, NOTHING_STEPS, settings, log)
     clock = CLOCK * rng.uniform(-1.0, 1.0)
     rows = fault.rows(logged(log, inputs, clock, Errors(seed, repeat)))  # type: ignore[arg-type]
+    if perfect:
+        rows, clock = rows | {name: x for name, x in truth_of(log).items() if name in rows}, 0.0
     if fault.other_mode:
         rows["mode"] = np.full_like(rows["mode"], NS if mode == SSC else SSC)
     conditions = {"load": load, "s_w": s_w, "mode": mode, "height": wave.height, "period": wave.period}
