@@ -24,10 +24,12 @@ from trials.adaptation.crane import (
     TAU,
     WARMING,
     logged,
+    parameters_of,
     truth_of,
 )
 from trials.adaptation.plant import FILE_FORM, OTHER_FORM, Drift, Faults, Log, run
 from trials.independent_crane import crane as base
+from trials.independent_crane.plant import PRESSURE_OF_SLIP, Winch
 from trials.independent_crane.plc import NS, SSC
 from trials.independent_crane.sea_trial import BAR, CYCLE, STATED_DELAY, SeaTest, Wave, inputs_of, samples
 
@@ -145,10 +147,11 @@ def _jump(x: Rows, by: float, since: float) -> Rows:
 
 
 class Logs(NamedTuple):
-    """Rows of crane and twin, side by side (n,), and what was drawn."""
+    """Rows of crane and twin, side by side (n,), true values of virtual sensors, and what was drawn."""
 
     crane: Rows
     twin: Rows
+    truth: Rows
     clock: float
     conditions: dict[str, float]
 
@@ -161,9 +164,7 @@ class Errors:
         self.normal = np.random.default_rng([STREAM, seed, 2, repeat]).normal
 
 
-def logs_of(
-    fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION, *, perfect: bool = False
-) -> Logs:
+def logs_of(fault: Fault, seed: int, repeat: int = 0, duration: float = DURATION, *, perfect: bool = False) -> Logs:
     """The crane's log with a fault, and the twin driven by it. A repeat has another sea of the same height and period
     and other noise, with the same crane, sensors and drift. perfect: the log of sensors and a clock without error."""
     rng = np.random.default_rng([STREAM, seed])
@@ -196,7 +197,25 @@ def logs_of(
         rows["mode"] = np.full_like(rows["mode"], NS if mode == SSC else SSC)
     conditions = {"load": load, "s_w": s_w, "mode": mode, "height": wave.height, "period": wave.period}
     crane_rows, twin_rows = beside(rows, load * fault.load, crane)
-    return Logs(crane_rows, twin_rows, clock, conditions)
+    truth = {name: x[:: round(EVERY / CYCLE)] for name, x in of_virtual_sensors(log, crane, winch).items()}
+    return Logs(crane_rows, twin_rows, truth, clock, conditions)
+
+
+def of_virtual_sensors(log: Log, crane: stillhook.Crane, winch: Winch) -> Rows:
+    """What the virtual sensors of the twin stand for, in the crane itself."""
+    act, pas, dp = winch.active, winch.passive, log.p_a - log.p_b
+    pumps = act.D_pumps * act.omega_p * log.alpha_p * (1.0 - act.slip * log.alpha_p * dp / PRESSURE_OF_SLIP)
+    leakage = parameters_of(log, {"alpha_m": log.alpha_m}, crane, winch, NOTHING_STEPS)["leak"]
+    return {
+        "F_hook": log.F_true,
+        "T_f": log.T_loss,
+        "Q_m": act.motors.working * act.motors.D * log.alpha_m * log.omega,
+        "Q_pm": pas.motors.working * pas.motors.D * log.alpha_pm * log.omega,
+        "Q_leak": np.abs(leakage),
+        "V_gas": log.V_gas,
+        "T_gas": log.p_gas * log.V_gas / pas.mR,
+        "P_p": pumps * dp,
+    }
 
 
 def beside(rows: Rows, load: float, crane: stillhook.Crane, every: float = EVERY) -> tuple[Rows, Rows]:

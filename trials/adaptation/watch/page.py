@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 from blocks import Blocks
+from numpy.typing import NDArray
 
 from stillhook.live.watch.causes.diagnosis import CAUSES, OTHER
 from stillhook.statistics.estimate import Estimate
 from trials.adaptation.watch.faults import FAULTS
-from trials.adaptation.watch.run import COVERAGE, HIDDEN, JUDGED, WINDOWS, kept
+from trials.adaptation.watch.run import COVERAGES, JUDGED, VIRTUAL, kept
 from trials.store import states_of
 
 SCRIPT = "watch"
@@ -20,7 +21,10 @@ RIGHT = 0.9
 """Share of the runs in which a cause that is named alone must be the true one."""
 LEAST = 3
 """Runs from which a cause may be told apart."""
-NOT_RUN = "not run yet"
+NOT_RUN, TOO_FEW = "not run yet", "too few"
+WINDOWS = tuple(window for trial in COVERAGES.values() for window in trial.windows)
+NOT_PRINTED = ("clock", "samples_doubtful", "piston_loss_difference")
+"""Statistics that are judged apart, or that no criterion of a stream prints."""
 
 
 def of_group(outcomes: Mapping[str, Any], group: str) -> list[dict[str, Any]]:
@@ -83,34 +87,48 @@ def confused(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
 
 
 def coverage(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """A row a statistic: how many intervals hold the mean of the other repeats."""
-    hits: dict[str, dict[str, list[bool]]] = {window: {} for window in WINDOWS}
-    for one in of_group(outcomes, COVERAGE):
-        for window in WINDOWS:
-            for key, rows in one[window].items():
-                x = np.array(rows)
-                for i in range(len(x)):
-                    mean = float(np.delete(x[:, 0], i).mean())
-                    half = max(x[i, 2] - x[i, 0], x[i, 0] - x[i, 1]) * np.sqrt(1.0 + 1.0 / (len(x) - 1))
-                    hits[window].setdefault(key, []).append(bool(abs(x[i, 0] - mean) <= half))
-    for key in dict.fromkeys(k for window in WINDOWS for k in hits[window]):
-        cells = [hits[window].get(key, []) for window in WINDOWS]
-        yield f"`{key}`", *(share(sum(c), len(c)) if c else "–" for c in cells)
+    """A row a statistic: how many intervals hold the truth, by rows alone and as printed over each window."""
+    found = intervals(outcomes)
+    for key in dict.fromkeys(key for key, _ in found):
+        rows = found.get((key, "5 min"), np.empty((0, 3)))
+        error, half, more = rows.T
+        size = f"{np.sqrt(np.mean(error**2)):.2g}" if len(rows) else "–"
+        width = f"{np.median(half + more):.2g}" if len(rows) else "–"
+        by_rows = share(int(np.sum(np.abs(error) <= half)), len(rows)) if len(rows) else "–"
+        cells = [_held(found.get((key, window))) for window in WINDOWS]
+        yield f"`{key}`", size, width, by_rows, *cells
 
 
-def hidden(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """A row a signal that was left out."""
-    runs = of_group(outcomes, HIDDEN)
+def intervals(outcomes: Mapping[str, Any]) -> dict[tuple[str, str], NDArray[np.float64]]:
+    """By statistic and window: error, half width by rows, and what is added where it is printed (n, 3)."""
+    out: dict[tuple[str, str], list[list[float]]] = {}
+    for group in COVERAGES:
+        for one in of_group(outcomes, group):
+            for window in COVERAGES[group].windows:
+                for key, numbers in one.get(window, {}).items():
+                    if key not in NOT_PRINTED:
+                        out.setdefault((key, window), []).append(numbers)
+    return {key: np.array(rows) for key, rows in out.items()}
+
+
+def _held(rows: NDArray[np.float64] | None) -> str:
+    if rows is None:
+        return "–"
+    return share(*_count(rows))
+
+
+def virtual(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """A row a virtual sensor."""
+    runs = of_group(outcomes, VIRTUAL)
     names = [name for name in runs[0] if name not in ("code", "date")] if runs else []
     for name in names:
-        inside, half = (np.array([one[name][k] for one in runs]) for k in (0, 1))
-        yield (
-            f"`{name}`",
-            str(len(runs)),
-            f"{100.0 * inside.mean():.0f} %",
-            f"{100.0 * inside.min():.0f} %",
-            (f"{100.0 * float(np.median(half)):.1f} %"),
-        )
+        inside, bias, rms, half, size = np.array([one[name] for one in runs]).T
+        parts = [f"{100.0 * float(x):.1f} %" for x in (*_typical(bias, size, rms), np.median(half / size))]
+        yield f"`{name}`", str(len(runs)), f"{100.0 * inside.mean():.0f} %", f"{100.0 * inside.min():.0f} %", *parts
+
+
+def _typical(bias: NDArray[np.float64], size: NDArray[np.float64], rms: NDArray[np.float64]) -> tuple[float, float]:
+    return float(np.mean(bias / size)), float(np.sqrt(np.mean((rms / size) ** 2)))
 
 
 def claims(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str, str, str]]]:
@@ -131,12 +149,39 @@ def claims(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str, str, s
     wrong = sum(bool(one["candidates"]) and cause not in one["candidates"] for cause, one in faulty)
     yield "the cause of a fault is among those listed", ("–", share(among, len(faulty)), "for information")
     yield "what is listed leaves the cause out", ("never", share(wrong, len(faulty)), _met(wrong, faulty))
-    clock = np.array([abs(one["clock_error"]) for one in runs if one["clock_error"] is not None])
-    largest = f"largest error {1e3 * clock.max():.1f} ms in {len(clock)} runs" if len(clock) else NOT_RUN
+    clock = np.abs(np.array([one["clock"] for one in runs if one["clock"] is not None]).reshape(-1, 2))
+    held = int(np.sum(clock[:, 0] <= clock[:, 1]))
     yield (
-        "clock of the encoder",
-        ("within 8 ms, as stated", largest, "met" if len(clock) and clock.max() < 8e-3 else "not met"),
+        "clock of the encoder: interval holds the truth",
+        ("90 to 98 of 100", share(held, len(clock)), verdict(held, len(clock))),
     )
+    found = intervals(outcomes)
+    for window in WINDOWS:
+        rows = {key: found[key, window] for key, at in found if at == window}
+        few = [key for key, x in rows.items() if verdict(*_count(x)) == TOO_FEW]
+        text = f"{len(rows) - len(few)} of {len(rows)} statistics" + (f"; too few: {', '.join(few)}" if few else "")
+        yield (
+            f"intervals over {window}, as printed, hold the truth",
+            ("at least 90 of 100", text if rows else NOT_RUN, NOT_RUN if not rows else "not met" if few else "met"),
+        )
+    for name, runs_of, inside, least, *_ in virtual(outcomes):
+        ok = float(inside.split()[0]) >= 95.0
+        yield (
+            f"virtual sensor {name}: crane's own value within its 95 %",
+            ("95 % of the time", f"{inside} in {runs_of} runs; {least} in the worst", "met" if ok else "not met"),
+        )
+
+
+def _count(rows: NDArray[np.float64]) -> tuple[int, int]:
+    error, half, more = rows.T
+    return int(np.sum(np.abs(error) <= half + more)), len(rows)
+
+
+def verdict(hits: int, n: int) -> str:
+    """Of a coverage that is to be at least 90 of 100."""
+    if not n:
+        return NOT_RUN
+    return "held" if hits >= 0.9 * n else TOO_FEW
 
 
 def _met(count: int, runs: Sequence[Any]) -> str:
@@ -152,5 +197,5 @@ def compute() -> tuple[Blocks, None]:
         "faults": faults(outcomes),
         "confused": confused(outcomes),
         "coverage": coverage(outcomes),
-        "hidden": hidden(outcomes),
+        "virtual": virtual(outcomes),
     }, None

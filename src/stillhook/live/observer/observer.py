@@ -85,7 +85,7 @@ class Observer:
         self._stream, self._clock = Stream(), SenderClock()
         self._twin: deque[tuple[float, FloatArray]] = deque(maxlen=4096)
         self._next = 0
-        self._comparison = Comparison(task.crane, every=PER_SAMPLE * STEP)
+        self._comparison = Comparison(task.crane, every=PER_SAMPLE * STEP, accuracies=task.settings.accuracies)
         self._standing: dict[str, list[float]] = {name: [] for name in STANDING}
         self._first = math.nan
         self._squares: dict[str, FloatArray] = {}

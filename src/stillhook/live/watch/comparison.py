@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+from stillhook.live.estimate.accuracy import Accuracies
 from stillhook.live.servers.served import ALARM, CRITERIA, DEVIATION, HALF, VIRTUAL, compared
 from stillhook.live.watch.deviation import COMPARED, Deviation, Deviations
 from stillhook.live.watch.journal import Entry, Journal
@@ -25,12 +26,14 @@ def shown_names(signals: Iterable[str], virtual: Iterable[str]) -> tuple[str, ..
 
 
 class Comparison:
-    """Rows of crane and twin, `every` seconds apart. After each `add`: deviations of signals; found by the watch, None
-    before its first batch; readings of virtual sensors, which are not valid while something is wrong; shown: all of it
-    as servers show it."""
+    """Rows of crane and twin, `every` seconds apart; accuracies: of the crane's sensors.
 
-    def __init__(self, crane: Crane, *, every: float = 0.1) -> None:
-        self.watch, self.journal = Watch(crane, every=every), Journal()
+    After each `add`: deviations of signals; found by the watch, None before its first batch; readings of virtual
+    sensors, which are not valid while something is wrong; shown: all of it as servers show it.
+    """
+
+    def __init__(self, crane: Crane, *, every: float = 0.1, accuracies: Accuracies | None = None) -> None:
+        self.watch, self.journal = Watch(crane, every=every, accuracies=accuracies), Journal()
         self._deviations, self._virtual = Deviations(every=every), VirtualSensors(crane, every=every)
         self.deviations: list[Deviation] = []
         self.readings: tuple[Reading, ...] = ()

@@ -8,7 +8,7 @@ import tomllib
 from collections import deque
 from collections.abc import Callable, Mapping
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ Row = Mapping[str, float]
 
 class VirtualSensor(NamedTuple):
     """name; kind of its unit; value: signal of the twin or formula; error: formula that carries the deviations of the
-    signals `beside` it; meaning."""
+    signals `beside` it; meaning; form: part of the value by which the crane file's own numbers may be off."""
 
     name: str
     kind: str
@@ -43,6 +43,7 @@ class VirtualSensor(NamedTuple):
     error: str
     beside: tuple[str, ...]
     meaning: str
+    form: float = 0.0
 
 
 class Reading(NamedTuple):
@@ -59,16 +60,11 @@ class Reading(NamedTuple):
 def sensors_of(crane: Crane) -> tuple[VirtualSensor, ...]:
     """Declared virtual sensors of a crane's winch type."""
     rows = {**_TABLE["common"], **_TABLE.get(crane.plant.type.name, {})}
-    return tuple(_sensor(name, row) for name, row in rows.items())
-
-
-def _sensor(name: str, row: Mapping[str, Any]) -> VirtualSensor:
-    return VirtualSensor(name, row["kind"], row["value"], row["error"], tuple(row["beside"]), row["meaning"])
+    return tuple(VirtualSensor(name, **{**row, "beside": tuple(row["beside"])}) for name, row in rows.items())
 
 
 class VirtualSensors:
-    """Virtual sensors of a crane over a stream of rows, `every` seconds apart. sensors: others than those
-    declared; formulas: more than those of the winch type."""
+    """Virtual sensors of a crane over a stream of rows, `every` seconds apart. sensors: others than those declared."""
 
     def __init__(
         self,
@@ -76,10 +72,9 @@ class VirtualSensors:
         *,
         every: float = 0.1,
         sensors: tuple[VirtualSensor, ...] | None = None,
-        formulas: Mapping[str, Callable[[Row], float]] | None = None,
     ) -> None:
         self.sensors = sensors_of(crane) if sensors is None else sensors
-        self._formulas = {**formulas_of(crane), **(formulas or {})}
+        self._formulas = formulas_of(crane)
         self._beside = tuple(dict.fromkeys(name for s in self.sensors for name in s.beside))
         self._batch, self._rows = max(1, round(BATCH / every)), 0
         self._new = np.zeros((2, len(self._beside)))
@@ -105,7 +100,8 @@ class VirtualSensors:
         return [self._reading(s, simulated, alarm) for s in self.sensors]
 
     def _reading(self, s: VirtualSensor, row: Row, alarm: str) -> Reading:
-        value, half = self._value(s.value, row), self._half(s, row)
+        value = self._value(s.value, row)
+        half = math.hypot(self._half(s, row), s.form * value)
         reason = alarm or ("" if half == half else "nothing beside it is measured, or not for long enough")
         return Reading(s.name, value, half, not reason and math.isfinite(value), reason)
 

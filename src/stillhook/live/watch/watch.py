@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.live.estimate.accuracy import Accuracies
 from stillhook.live.estimate.clock import FLOOR, coarse_offset
 from stillhook.live.estimate.half_waves import AT_STOP, MOVING
 from stillhook.live.watch.causes.diagnosis import Diagnosis, diagnose, signs_of
@@ -27,6 +28,8 @@ AGAIN = 0.01
 """Offset that is left over from which rows are put together anew [s]."""
 FIRST = 10
 """Batches in which it may be: less than the window by which causes are judged."""
+LASTING = 3
+"""Batches in a row in which the window of 30 s, which itself is three, must say the same before a cause is named."""
 SATURATED = 0.02
 """Part of the time at the pumps' end from which a limit of the winch explains a deviation."""
 STUCK = 3.0
@@ -53,7 +56,7 @@ class Watched(NamedTuple):
 
 
 class Watch:
-    """Rows of crane and twin, `every` seconds apart.
+    """Rows of crane and twin, `every` seconds apart. accuracies: limits of error of the crane's sensors.
 
     >>> import stillhook
     >>> watch = Watch(stillhook.load_crane("nov-250t"), every=0.1)
@@ -61,15 +64,16 @@ class Watch:
     True
     """
 
-    def __init__(self, crane: Crane, *, every: float = 0.1) -> None:
-        self.criteria = CriteriaWatch(crane)
-        self._crane, self._every = crane, every
+    def __init__(self, crane: Crane, *, every: float = 0.1, accuracies: Accuracies | None = None) -> None:
+        self.criteria = CriteriaWatch(crane, accuracies)
+        self._crane, self._every, self._accuracies = crane, every, accuracies
         self._buffer = RowBuffer(names_of(crane), every)
         self._offset, self._tries = 0.0, 0
         self._placed = self._settled = False
         self._clocked = "clock" in self.criteria.measures.statistics
         self._flags: list[tuple[str, ...]] = []
         self._limited: list[float] = []
+        self._recent: list[frozenset[str]] = []
         self.latest: Watched | None = None
 
     def add(self, measured: Mapping[str, float], simulated: Mapping[str, float]) -> Watched | None:
@@ -106,7 +110,7 @@ class Watch:
 
     def _begin_anew(self, offset: float) -> None:
         self._offset = offset
-        self.criteria = CriteriaWatch(self._crane)
+        self.criteria = CriteriaWatch(self._crane, self._accuracies)
 
     def _check_clock(self) -> None:
         """Put the rows together anew where the first minutes leave an offset: later on it is a sign."""
@@ -135,6 +139,15 @@ class Watch:
         at_end = np.mean(np.abs(x["u_p"][new]) >= AT_STOP) if "u_p" in x else 0.0
         self._limited = [*self._limited, float(at_end)][-round(300.0 / BATCH) :]
 
+    def _lasting(self, diagnosis: Diagnosis) -> Diagnosis:
+        """The same; over 30 s only where the last batches have a candidate in common, since three groups of a wave each
+        give a wrong interval now and then."""
+        self._recent = [*self._recent, frozenset(diagnosis.candidates)][-LASTING:]
+        common = frozenset.intersection(*self._recent) if len(self._recent) == LASTING else frozenset()
+        if diagnosis.window == "30 s" and not common:
+            return diagnosis._replace(candidates=(), told=False)
+        return diagnosis
+
     def _watched(self, time: float) -> Watched:
         if self._settled or self.criteria.batches > FIRST:
             results = tuple(self.criteria.results())
@@ -148,6 +161,8 @@ class Watch:
                 diagnosis = diagnose(signs_of(self.criteria, window), conditions, window)
                 if diagnosis.candidates:
                     break
+        if not conditions:
+            diagnosis = self._lasting(diagnosis)
         limited = float(np.mean(self._limited))
         if failed and not diagnosis.candidates and limited > SATURATED:
             diagnosis = diagnosis._replace(candidates=(AT_LIMIT,), told=False)

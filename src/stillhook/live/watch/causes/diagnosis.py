@@ -68,7 +68,7 @@ def signs_of(watch: CriteriaWatch, window: str) -> tuple[Sign, ...]:
     """All signs over a window; those without a signal have the state "?"."""
     out = []
     for name, of in SIGNS.items():
-        found = watch.estimate(of["measure"], window) if of["measure"] in watch.measures.statistics else None
+        found = watch.calibrated(of["measure"], window) if of["measure"] in watch.measures.statistics else None
         out.append(_sign(name, found or Estimate(math.nan)))
     return tuple(out)
 
@@ -121,10 +121,9 @@ def _explains(cause: Mapping[str, Any], state: Mapping[str, str], moved: Mapping
         must = {sign[:-1]: sign[-1] for sign in pattern}
         held = all(state.get(name, "?") in (way, "?") for name, way in must.items())
         seen = any(moved.get(name) == way for name, way in must.items())
-        needs = all(state.get(name, "?") != "" for name in cause.get("requires", ()))
         against = cause.get("excludes", [[]] * len(cause["patterns"]))[k]
         excluded = any(moved.get(sign[:-1]) == sign[-1] for sign in against)
         alone = set(moved) <= set(must) | set(cause["may"])
-        if held and seen and needs and alone and not excluded:
+        if held and seen and alone and not excluded:
             return True
     return False

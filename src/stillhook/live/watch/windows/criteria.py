@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.live.estimate.accuracy import Accuracies
 from stillhook.live.watch.windows.batches import BATCH, WINDOWS, Sums
+from stillhook.live.watch.windows.calibration import Calibration
 from stillhook.live.watch.windows.measures import Measures, errors
 from stillhook.live.watch.windows.rows import Piece
 from stillhook.spec.crane import Crane
@@ -28,7 +30,7 @@ NOT_JUDGED: Mapping[str, str] = {key: _TABLE["reasons"][why] for key, why in _TA
 REMARKS: Mapping[str, str] = _TABLE["remarks"]
 """Where the stream's figure is not quite that of validation."""
 STRUCTURAL: Mapping[str, float] = _TABLE["structural"]
-"""Half widths that calibration and form of the laws add [unit of the measure]."""
+"""Half widths that form of the laws, clock and resolution add [unit of the measure]."""
 EXTREMES = ("e_c_max_difference", "length_jump", "p_max_over_relief")
 OVERLAPPING = ("e_c_pp_deviation", "eta_c_deviation_high")
 """Measures of windows that are 30 s long themselves: over 30 s they are one value, which has no interval."""
@@ -72,9 +74,10 @@ class WindowResult(NamedTuple):
 class CriteriaWatch:
     """Every criterion that a stream can judge, over its windows."""
 
-    def __init__(self, crane: Crane) -> None:
+    def __init__(self, crane: Crane, accuracies: Accuracies | None = None) -> None:
         self.criteria: Criteria = load_criteria("paper-f" if "active" in crane.circuits else "any-drive")
         self.measures = Measures(crane)
+        self._calibration = Calibration(self.measures.balances.balance, accuracies)
         self._relief = crane.circuits["active"].relief.p if "active" in crane.circuits else math.nan
         self._sums = {key: Sums(of) for key, of in self.measures.statistics.items()}
         most = round(max(WINDOWS.values()) / BATCH)
@@ -102,6 +105,7 @@ class CriteriaWatch:
             if width:
                 of.add(sums.get(key, np.zeros(width)))
         self._extremes.append(_extremes(piece, self._relief))
+        self._calibration.add(piece)
         self.batches += 1
         self._known = {}
 
@@ -111,6 +115,15 @@ class CriteriaWatch:
             full = self.batches >= round(WINDOWS[window] / BATCH)
             self._known[key, window] = self._sums[key].estimate(window) if full else None
         return self._known[key, window]
+
+    def calibrated(self, key: str, window: str) -> Estimate | None:
+        """The same with what the calibration of the sensors adds to the interval."""
+        found = self.estimate(key, window)
+        return found and _widened(found, self._calibration.half(key, window))
+
+    def structural(self, measure: str, window: str) -> float:
+        """Half width that no row shows [unit of the measure]: calibration of the sensors, form of a law, clock."""
+        return STRUCTURAL.get(measure, 0.0) + self._calibration.half(measure, window)
 
     def results(self) -> Iterator[WindowResult]:
         """All lines, a window after the other."""
@@ -127,7 +140,7 @@ class CriteriaWatch:
                     c.key, c.title, window, math.nan, math.nan, math.nan, c.limit_text, "-", Status.FILLING, of
                 )
             elif math.isfinite(found.value):
-                found = _widened(found, STRUCTURAL.get(c.measure, 0.0))
+                found = _widened(found, self.structural(c.measure, window))
                 m = Measure.of(c.measure, found)
                 status = _STATUS.get(verdict_of(c, m), Status.CANNOT_TELL)
                 interval = interval_words(c, m)
