@@ -135,6 +135,21 @@ def test_friction_that_grew_is_named_and_its_criterion_fails(twin: Rows):
     assert "p-friction" in {r.key for r in found[-1].failed}
 
 
+def test_a_zero_of_the_load_cell_within_its_limits_is_no_sign_at_a_light_load():
+    light = simulated(load="45 t")
+    _, found = watched(scaled("F_w", zero=15e3)(log_of(light)), light)
+    assert not any(w.diagnosis.candidates for w in found)
+    of_cell = {r.key: r for r in found[-1].results if r.window == "5 min" and r.key in ("6-setting", "p-load-cell")}
+    assert all(r.status is not Status.NOT_OK and r.low < 0.0 < r.high for r in of_cell.values())
+
+
+def test_a_cause_that_one_window_shows_alone_is_not_named(twin: Rows):
+    log = log_of(twin)
+    log["F_w"] = np.where((twin["time"] > 200.0) & (twin["time"] < 235.0), 1.1 * log["F_w"], log["F_w"])
+    _, found = watched(log, twin)
+    assert not any(w.diagnosis.candidates for w in found)
+
+
 def test_a_load_other_than_stated_is_named(twin: Rows):
     _, found = watched(log_of(simulated(load="165 t")), twin)
     assert found[-1].diagnosis.candidates[0] == "load other than stated"
