@@ -7,9 +7,9 @@ import pytest
 from tests.live.conditions import DATES, campaign, certified, fits, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
+from stillhook.base.sealed import digest_of
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import SpecError
-from stillhook.library.certificate import digest_of
 from stillhook.library.condition import state_file
 from stillhook.live.condition import follow_condition, save_condition
 from stillhook.plan.definition.lift_plan import Alternative
@@ -119,7 +119,7 @@ def test_a_crane_that_names_its_state_is_refused_without_it(crane: Path):
     crane.write_text('condition = "crane.condition.json"\n' + crane.read_text())
     load_crane(crane)
     state_file(crane).unlink()
-    with pytest.raises(SpecError, match=r'"crane.condition.json": no such file, and the crane file names it'):
+    with pytest.raises(SpecError, match=r'crane.condition.json": no such file, and the crane file names it'):
         load_crane(crane)
 
 
