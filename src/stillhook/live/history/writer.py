@@ -86,8 +86,6 @@ class History:
         self.columns = columns_of(columns, str(self.folder))
         budget = budget or Budget()
         budget.check()
-        with in_one_line(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
         held = lock(self.folder, LOCK)
         if held is None:
             raise LiveError(f"{self.folder}: {_writer(self.folder)}. Stop it, or choose another folder.")

@@ -310,6 +310,7 @@ class Kernel:
         try:
             self.session.set(name, self._modes.get(value, value) if name == MODE else value)
         except SimulationError as problem:
+            self.inputs.refuse([name])
             self._refuse(str(problem))
 
     def _values(self) -> list[float]:
