@@ -153,8 +153,8 @@ def _step(raw: FloatArray, factor: float) -> Step | None:
     for digits in range(-3, MOST_DIGITS):
         with np.errstate(all="ignore"):
             scaled = values * 10.0**digits
-            whole = np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)
-        if whole.all():
+            integers = np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)
+        if integers.all():
             return Step(factor * 10.0**-digits, 0.0) if len(values) >= DISTINCT or digits >= FEW_DIGITS else None
     with np.errstate(all="ignore"):
         return Step(0.0, 2.0**-24) if np.array_equal(values.astype(np.float32).astype(np.float64), values) else None

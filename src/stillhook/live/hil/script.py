@@ -128,12 +128,12 @@ def _row(row: InputRow, place: TomlTable, i: int) -> Manipulation:
     until = math.inf if row.until is None else row.until
     if until <= row.at:
         raise place.wrong("ends before it begins. Give a later time than at.", "until")
-    given = [name for name in ACTIONS if getattr(row, name) not in (None, False)]
-    if len(given) != 1:
-        raise place.error(f"{place.place()}: give one of {', '.join(ACTIONS)}; it has {', '.join(given) or 'none'}.")
+    actions = [name for name in ACTIONS if getattr(row, name) not in (None, False)]
+    if len(actions) != 1:
+        raise place.error(f"{place.place()}: give one of {', '.join(ACTIONS)}; it has {', '.join(actions) or 'none'}.")
     if row.lost and row.name == RESET:
         raise place.wrong("reset has no quality. Give value.", "lost")
-    return Manipulation(AT[row.name], row.at, until, _act(row, place, given[0], i), bool(row.stuck))
+    return Manipulation(AT[row.name], row.at, until, _act(row, place, actions[0], i), bool(row.stuck))
 
 
 def _act(row: InputRow, place: TomlTable, action: str, i: int) -> Act | None:
@@ -150,18 +150,18 @@ def _act(row: InputRow, place: TomlTable, action: str, i: int) -> Act | None:
         if any(b <= a for a, b in pairwise(times)):
             raise place.wrong("times must increase.", "points")
         values = [_number(row.name, place, "points", k, 1) for k in range(len(points))]
-        return lambda t, came: float(np.interp(t, times, values))
+        return lambda t, value: float(np.interp(t, times, values))
     if action in ("stuck", "lost"):
         return None
     number = _number(row.name, place, action)
     if action == "value":
-        return lambda t, came: number
+        return lambda t, value: number
     if action == "offset":
-        return lambda t, came: came + number
+        return lambda t, value: value + number
     if number < 0.0:
         raise place.wrong("a standard deviation is not negative.", "noise")
     rng = np.random.default_rng([SEED, i])
-    return lambda t, came: came + number * float(rng.standard_normal())
+    return lambda t, value: value + number * float(rng.standard_normal())
 
 
 def _number(name: str, place: TomlTable, *loc: int | str) -> float:

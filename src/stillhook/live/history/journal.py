@@ -78,8 +78,8 @@ def in_one_line(path: Path) -> Iterator[None]:
         yield
     except sqlite3.Error as problem:
         name = getattr(problem, "sqlite_errorname", "")
-        said = next((text for code, text in REASONS.items() if name.startswith(code)), f"{problem}. Check the folder")
-        raise LiveError(f"{path}: {said}.") from None
+        text = next((text for code, text in REASONS.items() if name.startswith(code)), f"{problem}. Check the folder")
+        raise LiveError(f"{path}: {text}.") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise LiveError(f"{path}: {reason}. Check the folder, its rights and its space.") from None

@@ -360,7 +360,7 @@ class Kernel:
         if self._lateness > LATE:
             self._unreported.append((self._lateness, cause))
         if self._unreported and now - self._reported >= QUIET:
-            worst, why = max(self._unreported)
-            text = f"{len(self._unreported)} late cycles, the latest by {1e3 * worst:.1f} ms: {why.text}."
+            worst, reason = max(self._unreported)
+            text = f"{len(self._unreported)} late cycles, the latest by {1e3 * worst:.1f} ms: {reason.text}."
             self._event("late", text, worst)
             self._reported, self._unreported = now, []

@@ -106,10 +106,10 @@ class ModbusServer:
         written: dict[str, float] = {}
         for row in self._rows(address, address + count):
             words = values[row.address - address : row.end - address]
-            whole = address <= row.address and row.end <= address + count
-            number = row.decode(words) if whole else None
+            complete = address <= row.address and row.end <= address + count
+            number = row.decode(words) if complete else None
             if row.access is not Access.WRITE or number is None:
-                reason = "read only" if row.access is not Access.WRITE else "no number" if whole else "half a number"
+                reason = "read only" if row.access is not Access.WRITE else "no number" if complete else "half a number"
                 return self._refuse(ExcCodes.ILLEGAL_VALUE, f"{row.name} at {row.address}: {reason}")
             written[row.name] = number
         try:
