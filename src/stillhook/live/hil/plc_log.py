@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,7 +57,7 @@ class PlcLog:
         self._file.write(",".join(HEADINGS) + "\n")
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None) -> None:
+    def __exit__(self, *of: object) -> None:
         self._file.close()
 
     def add(self, status: tuple[float, ...], inputs: FloatArray, outputs: FloatArray) -> None:

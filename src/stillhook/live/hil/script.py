@@ -22,8 +22,8 @@ from pydantic import Field
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import Mode, code_of
-from stillhook.errors import LiveError, SpecError
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.errors import LiveError
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.hil.controller import INPUTS, SIGNALS
 from stillhook.tables.table import Flag, Spec, Text
@@ -111,10 +111,7 @@ class Script:
 
 def read_script(path: str | Path) -> Script:
     """The script in a TOML file. Errors: LiveError, UnitError of one line."""
-    try:
-        return read_toml(path, FileKind.SCRIPT, LiveError, _script, start="Write rows [[input]] with name and at.")
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(LiveError, path, FileKind.SCRIPT, _script, start="Write rows [[input]] with name and at.")
 
 
 def _script(table: TomlTable) -> Script:

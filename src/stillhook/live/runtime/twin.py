@@ -6,7 +6,6 @@ import math
 import multiprocessing
 import time
 from collections.abc import Mapping, Sequence
-from types import TracebackType
 from typing import NamedTuple
 
 from stillhook.base.arrays import FloatArray
@@ -68,7 +67,7 @@ class LiveTwin:
         self._inputs = InputWriter(self._board.inputs, self.face.inputs)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None) -> None:
+    def __exit__(self, *of: object) -> None:
         self.stop()
 
     @property

@@ -10,7 +10,6 @@ import logging
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.extras import need
@@ -78,9 +77,7 @@ class ModbusServer:
             self._stack = stack.pop_all()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *of: object) -> None:
         await self._stack.aclose()
 
     @property

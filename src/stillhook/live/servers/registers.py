@@ -12,8 +12,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from stillhook.errors import LiveError, SpecError, UnitError
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.errors import LiveError, UnitError
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.runtime.board import STATUS
 from stillhook.live.servers.served import about
@@ -145,10 +145,9 @@ def read_registers(path: str | Path, names: Sequence[str], inputs: Sequence[str]
     Errors: LiveError, UnitError of one line: an unknown name, a unit of another quantity, registers that overlap or end
     behind the last one, a number that is no input and may be written.
     """
-    try:
-        return read_toml(Path(path), FileKind.REGISTERS, LiveError, lambda t: _registers(t, names, inputs), start=START)
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(
+        LiveError, Path(path), FileKind.REGISTERS, lambda t: _registers(t, names, inputs), start=START
+    )
 
 
 START = "Write rows [[register]], or copy those of: stillhook example live FOLDER."
