@@ -24,7 +24,7 @@ BEFORE_FEWEST, BEFORE_MOST = 10, 60
 MOST_ALARMS = 100
 """Alarms that are kept, the last ones."""
 EVEN = 1e-12
-"""Ridge by which columns that go together are told apart, of columns of unit length [-]."""
+"""Ridge by which columns that go together are separated, of columns of unit length [-]."""
 LEAST_SCATTER = 0.01
 """Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
 
@@ -46,7 +46,7 @@ class Alarm(NamedTuple):
 
     @property
     def message(self) -> str:
-        """One line: what was measured, and its cause as far as it can be told."""
+        """One line: what was measured, and its cause as far as it is known."""
         word = "risen" if self.rise.value > 0.0 else "fallen"
         scale, unit = (1e3, "ms") if self.unit == "s" else (100.0, "%")
         low, high = sorted((scale * abs(self.rise.low), scale * abs(self.rise.high)))

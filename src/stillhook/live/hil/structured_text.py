@@ -169,7 +169,7 @@ class CompiledText:
         self.start()
 
     def start(self) -> None:
-        """Begin anew, before the first cycle."""
+        """Begin again, before the first cycle."""
         self._start(self._memory)
 
     def cycle(self, inputs: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ def factor_in(path: Path | None) -> float:
 
 
 def names_of(settings: ObserverSettings) -> tuple[str, ...]:
-    """Names of what stands beside a row of the twin."""
+    """Names of what a row of the twin is extended by."""
     signals = settings.signals
     return (*(f"{of}.{name}" for of in (MEASURED, AGE) for name in signals), *shown_names(settings))
 

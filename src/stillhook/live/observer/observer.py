@@ -108,7 +108,7 @@ class Observer:
         """A message of measured values. arrival, stamp: UTC [s]."""
         t = self._clock.at(arrival, stamp)
         if math.isfinite(self._clock.jump):
-            text = f"The clock of the measured values jumped by {self._clock.jump:.6g} s; their arrival counts anew."
+            text = f"The clock of the measured values jumped by {self._clock.jump:.6g} s; their arrival counts again."
             self._tell("clock", text, self._clock.jump)
         if t is not None:
             self._stream.add(self._time(t), values)

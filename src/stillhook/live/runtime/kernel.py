@@ -241,7 +241,7 @@ class Kernel:
             self.board.stop()
 
     def _resumed(self) -> LiveState | None:
-        """Go on from the newest state, of the file or handed over; anew where there is no file. Errors: LiveError."""
+        """Go on from the newest state, of the file or handed over; None where there is no file. Errors: LiveError."""
         path, handed = self.task.state, self.board.states.newest()
         if path is None:
             return None

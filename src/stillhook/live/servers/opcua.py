@@ -50,7 +50,7 @@ library's own limits let one client that acknowledges nothing take some 250 MB."
 WRITE = "request of type 673 without an existing session"
 """How the library warns of a write without a session."""
 BURST = 20
-"""Events on what was refused that are told one by one in a second; the others are counted."""
+"""Events on what was refused that are reported one by one in a second; the others are counted."""
 SOURCE = "opcua"
 
 

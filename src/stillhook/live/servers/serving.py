@@ -24,7 +24,7 @@ def serve(
 ) -> None:
     """Run the servers of a plan until `done` says so, or SIGINT or SIGTERM comes, or the kernel refuses to go on.
 
-    served: what the servers show, the twin itself or more; ready: is told each server's address.
+    served: what the servers show, the twin itself or more; ready: takes each server's address.
 
     Errors: LiveError where a server cannot start.
     """
