@@ -14,6 +14,8 @@ from stillhook.units import quote
 
 DIGITS, EXACT = 10, 17
 """Significant digits of a number: as a certificate has it, and to the bit."""
+LARGEST = 50_000_000
+"""Bytes; a certificate has some hundred kB."""
 
 
 def canonical(data: Mapping[str, Any], digits: int = DIGITS) -> str:
@@ -44,26 +46,25 @@ def sealed(data: Mapping[str, Any], digits: int = DIGITS) -> str:
 def read_sealed(
     path: Path,
     form: str,
-    *,
     noun: str,
-    largest: int,
     advice: str,
     error: type[StillhookError],
+    *,
     absent: str = "",
     digits: int = DIGITS,
 ) -> dict[str, Any]:
-    """Contents of a sealed file, unchanged.
+    """Contents of a sealed file, unchanged; `error` of one line for any other.
 
-    Parameters: form: what its "format" is, with its number at the end; noun: what it is, with an article; largest
-    [bytes]; advice: what to do without it, a sentence; absent: more about a file that is not there. Errors: `error` of
-    one line.
+    Parameters: form: its "format", with a number at the end; noun: what it is, with an article; advice: what to do
+    without it, a sentence; absent: more about a file that is not there.
     """
     try:
         with path.open("rb") as file:
-            text = file.read(largest + 1)
-        if len(text) > largest:
-            raise ValueError(f"larger than {largest // 1_000_000} MB")
+            text = file.read(LARGEST + 1)
+        if len(text) > LARGEST:
+            raise ValueError(f"larger than {LARGEST // 1_000_000} MB")
         data = json.loads(text.decode("utf-8"))
+        digest = digest_of(data, digits) if isinstance(data, dict) else ""
     except FileNotFoundError:
         raise error(f"{quote(str(path))}: no such file{absent}. {advice}") from None
     except (OSError, ValueError, RecursionError) as problem:
@@ -74,10 +75,6 @@ def read_sealed(
         raise error(f"{path.name}: JSON, but not {noun}. {advice}")
     if came != form:
         raise error(f"{path.name}: format {quote(came)}: this Stillhook reads {quote(form)}. {advice}")
-    try:
-        unchanged = data.get("digest") == digest_of(data, digits)
-    except (ValueError, RecursionError):
-        unchanged = False
-    if not unchanged:
+    if data.get("digest") != digest:
         raise error(f"{path.name}: was changed after it was written: its digest does not fit. {advice}")
     return dict(data)

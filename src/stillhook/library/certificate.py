@@ -16,8 +16,6 @@ from stillhook.units import KINDS
 
 FORMAT = "stillhook certificate 4"
 """What a certificate's file begins to say; the number changes with the meaning of its contents."""
-LARGEST = 50_000_000
-"""Bytes; a certificate has some hundred kB."""
 _GIVE = "Give the certificate.json that stillhook validate wrote, or validate again."
 _LOG = {"test": str, "file": str, "sha256": str}
 _CELLS = {"key": str, "title": str, "value": str, "limit": str, "verdict": str}
@@ -48,7 +46,7 @@ _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time
 
 def read_certificate(path: Path) -> dict[str, Any]:
     """Contents of a certificate's file, if it is complete and unchanged. Errors: ValidateError of one line."""
-    data = read_sealed(path, FORMAT, noun="a certificate", largest=LARGEST, advice=_GIVE, error=ValidateError)
+    data = read_sealed(path, FORMAT, "a certificate", _GIVE, ValidateError)
     missing = _first_missing(data, _REQUIRED)
     if missing:
         raise ValidateError(

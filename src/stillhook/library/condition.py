@@ -22,8 +22,6 @@ from stillhook.spec.validity import SHORT, Condition
 from stillhook.tables.table import Spec, Text
 
 FORMAT = "stillhook condition 1"
-LARGEST = 20_000_000
-"""Bytes; an entry has some kB."""
 _DO = "Restore the file that stillhook condition wrote, or validate again into another folder."
 
 
@@ -73,15 +71,8 @@ def state_file(crane_file: Path) -> Path:
 
 def read_state(path: Path) -> State:
     """The state in a file, complete and unchanged. Errors: SpecError of one line."""
-    data = read_sealed(
-        path,
-        FORMAT,
-        noun="a condition's state",
-        largest=LARGEST,
-        advice=_DO,
-        error=SpecError,
-        absent=", and the crane file names it",
-    )
+    absent = ", and the crane file names it"
+    data = read_sealed(path, FORMAT, "a condition's state", _DO, SpecError, absent=absent)
     try:
         state = State.model_validate({name: value for name, value in data.items() if name != "digest"})
         if all(_chained(state.history)):

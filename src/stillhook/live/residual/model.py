@@ -25,8 +25,6 @@ from stillhook.spec.crane import Crane, content
 from stillhook.statistics.estimate import Estimate
 
 FORMAT, LEVEL = "stillhook residual model 1", 4
-LARGEST = 20_000_000
-"""Largest file that is read [bytes]."""
 _LEARN = "Learn a model with stillhook live residual LOG... --out."
 
 
@@ -106,9 +104,7 @@ def write_model(path: Path, model: Model) -> str:
 def read_model(path: Path, crane: Crane) -> Model:
     """A model for a crane. Errors: LiveError of one line for what is none, was changed, or is of another crane or
     code."""
-    data = read_sealed(
-        path, FORMAT, noun="a residual model", largest=LARGEST, advice=_LEARN, error=LiveError, digits=EXACT
-    )
+    data = read_sealed(path, FORMAT, "a residual model", _LEARN, LiveError, digits=EXACT)
     if data.get("code") != code():
         raise LiveError(f"{path}: learned with other code ({data.get('code')}; here {code()}). {_LEARN}")
     if data.get("content") != content(crane):
