@@ -1,17 +1,22 @@
 """The state beside a crane file: read by whoever reads the crane, noticed where it was changed, given back by a certificate."""
 
 import json
+from contextlib import closing
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 
 import pytest
+from tests.commands import run as command
 from tests.live.conditions import DATES, campaign, certified, fits, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
+from stillhook.base.sealed import digest_of
 from stillhook.engine.certificate import objections, twin_line
-from stillhook.errors import SpecError
-from stillhook.library.certificate import digest_of
-from stillhook.library.condition import state_file
+from stillhook.errors import LiveError, SpecError
+from stillhook.library.condition import read_state, state_file
 from stillhook.live.condition import follow_condition, save_condition
+from stillhook.live.condition.outputs import to_dict
+from stillhook.live.history.journal import lock
 from stillhook.plan.definition.lift_plan import Alternative
 from stillhook.plan.table import _against
 
@@ -115,11 +120,53 @@ def test_a_changed_state_is_not_written_over(crane: Path, tmp_path: Path):
         follow_condition([tmp_path / DATES[-1] / "campaign.toml"], tmp_path / "out")
 
 
+@pytest.mark.parametrize("how", ["holds it", "has written it"])
+def test_of_two_processes_that_write_one_state_the_second_is_refused_and_no_entry_is_lost(
+    crane: Path, tmp_path: Path, how: str, capsys: pytest.CaptureFixture[str]
+):
+    file = state_file(crane)
+    late = campaign(tmp_path / "2027-11-01", "2027-11-01", 0.45)
+    first, second = (follow_condition([late], tmp_path / "out") for _ in range(2))
+    if how == "holds it":
+        with closing(lock(file.parent, "crane.condition.lock")):
+            with pytest.raises(LiveError, match="another process writes it, or has since it was read") as problem:
+                save_condition(second, tmp_path / "out")
+            before = file.read_bytes()
+            assert command(["condition", str(late), "--out", str(tmp_path / "out")]) == 2
+            assert "Run stillhook condition again." in capsys.readouterr().err
+    else:
+        save_condition(first, tmp_path / "out")
+        before = file.read_bytes()
+        with pytest.raises(LiveError, match="another process writes it, or has since it was read") as problem:
+            save_condition(second, tmp_path / "other")
+    assert "\n" not in str(problem.value)
+    assert file.read_bytes() == before
+    save_condition(follow_condition([late], tmp_path / "out"), tmp_path / "out")
+    assert read_state(file).checked == "2027-11-01"
+
+
+def test_the_answer_says_which_line_the_crane_file_lacks_until_it_has_it(crane: Path, tmp_path: Path):
+    line = 'condition = "crane.condition.json"'
+    copy = tmp_path / "copy"
+    copytree(crane.parent, copy, ignore=ignore_patterns("*.condition.*"))
+    assert load_crane(copy / "crane.toml").certified.condition is None  # the withdrawal is forgotten
+
+    def answer() -> str:
+        return to_dict(follow_condition([tmp_path / DATES[-1] / "campaign.toml"], tmp_path / "out"))["statement"]
+
+    assert f"Add {line} as the first line of crane.toml" in answer()
+    crane.write_text(f"{line}\n{crane.read_text()}")
+    assert "Add" not in answer()
+    copy.joinpath("crane.toml").write_text(crane.read_text())
+    with pytest.raises(SpecError, match="no such file, and the crane file names it"):
+        load_crane(copy / "crane.toml")
+
+
 def test_a_crane_that_names_its_state_is_refused_without_it(crane: Path):
     crane.write_text('condition = "crane.condition.json"\n' + crane.read_text())
     load_crane(crane)
     state_file(crane).unlink()
-    with pytest.raises(SpecError, match=r'"crane.condition.json": no such file, and the crane file names it'):
+    with pytest.raises(SpecError, match=r'crane.condition.json": no such file, and the crane file names it'):
         load_crane(crane)
 
 

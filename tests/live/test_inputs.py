@@ -85,7 +85,7 @@ def test_a_silent_operator_or_plc_lets_go_of_the_winch(name: str):
     assert inputs.due(12.0, 0.0) == {name: 0.3}
 
 
-def test_commands_that_were_handed_back_change_nothing_when_they_go_stale():
+def test_commands_that_were_handed_back_change_nothing_and_do_not_go_stale():
     slots, width = 4, INPUT_CELLS * MOST_INPUTS
     of = Ring(memoryview(bytearray(Ring.size(slots, width))), slots, width)
     names = ("override", "u_p")
@@ -97,6 +97,11 @@ def test_commands_that_were_handed_back_change_nothing_when_they_go_stale():
     inputs.read()
     assert inputs.due(10.1, 0.0) == {"override": 0.0}
     assert inputs.due(12.0, 0.0) == {}
+    assert (inputs.stale, inputs.age) == (frozenset(), 0.0)
+    writer.write({"override": 1.0, "u_p": 0.5}, 13.0)
+    inputs.read()
+    assert inputs.due(13.0, 0.0) == {"override": 1.0, "u_p": 0.5}
+    assert inputs.due(14.1, 0.0) == {"u_p": 0.0}
 
 
 def test_the_delay_of_the_source_is_by_its_own_stamp(both: tuple[InputWriter, Inputs]):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -92,7 +91,6 @@ def test_states_that_are_all_damaged_are_refused_in_one_line(tmp_path: Path):
     assert "\n" not in str(problem.value)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no such lock there")
 def test_two_twins_never_go_on_from_one_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(state_module, "PATIENCE", 0.1)
     path = tmp_path / "state.bin"
@@ -103,7 +101,6 @@ def test_two_twins_never_go_on_from_one_state(tmp_path: Path, monkeypatch: pytes
     lock_state(path).close()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no such lock there")
 def test_a_folder_that_takes_no_state_is_refused_in_one_line_before_the_first_cycle(board: Board, tmp_path: Path):
     (tmp_path / "file").touch()
     with pytest.raises(SimulationError, match="cannot be written") as problem:

@@ -70,10 +70,10 @@ def test_a_value_comes_back_to_the_resolution_of_its_form_or_not_at_all(
     of = Register("s_w", 0, form, factor, Access.READ, words)
     back = of.decode(of.encode(value))
     if back is None:
-        largest = 3.4e38 if form is Form.FLOAT32 else form.ends[1] if form.whole else 1.0e308
+        largest = 3.4e38 if form is Form.FLOAT32 else form.ends[1] if form.integer else 1.0e308
         assert not math.isfinite(value / factor) or abs(value / factor) >= largest - 0.5 or value < 0.0
     else:
-        resolution = 0.5 * factor if form.whole else (1e-6 if form is Form.FLOAT32 else 1e-14) * abs(value)
+        resolution = 0.5 * factor if form.integer else (1e-6 if form is Form.FLOAT32 else 1e-14) * abs(value)
         assert abs(back - value) <= resolution * (1.0 + 1e-9) + 1e-38
 
 

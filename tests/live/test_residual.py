@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from tests.live.residuals import CRANE, NOISE, TORQUE, law, learned, logs, samples
 
 import stillhook
+from stillhook.base.sealed import EXACT, digest_of
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.residual import LearningLog, Sea, read_model, test_model, train, write_model
 from stillhook.live.residual.fit import FEWEST_CAMPAIGNS, HeldOut, applied, folds, hold_out, interval, learn
@@ -215,11 +216,14 @@ def _changed(data: dict, **new: object) -> str:
 @pytest.mark.parametrize(
     ("spoil", "line"),
     [
-        (lambda d: "no json", "no residual model"),
-        (lambda d: "[" * 100000, "no residual model"),
-        (lambda d: json.dumps([1]), "no residual model"),
-        (lambda d: _changed(d, held_out=[[0.1, 0.1, 0.1, 9.0]] * 2), "changed since it was written"),
-        (lambda d: _changed(d, format=2), "of another format"),
+        (lambda d: "no json", "not a residual model"),
+        (lambda d: "[" * 100000, "not a residual model"),
+        (lambda d: json.dumps([1]), "JSON, but not a residual model"),
+        (lambda d: _changed(d, held_out=[[0.1, 0.1, 0.1, 9.0]] * 2), "was changed after it was written"),
+        (
+            lambda d: _changed(d, format="stillhook residual model 2"),
+            'this Stillhook reads "stillhook residual model 1"',
+        ),
     ],
 )
 def test_a_file_that_is_none_or_was_changed_is_one_line(tmp_path, spoil, line):
@@ -243,13 +247,10 @@ def test_a_file_that_is_none_or_was_changed_is_one_line(tmp_path, spoil, line):
     ],
 )
 def test_a_forged_file_with_a_right_checksum_is_still_one_line(tmp_path, key, value, line):
-    from stillhook.live.residual.model import _digest
-
     file = tmp_path / "m.json"
     write_model(file, learned())
     data = {**json.loads(file.read_text()), key: value}
-    del data["digest"]
-    file.write_text(json.dumps({**data, "digest": _digest(data)}))
+    file.write_text(json.dumps({**data, "digest": digest_of(data, EXACT)}))
     with pytest.raises(LiveError, match=line) as refused:
         read_model(file, CRANE)
     assert "\n" not in str(refused.value)
@@ -261,7 +262,7 @@ def test_a_pickle_is_not_opened(tmp_path):
             return (Path.touch, (tmp_path / "opened",))
 
     (tmp_path / "m.json").write_bytes(pickle.dumps(Bomb()))
-    with pytest.raises(LiveError, match="no residual model"):
+    with pytest.raises(LiveError, match="not a residual model"):
         read_model(tmp_path / "m.json", CRANE)
     assert not (tmp_path / "opened").exists()
 

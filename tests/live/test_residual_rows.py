@@ -150,7 +150,10 @@ def test_what_cannot_be_is_one_line(tmp_path, capsys):
         ([str(model), "--crane", "nov-250t"], "live residual: give logs"),
         ([str(model), str(short), "--crane", "nov-250t", "--out", "x.json"], "--out has no meaning"),
         ([str(model), str(short), "--crane", "nov-150t"], 'not for "nov-150t"'),
-        ([str(tmp_path / "none.json"), str(short), "--crane", "nov-250t"], "no residual model"),
+        (
+            [str(tmp_path / "none.json"), str(short), "--crane", "nov-250t"],
+            'none.json": no such file. Learn a model with stillhook live residual',
+        ),
     ):
         assert run(["live", "residual", *words]) == 2
         error = capsys.readouterr().err

@@ -14,9 +14,9 @@ from PIL import Image
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
+from stillhook.base.sealed import canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
-from stillhook.library.certificate import canonical, digest_of
 from stillhook.report.document import Bullets, Table
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content

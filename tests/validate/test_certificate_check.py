@@ -8,9 +8,9 @@ import pytest
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
+from stillhook.base.sealed import canonical, digest_of
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
-from stillhook.library.certificate import canonical, digest_of
 from stillhook.report.document import Text
 from stillhook.spec.validity import UNSIGNED
 from stillhook.validate import certificate_files, load_certificate

@@ -10,11 +10,11 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 from pydantic import AfterValidator, Field, ValidationError
 
 from stillhook.engine.arguments import with_usual_controller
-from stillhook.errors import ScenarioError, SpecError
+from stillhook.errors import ScenarioError
 from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
@@ -126,10 +126,7 @@ def load_case(path: str | Path) -> CaseFile:
 
 
 def _read(path: str | Path, read: Callable[[TomlTable], Read]) -> Read:
-    try:
-        return read_toml(path, FileKind.CASE, ScenarioError, read, start="A case file needs crane and [scenario].")
-    except SpecError as e:
-        raise ScenarioError(str(e)) from None
+    return read_toml_raising(ScenarioError, path, FileKind.CASE, read, start="A case file needs crane and [scenario].")
 
 
 def _case(table: TomlTable) -> CaseFile:

@@ -16,15 +16,12 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
+from stillhook.base.sealed import digest_of, read_sealed, sealed
 from stillhook.errors import SpecError
-from stillhook.library.certificate import canonical, digest_of
 from stillhook.spec.validity import SHORT, Condition
 from stillhook.tables.table import Spec, Text
-from stillhook.units import quote
 
 FORMAT = "stillhook condition 1"
-LARGEST = 20_000_000
-"""Bytes; an entry has some kB."""
 _DO = "Restore the file that stillhook condition wrote, or validate again into another folder."
 
 
@@ -64,7 +61,7 @@ class State(Spec):
 
     def text(self) -> str:
         """As the file has it."""
-        return canonical({**self.model_dump(mode="json"), "digest": self.digest})
+        return sealed(self.model_dump(mode="json"))
 
 
 def state_file(crane_file: Path) -> Path:
@@ -74,26 +71,15 @@ def state_file(crane_file: Path) -> Path:
 
 def read_state(path: Path) -> State:
     """The state in a file, complete and unchanged. Errors: SpecError of one line."""
-    try:
-        if path.stat().st_size > LARGEST:
-            raise SpecError(f"{path.name}: larger than {LARGEST // 1_000_000} MB, so not a condition's state. {_DO}")
-        data = json.loads(path.read_bytes().decode("utf-8"))
-    except FileNotFoundError:
-        raise SpecError(f"{quote(path.name)}: no such file, and the crane file names it. {_DO}") from None
-    except (OSError, ValueError, RecursionError) as problem:
-        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
-        raise SpecError(f"{path.name}: not a condition's state ({reason}). {_DO}") from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        came = data.get("format") if isinstance(data, dict) else None
-        raise SpecError(f'{path.name}: format {quote(came)}: this Stillhook reads "{FORMAT}". {_DO}')
+    absent = ", and the crane file names it"
+    data = read_sealed(path, FORMAT, "a condition's state", _DO, SpecError, absent=absent)
     try:
         state = State.model_validate({name: value for name, value in data.items() if name != "digest"})
-        unchanged = state.digest == data.get("digest") and all(_chained(state.history))
+        if all(_chained(state.history)):
+            return state
     except (ValidationError, ValueError, RecursionError):
-        unchanged = False
-    if not unchanged:
-        raise SpecError(f"{path.name}: was changed after it was written: its digest does not fit. {_DO}")
-    return state
+        pass
+    raise SpecError(f"{path.name}: was changed after it was written: its history does not fit. {_DO}")
 
 
 def _chained(history: Sequence[Entry]) -> Iterator[bool]:

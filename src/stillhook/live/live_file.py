@@ -10,9 +10,9 @@ from pydantic import Field
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.extras import need
-from stillhook.errors import LiveError, SpecError
+from stillhook.errors import LiveError
 from stillhook.formats.case_file import CaseFile, load_case
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.history import Budget
 from stillhook.live.observer.settings import AdaptTable, MeasuredTable, ObserverSettings, settings_of
@@ -112,10 +112,7 @@ def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = F
     Errors: StillhookError of one line.
     """
     read = lambda table: _plan(table, writes=writes, insecure=insecure)
-    try:
-        return read_toml(path, FileKind.LIVE, LiveError, read, start="Copy one: stillhook example live FOLDER.")
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(LiveError, path, FileKind.LIVE, read, start="Copy one: stillhook example live FOLDER.")
 
 
 def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:

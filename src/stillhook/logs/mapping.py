@@ -24,9 +24,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.base.choice import nearest
-from stillhook.errors import LogError, SpecError, UnitError
+from stillhook.errors import LogError, UnitError
 from stillhook.formats.table.dialect import PURE, STAMPS, hint, our_unit
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal
 from stillhook.tables.table import Number, Spec, first_problem, pure_number
@@ -77,10 +77,7 @@ class SignalTable(Spec):
 
 def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     """The mapping in a TOML file with a table `[signals]`. Errors: LogError of one line."""
-    try:
-        return read_toml(Path(path), FileKind.MAPPING, LogError, _mapping, start=f"Write [signals]. {ROWS}")
-    except SpecError as problem:
-        raise LogError(str(problem)) from None
+    return read_toml_raising(LogError, Path(path), FileKind.MAPPING, _mapping, start=f"Write [signals]. {ROWS}")
 
 
 def _mapping(table: TomlTable) -> dict[str, Signal]:

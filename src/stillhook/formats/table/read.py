@@ -27,13 +27,13 @@ from pydantic import Field, field_validator
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
-from stillhook.errors import LogError, SpecError, StillhookError, UnitError, UnreadableError
+from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError
 from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, toml_instead
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
@@ -202,10 +202,7 @@ def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTabl
     """The table [columns] of a mapping file."""
     example = f'{specs[0].name} = {{ column = "my heading", unit = "{specs[0].units[-1]}" }}'
     rows = f"A mapping has one table [columns] with rows such as {example}."
-    try:
-        return read_toml(path, FileKind.COLUMNS, LogError, lambda table: _columns(table, specs), start=rows)
-    except SpecError as problem:
-        raise LogError(str(problem)) from None
+    return read_toml_raising(LogError, path, FileKind.COLUMNS, lambda table: _columns(table, specs), start=rows)
 
 
 def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:

@@ -10,11 +10,11 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
-from stillhook.errors import SpecError, WeatherError
+from stillhook.errors import WeatherError
 from stillhook.formats.weather.columns import SENSES
 from stillhook.formats.weather.file import read_weather
 from stillhook.formats.weather.times import ORDERS
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.tables.table import Spec, Text
 from stillhook.weather.limit_text import mapped
@@ -63,10 +63,7 @@ def weather_of_file(name: str) -> Weather:
     """
     if not name.endswith(".toml"):
         return read_weather(name)
-    try:
-        return read_toml(name, FileKind.WEATHER, WeatherError, _weather, start='Start it with file = "site.csv".')
-    except SpecError as e:
-        raise WeatherError(str(e)) from None
+    return read_toml_raising(WeatherError, name, FileKind.WEATHER, _weather, start='Start it with file = "site.csv".')
 
 
 def _weather(table: TomlTable) -> Weather:

@@ -124,6 +124,16 @@ def read_toml(
     return named(TomlTable(file, data, error), read)
 
 
+def read_toml_raising(
+    error: type[StillhookError], path: str | Path, kind: FileKind, read: Callable[[TomlTable], Result], *, start: str
+) -> Result:
+    """The same, with `error` wherever a crane or a file that is no TOML raises SpecError."""
+    try:
+        return read_toml(path, kind, error, read, start=start)
+    except SpecError as problem:
+        raise error(str(problem)) from None
+
+
 def named(table: TomlTable, read: Callable[[TomlTable], Result]) -> Result:
     """The result of `read`; an error begins with the file's name."""
     try:

@@ -128,7 +128,7 @@ def follow_condition(
     evidence = None if folder is None else folder / EVIDENCE
     reference = gathered.campaigns[0].crane
     measured, refused = [], list(gathered.refused)
-    given = {Path(s).resolve() for s in sources}
+    named = {Path(s).resolve() for s in sources}
     seen: dict[str, Path] = {}
     for i, campaign in enumerate(gathered.campaigns):
         try:
@@ -136,7 +136,7 @@ def follow_condition(
             if again := next((seen[d] for d in one.logs.values() if d in seen), None):
                 raise LiveError(f"{campaign.file}: its logs are those of {again}. Leave one of the two out.")
         except StillhookError as problem:
-            if campaign.file.resolve() in given:
+            if campaign.file.resolve() in named:
                 raise
             refused.append(str(problem))
             continue
@@ -162,8 +162,8 @@ def _on(campaign: Campaign, reference: Crane) -> Campaign:
     return replace(campaign, crane=reference.model_copy(update={"certified": None}))
 
 
-def _of_one_crane(gathered: Gathered, given: set[Path]) -> Gathered:
-    """Campaigns of the crane of the first. Errors: LiveError for another one that was given by its file."""
+def _of_one_crane(gathered: Gathered, named: set[Path]) -> Gathered:
+    """Campaigns of the crane of the first. Errors: LiveError for another one that was named by its file."""
     if not gathered.campaigns:
         return gathered
     first, kept, refused = gathered.campaigns[0], [], list(gathered.refused)
@@ -175,7 +175,7 @@ def _of_one_crane(gathered: Gathered, given: set[Path]) -> Gathered:
             f'{c.file}: crane "{c.crane.name}" ({c.crane.plant.value}), and {first.file} is of "{first.crane.name}"'
             f" ({first.crane.plant.value}). Follow each crane by itself."
         )
-        if c.file.resolve() in given:
+        if c.file.resolve() in named:
             raise LiveError(line)
         refused.append(line)
     return replace(gathered, campaigns=tuple(kept), refused=tuple(refused))
@@ -193,16 +193,16 @@ def course_of(
     with_it = [m for m in measured if of.name in m.numbers]
     if not with_it:
         return None
-    mine = [e for e in events if of.name in e.numbers]
+    relevant = [e for e in events if of.name in e.numbers]
     points = []
     for m in with_it:
         x = m.numbers[of.name]
         common = min(max(x.structural, of.calibration), x.half)
         own = max(x.half**2 - common**2, (0.05 * x.half) ** 2) ** 0.5
-        period = sum(e.what == "sensor" and e.date <= m.campaign.date for e in mine)
+        period = sum(e.what == "sensor" and e.date <= m.campaign.date for e in relevant)
         t = _years(m.campaign.date, first)
         points.append(Point(t, x.value, own / NORMAL_95, common / NORMAL_95, period))
-    repairs = [_years(e.date, first) - 0.5 / YEAR for e in mine if e.what == "repair"]
+    repairs = [_years(e.date, first) - 0.5 / YEAR for e in relevant if e.what == "repair"]
     return course(of, points, repairs)
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.atomic import atomic_file
+from stillhook.base.sealed import digest_of, sealed
 from stillhook.errors import StillhookError
-from stillhook.library.certificate import canonical, digest_of
 from stillhook.live.condition.followed import FOLLOWED, TABLE_HASH, Followed
 from stillhook.spec.crane import Crane, content
 from stillhook.validate.certificate.certificate import sha256_of, versions
@@ -125,9 +125,8 @@ def save(measured: Measured, folder: Path | None) -> None:
     """Keep what is known of a campaign. Errors: SimulationError where it cannot be written."""
     if folder is None:
         return
-    data = measured.to_dict()
     with atomic_file(folder / measured.name) as part:
-        part.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")
+        part.write_text(sealed(measured.to_dict()), encoding="utf-8")
 
 
 def measure(measured: Measured) -> None:

@@ -70,8 +70,8 @@ def document(condition: Condition, images: Mapping[str, bytes] | None = None) ->
     notes = [f"{name}: not followed: {reason}" for name, reason in c.absent.items()]
     for n in c.numbers:
         notes += [f"{n.of.meaning}: step found at {_date(c, t)}; the trend is that since" for t in n.course.found]
-        notes += [f"{n.of.meaning}: none in the campaign of {date}: {why}" for date, why in n.reasons.items()]
-    notes += [f"{d.name}: {name} left as it was: {why}" for d in c.cranes[-1:] for name, why in d.left.items()]
+        notes += [f"{n.of.meaning}: none in the campaign of {date}: {reason}" for date, reason in n.reasons.items()]
+    notes += [f"{d.name}: {name} left as it was: {reason}" for d in c.cranes[-1:] for name, reason in d.left.items()]
     notes += [f"refused: {line}" for line in c.gathered.refused] + [f"waiting: {line}" for line in c.gathered.waiting]
     front += [Bullets(notes)] if notes else []
     front.append(_held_out(c))

@@ -6,14 +6,17 @@ import datetime
 import getpass
 import socket
 from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 from stillhook.base.atomic import durable_file
+from stillhook.errors import LiveError
 from stillhook.library.certificate import read_certificate
 from stillhook.library.condition import Entry, State, read_state, stands, state_file
 from stillhook.library.toml.tree import Leaf, file_tree
 from stillhook.live.condition.measured import Measured, hash_of
+from stillhook.live.history.journal import lock
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import SHORT
 from stillhook.validate.data_set.campaign import Campaign
@@ -22,12 +25,14 @@ from stillhook.validate.data_set.campaign import Campaign
 @dataclass(frozen=True)
 class Standing:
     """Whether the certificate of the crane in use counts for planning. file: of the state, None where nothing is kept;
-    entry: the last of its history; added: whether it is new; reason: why there is no state."""
+    entry: the last of its history; before: the state that was read; reason: why there is no state; todo: what the crane
+    file lacks, a sentence."""
 
     file: Path | None
     state: State | None
-    added: bool = False
+    before: State | None = None
     reason: str = ""
+    todo: str = ""
 
     @property
     def entry(self) -> Entry | None:
@@ -61,8 +66,9 @@ def next_state(measured: Sequence[Measured], drifts: Sequence[str]) -> Standing:
         return Standing(
             None, None, reason=f"{path.name} has its certificate from its base: name the base in the campaign."
         )
+    todo = f' Add condition = "{file.name}" as the first line of {path.name}: a copy without its state is then refused.'
     if isinstance(elsewhere, Leaf):
-        file = path.parent / str(elsewhere.value)
+        file, todo = path.parent / str(elsewhere.value), ""
     data = read_certificate(path.parent / str(certificate.value))
     state = read_state(file) if file.exists() else None
     entry = _change(state, data, crane, measured, drifts)
@@ -70,7 +76,7 @@ def next_state(measured: Sequence[Measured], drifts: Sequence[str]) -> Standing:
     if state is None and entry is None:
         return Standing(file, None, reason=f"certificate {crane.certified.short} was not passed: nothing to withdraw.")
     history = (*(state.history if state is not None else ()), *([entry] if entry is not None else []))
-    return Standing(file, State(crane=crane.name, checked=checked, history=history), entry is not None)
+    return Standing(file, State(crane=crane.name, checked=checked, history=history), state, todo=todo)
 
 
 def _change(
@@ -128,14 +134,18 @@ def _who() -> str:
 
 
 def write_state(standing: Standing) -> None:
-    """Write the state where it says something new. Errors: SimulationError where it cannot be written."""
-    if standing.file is None or standing.state is None:
+    """Write the state where it says something new. Errors: LiveError where another process writes it, or has written it
+    since it was read; SimulationError where it cannot be written."""
+    file, state = standing.file, standing.state
+    if file is None or state is None or state == standing.before:
         return
-    text = standing.state.text()
-    if standing.file.is_file() and standing.file.read_text(encoding="utf-8") == text:
-        return
-    with durable_file(standing.file) as part:
-        part.write_text(text, encoding="utf-8")
+    if (held := lock(file.parent, file.with_suffix(".lock").name)) is not None:
+        with closing(held):
+            if (read_state(file) if file.exists() else None) == standing.before:
+                with durable_file(file) as part:
+                    part.write_text(state.text(), encoding="utf-8")
+                return
+    raise LiveError(f"{file}: another process writes it, or has since it was read. Run stillhook condition again.")
 
 
 def statement(standing: Standing) -> str:
@@ -147,5 +157,6 @@ def statement(standing: Standing) -> str:
         return (
             f"NOT valid for planning since the campaign of {entry.date}: {entry.reason}. Only a new certificate gives"
             f" validity back (stillhook validate); certificate {entry.certificate[:SHORT]} does not count any more."
+            f"{standing.todo}"
         )
-    return f"Valid for planning by the campaigns until {standing.state.checked}: {entry.reason}."
+    return f"Valid for planning by the campaigns until {standing.state.checked}: {entry.reason}.{standing.todo}"

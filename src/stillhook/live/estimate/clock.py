@@ -60,16 +60,16 @@ class ClockTracker:
         if m < FEWEST:
             return unknown
         window = window_of(rows)
-        found = fit(window, COLUMNS, PUMPS)
-        if found is None or not found.b[0] > 0.0:
+        line = fit(window, COLUMNS, PUMPS)
+        if line is None or not line.b[0] > 0.0:
             return unknown
         left = PUMPS.copy()
-        left[COLUMNS] -= found.b
-        per_row = (window.G[:, COLUMNS] @ left) @ found.H.T
-        lag_of = (per_row[:, 1] - found.b[1] / found.b[0] * per_row[:, 0]) / found.b[0]
+        left[COLUMNS] -= line.b
+        per_row = (window.G[:, COLUMNS] @ left) @ line.H.T
+        lag_of = (per_row[:, 1] - line.b[1] / line.b[0] * per_row[:, 0]) / line.b[0]
         freedom = max(m - len(COLUMNS), 1)
         u = float(np.sqrt(np.sum(lag_of**2) * m / freedom))
-        return Clock(float(found.b[1] / found.b[0]), float(np.hypot(u, FLOOR)), t_factor(freedom), m)
+        return Clock(float(line.b[1] / line.b[0]), float(np.hypot(u, FLOOR)), t_factor(freedom), m)
 
     def move(self, by: float) -> None:
         """Put the rows together with an offset that is larger by so much [s]: motor flow is then what it is so much

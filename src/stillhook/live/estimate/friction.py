@@ -34,7 +34,7 @@ SHORTEST_WINDOW, LONGEST_WINDOW = 60.0, 3600.0
 MOST_WAVES = 600
 """Half waves that are kept."""
 MOVE = 5e-3
-"""Offset that a clock may lack before the rows are put together anew [s]."""
+"""Offset that a clock may lack before the rows are put together again [s]."""
 TO_FIND = 60.0
 """Rows from which the offset of the clock is looked for first [s]."""
 NO_CLOCK = "no alarms: the clock of the encoder is not found (alpha_p or u_p of a moving winch tells it)"

@@ -14,7 +14,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import F_LAG
-from stillhook.live.estimate.balance import Balance, Geometry
+from stillhook.live.estimate.balance import Balance, Geometry, Samples
 from stillhook.live.estimate.parameters.balances import CLEAR_SIDE as CLEAR_SIDE
 from stillhook.live.estimate.parameters.balances import balances
 from stillhook.live.estimate.parameters.sums import Sums
@@ -185,19 +185,17 @@ def _means(
     """Means over a half wave of samples x at times t [s]; speed: motor speed at these times, so much later [rad/s]."""
     omega, seconds = speed(0.0), float(t[-1] - t[0])
 
-    def model_and_inertia(shift: float) -> tuple[float, float]:
-        w = omega if shift == 0.0 else speed(shift)
-        s = balance.samples(x, w, geo)
-        return _mean(t, s.system + s.motors), geo.J * float(w[-1] - w[0]) / seconds
+    def model_and_inertia(omega: FloatArray) -> tuple[Samples, float, float]:
+        s = balance.samples(x, omega, geo)
+        return s, _mean(t, s.system + s.motors), geo.J * float(omega[-1] - omega[0]) / seconds
 
-    s = balance.samples(x, omega, geo)
+    s, _, inertia = model_and_inertia(omega)
     system, motors = _mean(t, s.system), _mean(t, s.motors)
-    early, late = model_and_inertia(-NUDGE), model_and_inertia(NUDGE)
-    inertia = model_and_inertia(0.0)[1]
+    early, late = model_and_inertia(speed(-NUDGE)), model_and_inertia(speed(NUDGE))
     wire = _mean(t, s.wire)
     lag = -geo.r_eff * float(x["F_w"][-1] - x["F_w"][0]) / seconds  # torque per second of the cell's lag
     active, passive = _mean(t, s.active), _mean(t, s.passive)
-    of_clock = (-(late[1] - early[1]) - (late[0] - early[0])) / (2.0 * NUDGE)
+    of_clock = (-(late[2] - early[2]) - (late[1] - early[1])) / (2.0 * NUDGE)
     per_load = _mean(t, s.per_load)
     F = wire / geo.r_eff
     effects = np.array(

@@ -24,7 +24,7 @@ BEFORE_FEWEST, BEFORE_MOST = 10, 60
 MOST_ALARMS = 100
 """Alarms that are kept, the last ones."""
 EVEN = 1e-12
-"""Ridge by which columns that go together are told apart, of columns of unit length [-]."""
+"""Ridge by which columns that go together are separated, of columns of unit length [-]."""
 LEAST_SCATTER = 0.01
 """Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
 
@@ -46,7 +46,7 @@ class Alarm(NamedTuple):
 
     @property
     def message(self) -> str:
-        """One line: what was measured, and its cause as far as it can be told."""
+        """One line: what was measured, and its cause as far as it is known."""
         word = "risen" if self.rise.value > 0.0 else "fallen"
         scale, unit = (1e3, "ms") if self.unit == "s" else (100.0, "%")
         low, high = sorted((scale * abs(self.rise.low), scale * abs(self.rise.high)))
@@ -171,14 +171,14 @@ class Watch:
         again = last is not None and sum(w.t > last.onset for w in waves) <= AFTER_MOST
         since = self._before if again else self.since
         recent = [w for w in itertools.islice(reversed(waves), BEFORE_MOST + AFTER_MOST) if w.t > since][::-1]
-        if len(recent) < BEFORE_FEWEST + AFTER_FEWEST + 1 or (found := split(recent)) is None:
+        if len(recent) < BEFORE_FEWEST + AFTER_FEWEST + 1 or (step := split(recent)) is None:
             return
-        onset = recent[found.place].t
+        onset = recent[step.place].t
         if again and last is not None:
-            self.alarms[-1] = alarm(last.t, onset, found)
+            self.alarms[-1] = alarm(last.t, onset, step)
         else:
             self._before = self.since
-            self.alarms.append(alarm(now.t + 0.5 * now.seconds, onset, found))
+            self.alarms.append(alarm(now.t + 0.5 * now.seconds, onset, step))
             del self.alarms[:-MOST_ALARMS]
         self.since = onset
 
@@ -195,11 +195,11 @@ def friction_step(waves: Sequence[HalfWave]) -> Split | None:
         columns = np.column_stack([shared, np.ones(len(waves))])
         return step_of(model, torque, columns, sign, LEAST_SCATTER, _losses_step)
 
-    found, without = of(columns), of(columns[:, 1:])
-    if found is None or without is None:
-        return found
-    form = found.before * abs(without.after / without.before - found.after / found.before)
-    return found._replace(half=float(np.hypot(found.half, form)))
+    step, without = of(columns), of(columns[:, 1:])
+    if step is None or without is None:
+        return step
+    form = step.before * abs(without.after / without.before - step.after / step.before)
+    return step._replace(half=float(np.hypot(step.half, form)))
 
 
 def _losses_step(before: float, after: float) -> bool:
@@ -207,7 +207,7 @@ def _losses_step(before: float, after: float) -> bool:
     return before > 0.0 and abs(after / before - 1.0) >= LEAST_STEP
 
 
-def friction_alarm(t: float, onset: float, found: Split) -> Alarm:
+def friction_alarm(t: float, onset: float, step: Split) -> Alarm:
     """Its alarm."""
-    half = found.half / found.before
-    return Alarm(t, onset, Estimate.around(found.after / found.before - 1.0, half, found.n))
+    half = step.half / step.before
+    return Alarm(t, onset, Estimate.around(step.after / step.before - 1.0, half, step.n))

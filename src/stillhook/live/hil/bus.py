@@ -1,4 +1,4 @@
-"""What stands between a soft PLC and its plant: the process image that it reads, and the commands that it writes."""
+"""What is between a soft PLC and its plant: the process image that it reads, and the commands that it writes."""
 
 from __future__ import annotations
 

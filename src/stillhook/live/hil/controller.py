@@ -23,7 +23,7 @@ OUTPUTS = tuple(GuardedCommands._fields)
 
 
 class Controller(Protocol):
-    """A guarded controller that remembers, started anew."""
+    """A guarded controller that remembers, started again."""
 
     @property
     def t_cycle(self) -> float:
@@ -54,7 +54,7 @@ class LibraryController:
         self.start()
 
     def start(self) -> None:
-        """Begin anew, before the first cycle."""
+        """Begin again, before the first cycle."""
         self._lane = self._begin.copy()
 
     def cycle(self, inputs: FloatArray) -> FloatArray:

@@ -118,7 +118,7 @@ class ModbusBus:
     def resolution(self, name: str) -> float:
         """As of `Bus`: a count of its register, or what a float32 resolves at 1."""
         row = self._written[name]
-        return row.factor if row.form.whole else (2.0**-24 if row.form.words == 2 else 0.0)
+        return row.factor if row.form.integer else (2.0**-24 if row.form.words == 2 else 0.0)
 
 
 def blocks(rows: Any, most: int) -> list[list[Register]]:

@@ -11,10 +11,10 @@ from pydantic import Field
 from stillhook.analysis.controllers import STRONG, strong_ssc
 from stillhook.control.registry import Mode
 from stillhook.engine.session import Session
-from stillhook.errors import LiveError, SpecError
+from stillhook.errors import LiveError
 from stillhook.formats.case_file import load_case
 from stillhook.library import changed
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.hil.bus import Bus
 from stillhook.live.hil.controller import Controller, LibraryController
@@ -125,10 +125,7 @@ class PlcPlan(NamedTuple):
 
 def read_plc_file(path: str | Path) -> PlcPlan:
     """Read a PLC file. Errors: StillhookError of one line."""
-    try:
-        return read_toml(path, FileKind.PLC, LiveError, _plan, start="Copy one: stillhook example live FOLDER.")
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(LiveError, path, FileKind.PLC, _plan, start="Copy one: stillhook example live FOLDER.")
 
 
 def _plan(table: TomlTable) -> PlcPlan:

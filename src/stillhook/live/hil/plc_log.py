@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,7 +57,7 @@ class PlcLog:
         self._file.write(",".join(HEADINGS) + "\n")
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None) -> None:
+    def __exit__(self, *of: object) -> None:
         self._file.close()
 
     def add(self, status: tuple[float, ...], inputs: FloatArray, outputs: FloatArray) -> None:
@@ -153,8 +152,8 @@ def _step(raw: FloatArray, factor: float) -> Step | None:
     for digits in range(-3, MOST_DIGITS):
         with np.errstate(all="ignore"):
             scaled = values * 10.0**digits
-            whole = np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)
-        if whole.all():
+            integers = np.abs(scaled - np.rint(scaled)) <= 1e-12 * np.abs(scaled)
+        if integers.all():
             return Step(factor * 10.0**-digits, 0.0) if len(values) >= DISTINCT or digits >= FEW_DIGITS else None
     with np.errstate(all="ignore"):
         return Step(0.0, 2.0**-24) if np.array_equal(values.astype(np.float32).astype(np.float64), values) else None

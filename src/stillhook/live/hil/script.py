@@ -22,8 +22,8 @@ from pydantic import Field
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import Mode, code_of
-from stillhook.errors import LiveError, SpecError
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.errors import LiveError
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.hil.controller import INPUTS, SIGNALS
 from stillhook.tables.table import Flag, Spec, Text
@@ -111,10 +111,7 @@ class Script:
 
 def read_script(path: str | Path) -> Script:
     """The script in a TOML file. Errors: LiveError, UnitError of one line."""
-    try:
-        return read_toml(path, FileKind.SCRIPT, LiveError, _script, start="Write rows [[input]] with name and at.")
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(LiveError, path, FileKind.SCRIPT, _script, start="Write rows [[input]] with name and at.")
 
 
 def _script(table: TomlTable) -> Script:
@@ -128,12 +125,12 @@ def _row(row: InputRow, place: TomlTable, i: int) -> Manipulation:
     until = math.inf if row.until is None else row.until
     if until <= row.at:
         raise place.wrong("ends before it begins. Give a later time than at.", "until")
-    given = [name for name in ACTIONS if getattr(row, name) not in (None, False)]
-    if len(given) != 1:
-        raise place.error(f"{place.place()}: give one of {', '.join(ACTIONS)}; it has {', '.join(given) or 'none'}.")
+    actions = [name for name in ACTIONS if getattr(row, name) not in (None, False)]
+    if len(actions) != 1:
+        raise place.error(f"{place.place()}: give one of {', '.join(ACTIONS)}; it has {', '.join(actions) or 'none'}.")
     if row.lost and row.name == RESET:
         raise place.wrong("reset has no quality. Give value.", "lost")
-    return Manipulation(AT[row.name], row.at, until, _act(row, place, given[0], i), bool(row.stuck))
+    return Manipulation(AT[row.name], row.at, until, _act(row, place, actions[0], i), bool(row.stuck))
 
 
 def _act(row: InputRow, place: TomlTable, action: str, i: int) -> Act | None:
@@ -150,18 +147,18 @@ def _act(row: InputRow, place: TomlTable, action: str, i: int) -> Act | None:
         if any(b <= a for a, b in pairwise(times)):
             raise place.wrong("times must increase.", "points")
         values = [_number(row.name, place, "points", k, 1) for k in range(len(points))]
-        return lambda t, came: float(np.interp(t, times, values))
+        return lambda t, value: float(np.interp(t, times, values))
     if action in ("stuck", "lost"):
         return None
     number = _number(row.name, place, action)
     if action == "value":
-        return lambda t, came: number
+        return lambda t, value: number
     if action == "offset":
-        return lambda t, came: came + number
+        return lambda t, value: value + number
     if number < 0.0:
         raise place.wrong("a standard deviation is not negative.", "noise")
     rng = np.random.default_rng([SEED, i])
-    return lambda t, came: came + number * float(rng.standard_normal())
+    return lambda t, value: value + number * float(rng.standard_normal())
 
 
 def _number(name: str, place: TomlTable, *loc: int | str) -> float:

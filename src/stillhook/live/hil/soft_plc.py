@@ -232,7 +232,7 @@ class SoftPlc:
         self._tell(f"{self._bus.label}: connection lost ({reason})")
 
     async def _hand_back(self) -> None:
-        """The twin's own controller takes the winch over again, where it can still be told so."""
+        """The twin's own controller takes the winch over again, where it still answers."""
         for task in self._pending.values():
             task.cancel()
         if self._connected and self._own:

@@ -128,14 +128,14 @@ COMPILERS: Sequence[type[TextCompiler]] = (Matiec,)
 
 def find_compiler() -> TextCompiler:
     """The first compiler of this machine. Errors: LiveError, one line, where it has none."""
-    found = next((made for each in COMPILERS if (made := each.find()) is not None), None)
-    if found is None:
+    compiler = next((made for each in COMPILERS if (made := each.find()) is not None), None)
+    if compiler is None:
         looked_for = "; or ".join(each.looked_for for each in COMPILERS)
         raise LiveError(
             f"Structured Text: this machine has no compiler of it. Looked for: {looked_for}. Get one, or run the"
             " library's controller, which needs none."
         )
-    return found
+    return compiler
 
 
 class CompiledText:
@@ -169,7 +169,7 @@ class CompiledText:
         self.start()
 
     def start(self) -> None:
-        """Begin anew, before the first cycle."""
+        """Begin again, before the first cycle."""
         self._start(self._memory)
 
     def cycle(self, inputs: FloatArray) -> FloatArray:

@@ -24,19 +24,19 @@ def columns_of(columns: Sequence[str | Variable], place: str) -> tuple[Variable,
     Errors: LiveError for a name that is unknown, taken, or two of which differ in capitals alone (DuckDB takes them for
     one), and for a unit that is missing or not that of the table.
     """
-    found = [_column(column, place) for column in columns]
-    if not 1 <= len(found) <= MOST_COLUMNS:
-        raise LiveError(f"{place}: {len(found)} columns: give 1 to {MOST_COLUMNS}.")
+    variables = [_column(column, place) for column in columns]
+    if not 1 <= len(variables) <= MOST_COLUMNS:
+        raise LiveError(f"{place}: {len(variables)} columns: give 1 to {MOST_COLUMNS}.")
     seen: dict[str, str] = {}
-    for variable in found:
+    for variable in variables:
         other = seen.setdefault(variable.name.lower(), variable.name)
         if other != variable.name:
             raise LiveError(f"{place}: {other} and {variable.name} differ in capitals alone. Rename one of them.")
-    if len(seen) < len(found):
-        names = [variable.name for variable in found]
+    if len(seen) < len(variables):
+        names = [variable.name for variable in variables]
         twice = next(name for name in names if names.count(name) > 1)
         raise LiveError(f"{place}: {twice} is given twice. Give every column its own name.")
-    return tuple(found)
+    return tuple(variables)
 
 
 def _column(column: str | Variable, place: str) -> Variable:

@@ -140,12 +140,12 @@ def check(folder: str | Path) -> list[str]:
     return lines
 
 
-def describe(found: Overview) -> list[str]:
+def describe(of: Overview) -> list[str]:
     """An overview in lines for a reader.
 
     Parameters
     ----------
-    found : Overview
+    of : Overview
         What a history holds.
 
     Returns
@@ -153,17 +153,17 @@ def describe(found: Overview) -> list[str]:
     list of str
         Lines.
     """
-    shown = ", ".join(found.columns[:12]) + (f" and {len(found.columns) - 12} more" if len(found.columns) > 12 else "")
-    bounds = [f"{number(found.budget.bytes / 1e9)} GB"] if found.budget.bytes is not None else []
-    bounds += [f"{number(found.budget.days)} days of data"] if found.budget.days is not None else []
-    now = {True: ", written now", False: ", not written now", None: ""}[found.written]
-    span = f"{show_moment(found.start)} to {show_moment(found.end)}" if found.rows else "no rows yet"
+    shown = ", ".join(of.columns[:12]) + (f" and {len(of.columns) - 12} more" if len(of.columns) > 12 else "")
+    bounds = [f"{number(of.budget.bytes / 1e9)} GB"] if of.budget.bytes is not None else []
+    bounds += [f"{number(of.budget.days)} days of data"] if of.budget.days is not None else []
+    now = {True: ", written now", False: ", not written now", None: ""}[of.written]
+    span = f"{show_moment(of.start)} to {show_moment(of.end)}" if of.rows else "no rows yet"
     return [
-        f"{found.folder}: {span}{now}",
-        f"rows {found.first_row} to {found.last_row} ({found.rows}): {found.rows - found.rows_in_journal} in"
-        f" {found.files} files ({number(found.file_bytes / 1e6)} MB), {found.rows_in_journal} in the journal"
-        f" ({number(found.journal_bytes / 1e6)} MB)",
-        f"budget: {' and '.join(bounds) or 'none'}, {found.budget.events} events; {found.removed_rows} rows removed",
-        f"{found.events} events; {'saved states of ' + ', '.join(found.states) if found.states else 'no saved states'}",
-        f"{len(found.columns)} columns: {shown}",
+        f"{of.folder}: {span}{now}",
+        f"rows {of.first_row} to {of.last_row} ({of.rows}): {of.rows - of.rows_in_journal} in"
+        f" {of.files} files ({number(of.file_bytes / 1e6)} MB), {of.rows_in_journal} in the journal"
+        f" ({number(of.journal_bytes / 1e6)} MB)",
+        f"budget: {' and '.join(bounds) or 'none'}, {of.budget.events} events; {of.removed_rows} rows removed",
+        f"{of.events} events; {'saved states of ' + ', '.join(of.states) if of.states else 'no saved states'}",
+        f"{len(of.columns)} columns: {shown}",
     ]

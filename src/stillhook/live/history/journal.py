@@ -78,8 +78,8 @@ def in_one_line(path: Path) -> Iterator[None]:
         yield
     except sqlite3.Error as problem:
         name = getattr(problem, "sqlite_errorname", "")
-        said = next((text for code, text in REASONS.items() if name.startswith(code)), f"{problem}. Check the folder")
-        raise LiveError(f"{path}: {said}.") from None
+        text = next((text for code, text in REASONS.items() if name.startswith(code)), f"{problem}. Check the folder")
+        raise LiveError(f"{path}: {text}.") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise LiveError(f"{path}: {reason}. Check the folder, its rights and its space.") from None
@@ -161,11 +161,12 @@ def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
             connection.execute("ROLLBACK")
 
 
-def lock(folder: Path, name: str) -> sqlite3.Connection | None:
-    """A lock that ends with the process, however that ends; None where another one has it. It is an empty database
-    that is held exclusively, which works alike on every platform, and within a process."""
+def lock(folder: Path, name: str, patience: float = GLANCE) -> sqlite3.Connection | None:
+    """A lock that ends with the process, however that ends; None where another one has it for so long [s]. It is an
+    empty database that is held exclusively, which works alike on every platform, and within a process."""
     with in_one_line(folder / name):
-        connection = sqlite3.connect(folder / name, timeout=GLANCE, isolation_level=None, check_same_thread=False)
+        folder.mkdir(parents=True, exist_ok=True)
+        connection = sqlite3.connect(folder / name, timeout=patience, isolation_level=None, check_same_thread=False)
         try:
             connection.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError as problem:

@@ -107,10 +107,10 @@ def read(
     for _ in range(TRIES):
         try:
             selection = select(place, ends, signals)
-            found = _query(place, selection, ends, width, pick)
+            table = _query(place, selection, ends, width, pick)
         except RemovedError:
             continue
-        return _dataset(place, selection, found, width)
+        return _dataset(place, selection, table, width)
     raise LiveError(f"{place}: its hours are removed as fast as they are read. Read a later range.")
 
 
@@ -131,14 +131,14 @@ def _query(folder: Path, selection: Selection, ends: tuple[float, float], width:
             query = f"SELECT {', '.join(map(_name, (ROW, TIME, STATUS, *headings)))} FROM within"
             if width is not None:
                 query = _intervals(folder, connection, headings, width, pick)
-            found = connection.execute(query).fetchnumpy()
+            columns = connection.execute(query).fetchnumpy()
     except duckdb.Error as problem:
         for path in selection.files:
             if not path.exists():
                 refuse_removed(folder, path.name)
         reason = " ".join(str(problem).split())[:200].rstrip(".")
         raise LiveError(f"{folder}: cannot be read ({reason}). Check the files in {HOURS}.") from None
-    table = {name: np.asarray(np.ma.filled(x, np.nan if x.dtype.kind == "f" else NONE)) for name, x in found.items()}
+    table = {name: np.asarray(np.ma.filled(x, np.nan if x.dtype.kind == "f" else NONE)) for name, x in columns.items()}
     order = np.argsort(table[ROW if width is None else INTERVAL], kind="stable")
     return {name: x[order] for name, x in table.items()}
 
@@ -197,19 +197,19 @@ def _intervals(
     return f"SELECT {columns} FROM {spaced} GROUP BY {INTERVAL}"
 
 
-def _dataset(folder: Path, selection: Selection, found: Table, width: float | None) -> xarray.Dataset:
+def _dataset(folder: Path, selection: Selection, table: Table, width: float | None) -> xarray.Dataset:
     import xarray
 
-    at: FloatArray = found[TIME]
+    at: FloatArray = table[TIME]
     if not len(at):
         left_out = "".join(f" {line}." for line in selection.left_out[:1])
         raise LiveError(f"{folder}: no rows in this range.{left_out} Choose another.")
     start = float(at[0] if width is None else at.min())
     t: FloatArray = at - start
-    columns = found
+    columns = table
     if width is not None:
-        t = width * np.arange(int(found[INTERVAL][-1]) + 1, dtype=np.float64)
-        columns = {name: _spread(x, found[INTERVAL], len(t)) for name, x in found.items()}
+        t = width * np.arange(int(table[INTERVAL][-1]) + 1, dtype=np.float64)
+        columns = {name: _spread(x, table[INTERVAL], len(t)) for name, x in table.items()}
     of = {"units": "1"}
     data: dict[str, Any] = {
         column.name: ("time", columns[heading(column)], _attributes(column)) for column in selection.columns

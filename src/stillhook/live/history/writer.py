@@ -14,7 +14,6 @@ import time as clock
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
@@ -86,8 +85,6 @@ class History:
         self.columns = columns_of(columns, str(self.folder))
         budget = budget or Budget()
         budget.check()
-        with in_one_line(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
         held = lock(self.folder, LOCK)
         if held is None:
             raise LiveError(f"{self.folder}: {_writer(self.folder)}. Stop it, or choose another folder.")
@@ -230,9 +227,7 @@ class History:
     def __enter__(self) -> History:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         self.close()
 
     # What is behind it

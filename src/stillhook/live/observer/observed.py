@@ -8,7 +8,6 @@ import multiprocessing
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 
@@ -54,7 +53,7 @@ def factor_in(path: Path | None) -> float:
 
 
 def names_of(settings: ObserverSettings) -> tuple[str, ...]:
-    """Names of what stands beside a row of the twin."""
+    """Names of what a row of the twin is extended by."""
     signals = settings.signals
     return (*(f"{of}.{name}" for of in (MEASURED, AGE) for name in signals), *shown_names(settings))
 
@@ -110,7 +109,7 @@ class ObservedTwin:
             raise
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None) -> None:
+    def __exit__(self, *of: object) -> None:
         self._panel.stop()
         self._process.join(STOP)
         if self._process.is_alive():

@@ -108,7 +108,7 @@ class Observer:
         """A message of measured values. arrival, stamp: UTC [s]."""
         t = self._clock.at(arrival, stamp)
         if math.isfinite(self._clock.jump):
-            text = f"The clock of the measured values jumped by {self._clock.jump:.6g} s; their arrival counts anew."
+            text = f"The clock of the measured values jumped by {self._clock.jump:.6g} s; their arrival counts again."
             self._tell("clock", text, self._clock.jump)
         if t is not None:
             self._stream.add(self._time(t), values)
@@ -230,23 +230,23 @@ class Observer:
 
     def _propose(self, now: float) -> None:
         state, t = self._state, self._time(now)
-        found = None if state is None else state.estimate
+        estimate = None if state is None else state.estimate
         deviating = ", ".join(sorted(d.name for d in self._comparison.deviations if d.alarm))
         before = self.proposal._replace(time=now, known=False, value=None, deviating=deviating)
         if self._estimator is None:
             self.proposal = before._replace(reason="friction of this winch type is not estimated")
             return
-        if state is None or found is None or t - found.end > LONGEST + DELAY:
+        if state is None or estimate is None or t - estimate.end > LONGEST + DELAY:
             reason = "no rows yet" if state is None else "; ".join(state.reasons) or "no half waves any more"
-            self.proposal = before._replace(reason=reason if found is None else "no half waves any more")
+            self.proposal = before._replace(reason=reason if estimate is None else "no half waves any more")
             self.values |= dict.fromkeys(ESTIMATE[:3], math.nan)
         else:
-            x = found.system
+            x = estimate.system
             self.values |= dict(zip(ESTIMATE, (x.value, x.low, x.high), strict=False))
             reason = "; ".join(state.bounds)
             self.proposal = before._replace(known=True, value=state.applied, low=x.low, high=x.high, reason=reason)
         stepped = state is not None and bool(state.alarms)
-        after = found is not None and stepped and found.start > state.alarms[-1].onset  # type: ignore[union-attr]
+        after = estimate is not None and stepped and estimate.start > state.alarms[-1].onset  # type: ignore[union-attr]
         self.values[ESTIMATE[3]] = float(stepped and not after)
 
 

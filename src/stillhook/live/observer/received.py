@@ -1,4 +1,4 @@
-"""Measured values as they came in, so that each row of the twin stands beside what had come until then."""
+"""Measured values as they came in, so that each row of the twin has what had come until then."""
 
 from __future__ import annotations
 

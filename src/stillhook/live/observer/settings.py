@@ -86,7 +86,7 @@ def settings_of(
         raise table.wrong(f"an unknown name. Choose of {allowed}.", "measured", "accuracies") from None
     except IdentifyError as problem:
         raise LiveError(f"{table.place('measured', 'accuracies')}: {problem}") from None
-    found = ObserverSettings(
+    settings = ObserverSettings(
         measured.signals,
         measured.timeout,
         measured.load,
@@ -97,18 +97,18 @@ def settings_of(
         tuple(s.name for s in sensors_of(crane)),
         None if measured.residual is None else table.relative_file(measured.residual, "measured", "residual"),
     )
-    if found.residual is not None:
-        read_model(found.residual, crane)
+    if settings.residual is not None:
+        read_model(settings.residual, crane)
     try:
-        of = estimator(crane, found)
+        of = estimator(crane, settings)
     except IdentifyError as problem:
-        if adapt is None and found.residual is None and measured.window == ObserverSettings().window:
-            return found  # a winch whose friction is not estimated
+        if adapt is None and settings.residual is None and measured.window == ObserverSettings().window:
+            return settings  # a winch whose friction is not estimated
         raise LiveError(f"{table.place('measured' if adapt is None else 'adapt')}: {problem}") from None
-    given = {name: [0.0] for name in (*found.signals, "time")}
-    if (adapt is not None or found.residual is not None) and (missing := of.missing(given)):
+    rows = {name: [0.0] for name in (*settings.signals, "time")}
+    if (adapt is not None or settings.residual is not None) and (missing := of.missing(rows)):
         raise table.wrong(f"needs {', '.join(missing)} to estimate friction. Measure them.", "measured", "signals")
-    return found
+    return settings
 
 
 def estimator(crane: Crane, settings: ObserverSettings) -> FrictionEstimator:

@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.live.observer.signals import HELD, SIGNALS
 
 HOLE = 0.6
-"""Longest time between two samples that a row lies between [s]."""
+"""Longest time between two samples that a row is between [s]."""
 MOST_SAMPLES = 1000
 """Samples of a signal that are kept."""
 BIN, BINS = 5.0, 12

@@ -62,8 +62,8 @@ def learning_log(path: Path, crane: Crane, mapping: Mapping[str, Signal] | None 
     sea = sea_of(str(path), rows)
     x, left_out = samples_of(crane, rows)
     if len(x.t) < FEWEST:
-        why = max(left_out, key=left_out.__getitem__) if left_out else "too short"
-        raise LiveError(f"{path}: {len(x.t)} of at least {FEWEST} usable samples (mostly: {why}). Leave this log out.")
+        most = max(left_out, key=left_out.__getitem__) if left_out else "too short"
+        raise LiveError(f"{path}: {len(x.t)} of at least {FEWEST} usable samples (mostly: {most}). Leave this log out.")
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return LearningLog(path.name, path.resolve().parent.name, sea, digest, x)
 

@@ -4,7 +4,6 @@ and a checksum."""
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -15,6 +14,7 @@ import numpy as np
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file
+from stillhook.base.sealed import EXACT, digest_of, read_sealed, sealed
 from stillhook.errors import LiveError
 from stillhook.kernels.build import results_hash
 from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, interval, learn, ratio_of
@@ -24,9 +24,8 @@ from stillhook.live.residual.trees import NONE, checked
 from stillhook.spec.crane import Crane, content
 from stillhook.statistics.estimate import Estimate
 
-WHAT, FORMAT, LEVEL = "stillhook residual model", 1, 4
-LARGEST = 20_000_000
-"""Largest file that is read [bytes]."""
+FORMAT, LEVEL = "stillhook residual model 1", 4
+_LEARN = "Learn a model with stillhook live residual LOG... --out."
 
 
 class Model(NamedTuple):
@@ -79,15 +78,10 @@ def train(crane: Crane, logs: Sequence[LearningLog]) -> tuple[Model, list[HeldOu
     return Model(fitted, crane.name, content(crane), names, *ratios, *interval(held)), held
 
 
-def _digest(data: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
-
-
 def write_model(path: Path, model: Model) -> str:
     """Write a model; returns its digest."""
     f = model.fitted
     data: dict[str, Any] = {
-        "what": WHAT,
         "format": FORMAT,
         "level": LEVEL,
         "version": __version__,
@@ -102,39 +96,25 @@ def write_model(path: Path, model: Model) -> str:
         "interval": [model.confidence, model.half],
         "held_out": [[r.value, r.low, r.high, r.n] for r in (model.ratio, model.linear)],
     }
-    data["digest"] = _digest(data)
     with atomic_file(path) as part:
-        part.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8", newline="\n")
-    return str(data["digest"])
+        part.write_text(sealed(data, EXACT), encoding="utf-8", newline="\n")
+    return digest_of(data, EXACT)
 
 
 def read_model(path: Path, crane: Crane) -> Model:
     """A model for a crane. Errors: LiveError of one line for what is none, was changed, or is of another crane or
     code."""
-    try:
-        if path.stat().st_size > LARGEST:
-            raise ValueError(f"larger than {LARGEST / 1e6:g} MB")
-        data = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(data, dict) or data.get("what") != WHAT:
-            raise ValueError('no key "what" with "' + WHAT + '"')
-    except (OSError, ValueError, RecursionError) as problem:
-        raise LiveError(
-            f"{path}: no residual model ({problem}). Learn one: stillhook live residual LOG... --out"
-        ) from None
-    again = "Learn it again with stillhook live residual LOG... --out."
-    bare = {key: value for key, value in data.items() if key != "digest"}
-    if data.get("format") != FORMAT or data.get("digest") != _digest(bare):
-        raise LiveError(f"{path}: changed since it was written, or of another format. {again}")
+    data = read_sealed(path, FORMAT, "a residual model", _LEARN, LiveError, digits=EXACT)
     if data.get("code") != code():
-        raise LiveError(f"{path}: learned with other code ({data.get('code')}; here {code()}). {again}")
+        raise LiveError(f"{path}: learned with other code ({data.get('code')}; here {code()}). {_LEARN}")
     if data.get("content") != content(crane):
         raise LiveError(
-            f'{path}: learned for "{data.get("crane")}" as its file was then, not for "{crane.name}". {again}'
+            f'{path}: learned for "{data.get("crane")}" as its file was then, not for "{crane.name}". {_LEARN}'
         )
     try:
         return _model(data)
     except (KeyError, TypeError, ValueError, OverflowError) as problem:
-        raise LiveError(f"{path}: not a complete model ({problem}). {again}") from None
+        raise LiveError(f"{path}: not a complete model ({problem}). {_LEARN}") from None
 
 
 def _model(data: Mapping[str, Any]) -> Model:

@@ -94,7 +94,7 @@ class Sampler:
             block = {n: np.concatenate([self._rows[n], x]) for n, x in block.items()}
         t = block["time"]
         if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
-            raise LiveError(f"Rows up to {t[-1]:g} s: time must increase from row to row. Sort them, or begin anew.")
+            raise LiveError(f"Rows up to {t[-1]:g} s: time must increase from row to row. Sort them, or begin again.")
         self._rows = block
         if not np.isfinite(self._next) and len(t):
             self._next = self._first = float(t[0])

@@ -62,10 +62,10 @@ class ResidualModel:
         for i in range(len(x.t)):
             reasons = (*standing, *(reason for reason, of in outside.items() if of[i]), *self._unproven())
             self.vetoes.update(reasons)
-            said, left = float(torque[i]), float(x.left[i])
-            self._last = Correction(float(x.t[i]), said, self.model.half, 0.0 if reasons else said, left, reasons)
+            value, left = float(torque[i]), float(x.left[i])
+            self._last = Correction(float(x.t[i]), value, self.model.half, 0.0 if reasons else value, left, reasons)
             if not any(of[i] for of in outside.values()):
-                self._proof.add(left, said)
+                self._proof.add(left, value)
         return self._last
 
     def _standing(self, state: FrictionState | None) -> tuple[str, ...]:

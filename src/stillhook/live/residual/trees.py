@@ -45,8 +45,8 @@ def checked(nodes: FloatArray, features: int) -> FloatArray:
     feature, left, right = (nodes[..., k] for k in (FEATURE, LEFT, RIGHT))
     place = np.arange(nodes.shape[1])
     ways = ((left == place) & (right == place)) | ((left > place) & (right > place))
-    whole = all((x == np.floor(x)).all() and (x >= 0).all() for x in (feature, left, right))
-    if not (whole and ways.all() and (feature < features).all() and (np.maximum(left, right) < nodes.shape[1]).all()):
+    valid = all((x == np.floor(x)).all() and (x >= 0).all() for x in (feature, left, right))
+    if not (valid and ways.all() and (feature < features).all() and (np.maximum(left, right) < nodes.shape[1]).all()):
         raise ValueError("trees: nodes that lead nowhere")
     return nodes
 

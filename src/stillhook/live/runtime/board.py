@@ -54,7 +54,7 @@ STATUS = {
         "1", "why the cycle before was late: 0 not, 1 no processor, 2 pages, 3 host, 4 the cycle before it, 5 timer"
     ),
 }
-"""Numbers of the runtime, which stand before those of the winch in a row."""
+"""Numbers of the runtime, which are before those of the winch in a row."""
 SENSED = tuple(f"sensed_{name}" for name in Sensed._fields)
 """Names of what the PLC reads, behind the numbers of the winch in a row that has them."""
 IMAGE = ("cycle_number", "time", "time_utc", "e_c", "u_p", *SENSED)

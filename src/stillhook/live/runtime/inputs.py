@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.engine.inputs import COMMANDS
 from stillhook.live.runtime.board import INPUT_CELLS, MOST_INPUTS
 from stillhook.live.runtime.ring import Ring
 
@@ -119,12 +120,12 @@ class Inputs:
         if delays := [delay for delay in stamped if math.isfinite(delay)]:
             self.source_delay = max(delays)
         self._changed.clear()
+        if changed.get("override") == 0.0:
+            self.refuse(("override", *COMMANDS))  # handed back: the winch takes those of the PLC again
         ages = {name: self._speed * (now - self._values[name].arrival) for name in self._values.keys() & self._streamed}
         self.age = max(ages.values(), default=0.0)
         self.stale = frozenset(name for name, age in ages.items() if age > self._timeout)
         stopping = self.stale.intersection(RATES)
-        if (override := self._values.get("override")) is not None and override.value == 0.0:
-            stopping -= {"u_p"}  # handed back: the winch takes no command
         changed |= dict.fromkeys(stopping - self._stopped, 0.0)
         self._stopped = stopping
         return changed
@@ -143,7 +144,7 @@ class Inputs:
         return dict(zip(MOTION, carried(Motion(*(sample.value for sample in samples)), age), strict=True))
 
     def refuse(self, names: Sequence[str]) -> None:
-        """Forget values that the winch does not take."""
+        """Forget values that the winch does not take: they do not go stale."""
         for name in names:
             if (received := self._values.pop(name, None)) is not None:
                 self._refused[name] = received.arrival

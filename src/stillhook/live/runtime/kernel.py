@@ -241,7 +241,7 @@ class Kernel:
             self.board.stop()
 
     def _resumed(self) -> LiveState | None:
-        """Go on from the newest state, of the file or handed over; anew where there is no file. Errors: LiveError."""
+        """Go on from the newest state, of the file or handed over; None where there is no file. Errors: LiveError."""
         path, handed = self.task.state, self.board.states.newest()
         if path is None:
             return None
@@ -310,6 +310,7 @@ class Kernel:
         try:
             self.session.set(name, self._modes.get(value, value) if name == MODE else value)
         except SimulationError as problem:
+            self.inputs.refuse([name])
             self._refuse(str(problem))
 
     def _values(self) -> list[float]:
@@ -359,7 +360,7 @@ class Kernel:
         if self._lateness > LATE:
             self._unreported.append((self._lateness, cause))
         if self._unreported and now - self._reported >= QUIET:
-            worst, why = max(self._unreported)
-            text = f"{len(self._unreported)} late cycles, the latest by {1e3 * worst:.1f} ms: {why.text}."
+            worst, reason = max(self._unreported)
+            text = f"{len(self._unreported)} late cycles, the latest by {1e3 * worst:.1f} ms: {reason.text}."
             self._event("late", text, worst)
             self._reported, self._unreported = now, []

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import base64
 import math
-import time
+import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import NamedTuple
 
-from stillhook.base.atomic import cannot_write, durable_file
+from stillhook.base.atomic import check_folder, durable_file
 from stillhook.engine.saved import bytes_of, seal, unseal
 from stillhook.errors import LiveError, SimulationError
+from stillhook.live.history.journal import lock
 
 FORMAT = 1
 MOST_AGE = 1.0e9
 """Age of an input at most [s]."""
-PATIENCE, LOOK = 5.0, 0.02
-"""Time for a kernel whose servers died to end, and between two looks whether it has [s]."""
+PATIENCE = 5.0
+"""Time for a kernel whose servers died to end [s]."""
 
 
 class LiveState(NamedTuple):
@@ -80,30 +81,14 @@ def newest_state(path: Path, handed: bytes | None) -> tuple[LiveState | None, st
     return max(states, key=lambda state: state.number, default=None), " ".join(map(str, problems))
 
 
-def lock_state(path: Path) -> IO[bytes] | None:
-    """Make this process the one that owns a state, until it ends; None on Windows, which has no such lock.
+def lock_state(path: Path) -> sqlite3.Connection:
+    """Make this process the one that owns a state, until it ends.
 
     Errors: LiveError where another twin has it, and goes on to have it for `PATIENCE`; SimulationError where its folder
     cannot be written.
     """
-    try:
-        import fcntl
-    except ImportError:
-        return None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        file = path.with_suffix(".lock").open("ab")
-    except OSError as problem:
-        raise cannot_write(path, problem) from None
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return file
-        except OSError:
-            if time.monotonic() > end:
-                file.close()
-                raise LiveError(
-                    f"{path}: another twin goes on from it. Stop that one, or choose another folder."
-                ) from None
-            time.sleep(LOOK)
+    check_folder(path.parent, (path.name,))
+    held = lock(path.parent, path.with_suffix(".lock").name, PATIENCE)
+    if held is None:
+        raise LiveError(f"{path}: another twin goes on from it. Stop that one, or choose another folder.")
+    return held

@@ -6,7 +6,6 @@ import math
 import multiprocessing
 import time
 from collections.abc import Mapping, Sequence
-from types import TracebackType
 from typing import NamedTuple
 
 from stillhook.base.arrays import FloatArray
@@ -37,7 +36,7 @@ class LiveTwin:
     saved.
 
     Parameters: task; sinks of rows and events, which `pump` feeds; keeper of states beside the task's file. A twin goes
-    on from the newer state of both; without the file it begins anew.
+    on from the newer state of both; without the file it begins at the scenario.
 
     Errors: LiveError, one line, where crane, scenario or saved state are refused, or the process does not start.
     """
@@ -68,7 +67,7 @@ class LiveTwin:
         self._inputs = InputWriter(self._board.inputs, self.face.inputs)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None) -> None:
+    def __exit__(self, *of: object) -> None:
         self.stop()
 
     @property

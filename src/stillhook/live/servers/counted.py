@@ -11,13 +11,13 @@ from collections.abc import Callable
 from stillhook.live.history.events import one_line
 
 QUIET = 1.0
-"""Time in which a burst is told one by one, and after which the others are told by their number [s]."""
+"""Time in which a burst is reported one by one, and after which the others are counted [s]."""
 LONGEST = 200
 """Letters of a text that are kept."""
 
 
 class Counted:
-    """Parameters: tell: is told how many there were and a text on the last; burst: events in `QUIET` at most."""
+    """Parameters: tell: takes how many there were and a text on the last; burst: events in `QUIET` at most."""
 
     def __init__(self, tell: Callable[[int, str], None], burst: int = 1) -> None:
         self._tell, self._burst = tell, burst
@@ -25,7 +25,7 @@ class Counted:
         self._timer: asyncio.TimerHandle | None = None
 
     def add(self, text: str) -> None:
-        """One more. What is not told at once is told within `QUIET` where a loop runs, else by `flush`."""
+        """One more. What is not reported at once is within `QUIET` where a loop runs, else by `flush`."""
         self._count, self._text = self._count + 1, one_line(text[:LONGEST], LONGEST)
         now = time.monotonic()
         if now - self._since >= QUIET:
@@ -38,7 +38,7 @@ class Counted:
                 self._timer = asyncio.get_running_loop().call_later(self._since + QUIET - now, self.flush)
 
     def flush(self) -> None:
-        """Tell what was not told yet."""
+        """Report what was not reported yet."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

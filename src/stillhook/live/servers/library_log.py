@@ -10,7 +10,7 @@ class LibraryLog(logging.Handler):
     """Takes loggers over while a server runs: a context.
 
     Parameters: loggers by name; of: begin of the names of those whose warnings are passed on, the others are dropped;
-    but: texts that are dropped as well; tell: is told one sentence.
+    but: texts that are dropped as well; tell: takes one sentence.
     """
 
     def __init__(self, loggers: Sequence[str], of: str, but: Sequence[str], tell: Callable[[str], None]) -> None:

@@ -10,7 +10,6 @@ import logging
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.extras import need
@@ -78,9 +77,7 @@ class ModbusServer:
             self._stack = stack.pop_all()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *of: object) -> None:
         await self._stack.aclose()
 
     @property
@@ -106,10 +103,10 @@ class ModbusServer:
         written: dict[str, float] = {}
         for row in self._rows(address, address + count):
             words = values[row.address - address : row.end - address]
-            whole = address <= row.address and row.end <= address + count
-            number = row.decode(words) if whole else None
+            complete = address <= row.address and row.end <= address + count
+            number = row.decode(words) if complete else None
             if row.access is not Access.WRITE or number is None:
-                reason = "read only" if row.access is not Access.WRITE else "no number" if whole else "half a number"
+                reason = "read only" if row.access is not Access.WRITE else "no number" if complete else "half a number"
                 return self._refuse(ExcCodes.ILLEGAL_VALUE, f"{row.name} at {row.address}: {reason}")
             written[row.name] = number
         try:

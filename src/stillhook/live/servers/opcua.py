@@ -17,7 +17,6 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook._version import __version__
@@ -51,7 +50,7 @@ library's own limits let one client that acknowledges nothing take some 250 MB."
 WRITE = "request of type 673 without an existing session"
 """How the library warns of a write without a session."""
 BURST = 20
-"""Events on what was refused that are told one by one in a second; the others are counted."""
+"""Events on what was refused that are reported one by one in a second; the others are counted."""
 SOURCE = "opcua"
 
 
@@ -101,9 +100,7 @@ class OpcUaServer:
             self._stack = stack.pop_all()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *of: object) -> None:
         await self._stack.aclose()
 
     @property

@@ -12,8 +12,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from stillhook.errors import LiveError, SpecError, UnitError
-from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.errors import LiveError, UnitError
+from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.runtime.board import STATUS
 from stillhook.live.servers.served import about
@@ -48,7 +48,7 @@ class Form(StrEnum):
         return struct.calcsize(f">{self.code}") // 2
 
     @property
-    def whole(self) -> bool:
+    def integer(self) -> bool:
         """Whether it holds whole numbers."""
         return self.code not in "fd"
 
@@ -62,7 +62,7 @@ class Form(StrEnum):
     def no_value(self) -> float:
         """What stands for a number that there is none of, or that does not go in: the least one of a signed form, the
         largest of an unsigned one, NaN."""
-        if not self.whole:
+        if not self.integer:
             return math.nan
         return self.ends[0] - 1 if self.code in "hi" else self.ends[1] + 1
 
@@ -121,11 +121,11 @@ class Register(NamedTuple):
         x = value / self.factor
         form = self.form
         raw: float = form.no_value
-        if form.whole and math.isfinite(x) and form.ends[0] <= round(x) <= form.ends[1]:
+        if form.integer and math.isfinite(x) and form.ends[0] <= round(x) <= form.ends[1]:
             raw = round(x)
-        elif not form.whole and math.isfinite(x) and (form is Form.FLOAT64 or abs(x) < 3.4e38):
+        elif not form.integer and math.isfinite(x) and (form is Form.FLOAT64 or abs(x) < 3.4e38):
             raw = x
-        packed = struct.pack(f">{form.code}", int(raw) if form.whole else raw)
+        packed = struct.pack(f">{form.code}", int(raw) if form.integer else raw)
         words = list(struct.unpack(f">{form.words}H", packed))
         return words if self.words is Words.BIG else words[::-1]
 
@@ -133,7 +133,7 @@ class Register(NamedTuple):
         """Value of registers [SI]; None where they hold none."""
         ordered = list(words) if self.words is Words.BIG else list(words)[::-1]
         (raw,) = struct.unpack(f">{self.form.code}", struct.pack(f">{self.form.words}H", *ordered))
-        if not math.isfinite(raw) or (self.form.whole and raw == self.form.no_value):
+        if not math.isfinite(raw) or (self.form.integer and raw == self.form.no_value):
             return None
         value = raw * self.factor
         return value if math.isfinite(value) else None
@@ -145,10 +145,9 @@ def read_registers(path: str | Path, names: Sequence[str], inputs: Sequence[str]
     Errors: LiveError, UnitError of one line: an unknown name, a unit of another quantity, registers that overlap or end
     behind the last one, a number that is no input and may be written.
     """
-    try:
-        return read_toml(Path(path), FileKind.REGISTERS, LiveError, lambda t: _registers(t, names, inputs), start=START)
-    except SpecError as problem:
-        raise LiveError(str(problem)) from None
+    return read_toml_raising(
+        LiveError, Path(path), FileKind.REGISTERS, lambda t: _registers(t, names, inputs), start=START
+    )
 
 
 START = "Write rows [[register]], or copy those of: stillhook example live FOLDER."

@@ -24,7 +24,7 @@ def serve(
 ) -> None:
     """Run the servers of a plan until `done` says so, or SIGINT or SIGTERM comes, or the kernel refuses to go on.
 
-    served: what the servers show, the twin itself or more; ready: is told each server's address.
+    served: what the servers show, the twin itself or more; ready: takes each server's address.
 
     Errors: LiveError where a server cannot start.
     """
@@ -70,13 +70,13 @@ async def _serve(
 @contextlib.contextmanager
 def stopping() -> Iterator[Callable[[], bool]]:
     """Whether SIGINT or SIGTERM came, which end nothing by themselves meanwhile."""
-    came: list[int] = []
+    signals: list[int] = []
     before: dict[signal.Signals, Any] = {}
     for each in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(ValueError):  # not in the main thread
-            before[each] = signal.signal(each, lambda number, frame: came.append(number))
+            before[each] = signal.signal(each, lambda number, frame: signals.append(number))
     try:
-        yield lambda: bool(came)
+        yield lambda: bool(signals)
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)

@@ -62,7 +62,7 @@ class TrustFolder:
             raise LiveError(f"{self.certificate}: over since {over}. Move own/ away; a new one is made then.")
 
     def trusts(self, certificate: bytes | None) -> bool:
-        """Whether a certificate (DER) is in trusted/ and within its dates. The folder is read anew each time."""
+        """Whether a certificate (DER) is in trusted/ and within its dates. The folder is read each time."""
         if not certificate or len(certificate) > MOST_BYTES or not _within_dates(certificate):
             return False
         paths = sorted(self.trusted.iterdir()) if self.trusted.is_dir() else []

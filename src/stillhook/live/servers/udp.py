@@ -17,7 +17,6 @@ import struct
 import time
 from collections.abc import Callable
 from enum import StrEnum
-from types import TracebackType
 from typing import Any, NamedTuple
 
 from stillhook.errors import LiveError
@@ -85,9 +84,7 @@ class UdpServer:
         self._transport: asyncio.DatagramTransport = made[0]
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, of: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *of: object) -> None:
         self._transport.close()
         self._refused.flush()
 

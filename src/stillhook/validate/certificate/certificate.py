@@ -22,11 +22,12 @@ from typing import Any, NamedTuple
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.sealed import canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
 from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
-from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
+from stillhook.library.certificate import FORMAT, certified_of, read_certificate
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.document import Document

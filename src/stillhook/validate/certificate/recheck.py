@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.sealed import digest_of
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
-from stillhook.library.certificate import digest_of
 from stillhook.library.write import items
 from stillhook.report.kit import can_draw, can_set
 from stillhook.spec.crane import Crane

@@ -1,0 +1,80 @@
+"""Files of JSON with a checksum over all else that they say: a change is noticed. It is no signature."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stillhook.errors import StillhookError
+from stillhook.units import quote
+
+DIGITS, EXACT = 10, 17
+"""Significant digits of a number: as a certificate has it, and to the bit."""
+LARGEST = 50_000_000
+"""Bytes; a certificate has some hundred kB."""
+
+
+def canonical(data: Mapping[str, Any], digits: int = DIGITS) -> str:
+    """The one text of these contents: keys in order, numbers with so many digits, what is no number null."""
+    return json.dumps(_rounded(data, digits), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _rounded(x: Any, digits: int) -> Any:
+    if isinstance(x, Mapping):
+        return {str(k): _rounded(v, digits) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [_rounded(v, digits) for v in x]
+    if isinstance(x, float):
+        return float(f"{x:.{digits}g}") + 0.0 if math.isfinite(x) else None
+    return x
+
+
+def digest_of(data: Mapping[str, Any], digits: int = DIGITS) -> str:
+    """SHA-256 of all contents but the digest itself."""
+    return hashlib.sha256(canonical({k: v for k, v in data.items() if k != "digest"}, digits).encode()).hexdigest()
+
+
+def sealed(data: Mapping[str, Any], digits: int = DIGITS) -> str:
+    """The text of these contents with their digest."""
+    return canonical({**data, "digest": digest_of(data, digits)}, digits)
+
+
+def read_sealed(
+    path: Path,
+    form: str,
+    noun: str,
+    advice: str,
+    error: type[StillhookError],
+    *,
+    absent: str = "",
+    digits: int = DIGITS,
+) -> dict[str, Any]:
+    """Contents of a sealed file, unchanged; `error` of one line for any other.
+
+    Parameters: form: its "format", with a number at the end; noun: what it is, with an article; advice: what to do
+    without it, a sentence; absent: more about a file that is not there.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(LARGEST + 1)
+        if len(text) > LARGEST:
+            raise ValueError(f"larger than {LARGEST // 1_000_000} MB")
+        data = json.loads(text.decode("utf-8"))
+        digest = digest_of(data, digits) if isinstance(data, dict) else ""
+    except FileNotFoundError:
+        raise error(f"{quote(str(path))}: no such file{absent}. {advice}") from None
+    except (OSError, ValueError, RecursionError) as problem:
+        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
+        raise error(f"{path.name}: not {noun} ({reason}). {advice}") from None
+    came = data.get("format") if isinstance(data, dict) else None
+    if not str(came).startswith(form.rpartition(" ")[0]):
+        raise error(f"{path.name}: JSON, but not {noun}. {advice}")
+    if came != form:
+        raise error(f"{path.name}: format {quote(came)}: this Stillhook reads {quote(form)}. {advice}")
+    if data.get("digest") != digest:
+        raise error(f"{path.name}: was changed after it was written: its digest does not fit. {advice}")
+    return dict(data)
