@@ -80,13 +80,17 @@ def _look(c: Any, x: Any, n: int) -> dict[str, Any]:
         low, high = mixture.quantile(ENDS[0]), mixture.quantile(ENDS[1])
         row[key] = {
             "holds": bool(low <= true <= high),
-            "half": 0.5 * (high - low),
-            "error": 0.5 * (low + high) - float(true),
-            "true": float(true),
+            "half": _short(0.5 * (high - low)),
+            "error": _short(0.5 * (low + high) - float(true)),
+            "true": _short(float(true)),
             "shown": not low <= 0.0 <= high,
         }
     row["steps"] = len(c.found)
     return row
+
+
+def _short(x: float) -> float:
+    return float(f"{x:.4g}")
 
 
 def _first(t: Any, yes: Any) -> float | None:
