@@ -18,7 +18,7 @@ SLIP_TAKEN = 0.5
 """Part of balances.SLIP by which the pumps' drives are taken to slip, and its limit of error [-]: asynchronous ones do,
 synchronous ones do not."""
 
-PROVEN = ("gas", "pump_delay")
+PROVEN = ("pump_delay",)
 """Parameters whose stated interval the trial (docs/validation/adaptation.md) shows to hold, with laws of another form
 as well: no other is applied."""
 NOT_PROVEN = "its interval is not shown to hold yet (docs/validation/adaptation.md)"
