@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,13 @@ from tests.live.test_friction_estimate import certified
 import stillhook
 from stillhook.library import load_crane
 from stillhook.live.estimate import Accuracies, FrictionEstimator, follow_friction
+from stillhook.live.estimate.balance import Balance
 from stillhook.live.estimate.parameters.catalogue import NOT_PROVEN, PARAMETERS, PROVEN
+from stillhook.live.estimate.parameters.informed import Nuisance, informed
+from stillhook.live.estimate.parameters.sums import Window, fit
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
+from stillhook.physics.hydraulics.motor import motor_leakage
+from stillhook.physics.hydraulics.pump import LEAK_KNOTS
 
 CRANE = load_crane("nov-250t")
 LOGGED = (
@@ -88,6 +95,38 @@ def test_more_leakage_is_found():
     found = parameters(log_of(leaky(CRANE, 1.6)))["leakage"].estimate
     assert found.value.contains(1.6)
     assert found.value.low > 1.2
+
+
+def with_leak(
+    x: dict[str, np.ndarray], factor: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> dict[str, np.ndarray]:
+    """The log of pumps that give more by what leaks beside the file's law: its leakage times factor (time, law)."""
+    A = Balance(CRANE).params.active
+    dp = x["p_a"] - x["p_b"]
+    law = np.interp(np.abs(x["alpha_p"]), LEAK_KNOTS, A.pumps.leak) + motor_leakage(x["omega_m"], A.motors)
+    head = internal_leakage(1.0, dp) + external_leakage(1.0, np.sign(dp) * np.maximum(x["p_a"], x["p_b"]))
+    more = factor(x["time"], law) * law * head
+    return {**x, "alpha_p": x["alpha_p"] + more / (A.pumps.D_max * A.pumps.omega_p)}
+
+
+def test_the_same_oil_through_a_leak_of_another_form_is_the_same_leakage():
+    found = parameters(with_leak(rows("ns"), lambda t, law: np.mean(law) / law - 1.0))["leakage"].estimate
+    assert found.value.contains(1.0)
+    assert found.value.half < 0.1
+
+
+def test_a_reading_that_jumps_while_the_oil_warms_has_jumped_by_what_it_has():
+    x = with_leak(quick(), lambda t, law: 0.4 * t / t[-1])
+    jumped = {**x, "alpha_m": x["alpha_m"] + np.where(x["time"] > 100.0, 0.02, 0.0)}
+    (alarm,) = parameters(jumped)["displacement"].alarms
+    assert alarm.rise.contains(-0.02)
+    assert alarm.rise.half < CUT
+
+
+def test_an_interval_that_says_nothing_is_no_estimate():
+    one = parameters(rows(), accuracies=Accuracies(C_h=2.0))["leakage"]
+    assert one.estimate is None
+    assert "cannot be told" in one.reasons[0]
 
 
 def test_gas_that_is_lost_is_found():
@@ -187,3 +226,15 @@ def test_every_parameter_says_what_it_is_and_what_a_step_may_be():
         assert p.cause
         assert set(p.by) | set(p.explained) <= set(p.columns)
         assert p.plausible[0] < (0.0 if p.unit else 1.0) < p.plausible[1]
+
+
+@pytest.mark.parametrize(("limit", "columns"), [(1e-6, [0, 1]), (1e6, [0, 1, 2])])
+def test_a_nuisance_counts_between_what_is_known_and_what_is_free(limit, columns):
+    rng = np.random.default_rng(1)
+    Z = rng.normal(size=(20, 50, 4))
+    Z[:, :, 0] += Z[:, :, 2]
+    G = np.einsum("nij,nik->njk", Z, Z)
+    w, y = Window(np.arange(20.0), np.ones(20), np.ones(20), G), np.eye(4)[3]
+    free = np.tile(np.eye(4)[:2], (20, 1, 1))
+    found = informed(w, free, {"other": Nuisance(np.eye(4)[2], limit)}, y, {}, np.zeros(4))
+    assert found.b[:2] == pytest.approx(fit(w, columns, y).b[:2], rel=1e-4)

@@ -34,8 +34,9 @@ from trials.independent_crane.sea_trial import CYCLE
 STORE = Path(__file__).resolve().parent / "outcomes.json"
 JUDGED = 2000
 """First seed that the estimator is judged on."""
-AGAIN = 3000
-"""The same of faults, whose first outcomes led to a change of the gas balance."""
+AGAIN = 6000
+"""The same of faults, whose first outcomes led to a change of the gas balance, and the next to laws of the leakage that
+are fitted."""
 RUNS, FEWER, QUIETS = 100, 15, 24
 """Runs with a step or faults, the same with fewer signals, and runs without a step."""
 QUIET_HOURS = 2.0
@@ -164,6 +165,7 @@ def parameters_outcome(run: Run, states: Sequence[FrictionState], balance: Balan
             moments[when] = judged_parameter(name, state, run, balance, moment if anew and at > 0.0 else 0.0)
         a, b = (true_parameter(name, run, moment + i, moment + i + 60.0, balance) for i in (-60.0, 0.0))
         rise = b - a if name in ("displacement", "pump_delay") else b / a - 1.0
+        rise = FAULTS[fault][1] - 1.0 if name == "leakage" else rise  # at the same states, as that of friction
         listed = [[round(x, 4) for x in (a.t, a.onset, a.rise.value, a.rise.half)] for a in alarms]
         out[name] = {**moments, "rise": round(rise, 5), "alarms": listed}
     return {**out, "friction": [round(a.t, 1) for a in states[-1].alarms]}

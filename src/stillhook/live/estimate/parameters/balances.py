@@ -26,9 +26,10 @@ FLOW = (
     "slip",  # what SLIP of the pumps' drives takes [m^3/s]
     "p_a",  # leakage per error of each transmitter [m^3/s/Pa]
     "p_b",
-    "constant",  # leakage of another form: the same at any stroke and speed [m^3/s],
-    "stroke",  # half of it with the stroke,
-    "pressure",  # rising by half to OTHER_PRESSURE
+    "head",  # leakage per conductance [Pa],
+    "stroke",  # per conductance at full stroke [Pa],
+    "speed",  # per conductance and speed [Pa rad/s],
+    "pressure",  # per conductance that is added up to SLIP_PRESSURE [Pa]
     "side",  # sign of the pressure drop
 )
 """Oil of the line under pressure."""
@@ -51,8 +52,6 @@ CLEAR_SIDE = 5e5
 """Pressure drop from which it is clear which line is under pressure [Pa]: ten times the drift of a transmitter."""
 SLIP, SLIP_PRESSURE = 0.01, 250e5
 """Slip of asynchronous drives, and where it is [Pa] (as `stillhook.validate.parameters.leak_laws`; assumed)."""
-OTHER_PRESSURE = 225e5
-"""Pressure drop that goes with "pressure" [Pa]: middle of the published tables of leakage."""
 MOVED = 0.03
 """Least motion of a setting within a half wave [-]: sixty times the noise of a reading."""
 COMMANDS = {"pump_delay": ("follow_p", "alpha_p"), "motor_delay": ("follow_m", "alpha_m")}
@@ -98,7 +97,6 @@ def flow(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray |
     C = np.interp(np.abs(alpha_p), LEAK_KNOTS, A.pumps.leak) + motor_leakage(full / D, A.motors)
     across, case = internal_leakage(C, 1.0), external_leakage(C, 1.0)
     head = internal_leakage(1.0, dp) + external_leakage(1.0, sign * higher)
-    level = float(np.mean(C))
     columns = (
         q,
         full,
@@ -110,9 +108,10 @@ def flow(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray |
         SLIP * A.pumps.D_max * A.pumps.omega_p * alpha_p**2 * dp / SLIP_PRESSURE,
         across + case * (p_a > p_b),
         -across - case * (p_b > p_a),
-        level * head,
-        level * (0.5 + np.abs(alpha_p)) * head,
-        level * (1.0 + 0.5 * np.abs(dp) / OTHER_PRESSURE) * head,
+        head,
+        np.abs(alpha_p) * head,
+        np.abs(full / D) * head,
+        np.abs(dp) / SLIP_PRESSURE * head,
         sign,
     )
     clear = np.abs(dp) > CLEAR_SIDE

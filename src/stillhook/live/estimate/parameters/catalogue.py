@@ -10,21 +10,18 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import Accuracies
 from stillhook.live.estimate.parameters.balances import DELAY, FLOW, GAS
+from stillhook.live.estimate.parameters.informed import Nuisance, leak_shapes
 from stillhook.statistics.estimate import Estimate
+from stillhook.validate.parameters.leak_laws import UNCLOSED
 
 SLIP_TAKEN = 0.5
 """Part of balances.SLIP by which the pumps' drives are taken to slip, and its limit of error [-]: asynchronous ones do,
 synchronous ones do not."""
 
-LEAK_FORM, DISPLACEMENT_FORM = 0.077, 0.003
-"""What the form of the leakage leaves of it at least [-] (measured on a prototype before this estimator); and of the
-displacement, where some 4 % of the oil leaks."""
-PROVEN = ("gas", "pump_delay")
+PROVEN = ("pump_delay",)
 """Parameters whose stated interval the trial (docs/validation/adaptation.md) shows to hold, with laws of another form
 as well: no other is applied."""
 NOT_PROVEN = "its interval is not shown to hold yet (docs/validation/adaptation.md)"
-FORMS = ("constant", "stroke", "pressure")
-"""Other forms of the leakage."""
 
 Errors = Callable[[Accuracies], Mapping[str, tuple[str, float]]]
 
@@ -40,7 +37,10 @@ class Parameter(NamedTuple):
     by: tuple[str, ...]  # columns that explain it, the parameter's first
     value: Callable[[float], float]  # parameter of the first coefficient
     errors: Errors  # limit of error of what is explained from each source, in a column
-    forms: tuple[str, ...]  # columns of other forms of the leakage, tried in its place
+    limited: Callable[[FloatArray], Mapping[str, Nuisance]]  # what may be beside them, by the sums of the columns
+    open: Mapping[str, float]  # what the balance leaves open whatever the rows say, as a combination
+    with_time: tuple[str, ...]  # columns whose coefficient drifts with time,
+    with_speed: tuple[str, ...]  # and with the speed of the half wave, across a step
     plausible: tuple[float, float]  # least and most that a winch can have
     least: float  # step that raises an alarm
     floor: float  # scatter between half waves that is taken at least
@@ -57,6 +57,11 @@ class Parameter(NamedTuple):
     def y(self) -> FloatArray:
         """What is explained, as a combination of the columns."""
         return np.array([self.explained.get(name, 0.0) for name in self.columns])
+
+    @property
+    def unclosed(self) -> FloatArray:
+        """What the balance leaves open, as a combination of the columns."""
+        return np.array([self.open.get(name, 0.0) for name in self.columns])
 
     def unit_of(self, column: str) -> FloatArray:
         """A column as a combination of the columns."""
@@ -89,7 +94,17 @@ _OIL = {"pumps": 1.0, "storage": -1.0, "slip": -SLIP_TAKEN, "motors": -1.0}
 
 
 def _of_pumps(a: Accuracies) -> dict[str, tuple[str, float]]:
-    return {"D_p": ("pumps", a.D_p), "C_h": ("storage", a.C_h), "slip": ("slip", SLIP_TAKEN)}
+    return {"D_p": ("pumps", a.D_p), "C_h": ("storage", a.C_h)}
+
+
+def _beside_leakage(total: FloatArray) -> Mapping[str, Nuisance]:
+    """Slip of the pumps' drives, and shapes of the leakage."""
+    slip = np.array([float(name == "slip") for name in FLOW])
+    return {"slip": Nuisance(slip, SLIP_TAKEN), **leak_shapes(total)}
+
+
+def _nothing(total: FloatArray) -> Mapping[str, Nuisance]:
+    return {}
 
 
 def _delay(name: str, least: float, what: str) -> Parameter:
@@ -102,7 +117,10 @@ def _delay(name: str, least: float, what: str) -> Parameter:
         by=("rate", "setting", "one"),
         value=_later,
         errors=lambda a: {},
-        forms=(),
+        limited=_nothing,
+        open={},
+        with_time=(),
+        with_speed=(),
         plausible=(-0.05, 0.5),
         least=least,
         floor=0.1 * least,
@@ -127,11 +145,14 @@ PARAMETERS: tuple[Parameter, ...] = (
             "p_a": ("p_a", a.p),
             "p_b": ("p_b", a.p),
         },
-        forms=FORMS,
+        limited=_beside_leakage,
+        open={"pumps": UNCLOSED},
+        with_time=("leak",),
+        with_speed=(),
         plausible=(0.2, 5.0),
         least=0.2,
         floor=0.05,
-        structural=LEAK_FORM,
+        structural=0.0,
         meaning="leakage of the active circuit over the crane file's",
         cause="worn pumps or motors, an open valve, or warm oil",
     ),
@@ -144,11 +165,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         by=("full", "leak", "rate", "one"),
         value=_same,
         errors=_of_pumps,
-        forms=FORMS,
+        limited=_beside_leakage,
+        open={"pumps": UNCLOSED},
+        with_time=("leak",),
+        with_speed=(),
         plausible=(-0.15, 0.15),
         least=0.005,
         floor=0.001,
-        structural=DISPLACEMENT_FORM,
+        structural=0.0,
         meaning="what the motors' displacement is above its reading, part of the full one",
         cause="sensor or control of the motors' displacement, or encoder: speed and displacement have one product",
     ),
@@ -166,7 +190,10 @@ PARAMETERS: tuple[Parameter, ...] = (
             "make_up": ("make_up", a.make_up),
             "R_piston": ("piston", a.R_piston),
         },
-        forms=(),
+        limited=_nothing,
+        open={},
+        with_time=("gas",),
+        with_speed=("gas",),
         plausible=(0.5, 1.5),
         least=0.08,
         floor=0.02,

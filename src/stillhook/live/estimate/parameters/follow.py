@@ -8,17 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.live.estimate.accuracy import Accuracies, half_width
 from stillhook.live.estimate.parameters.catalogue import PARAMETERS, Parameter
-from stillhook.live.estimate.parameters.sums import Sums, Window, apart, effect, fit, sides, window_of
-from stillhook.live.estimate.steps import BEFORE_MOST, SIGNIFICANCE, Alarm, Split, Watch, step_places
+from stillhook.live.estimate.parameters.informed import SHAPES, Informed, informed
+from stillhook.live.estimate.parameters.sums import Sums, Window, apart, scatter_of, sides, window_of
+from stillhook.live.estimate.steps import SIGNIFICANCE, Alarm, Split, Watch, step_places
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 
 FEWEST = 8
 """Half waves from which an estimate is stated."""
-NEARLY = 1.2
-"""Sum of squares over that of the crane file's form up to which another form of the leakage counts [-]: the law of a
-crane is none of the published ones, so the best fit excludes few."""
 
 
 @dataclass(frozen=True)
@@ -48,47 +47,67 @@ class ParameterState:
     alarms: tuple[Alarm, ...]
 
 
+def fitted(rows: Window, of: Parameter, X: FloatArray) -> Informed | None:
+    """A parameter's columns X (n, p, k), and what may be beside them, over half waves."""
+    scaled = dict.fromkeys(SHAPES, of.by.index("leak")) if "leak" in of.by else {}
+    return informed(rows, X, of.limited(rows.G.sum(axis=0)), of.y, scaled, of.unclosed)
+
+
+def uncertain(of: Parameter, found: Informed, g: FloatArray, accuracies: Accuracies) -> tuple[dict[str, float], float]:
+    """What is uncertain of a combination g (p,) of the coefficients: limits by source, and standard uncertainty from
+    the scatter."""
+    answer = g @ found.answer
+    limits = {n: abs(float(answer @ of.unit_of(c))) * size for n, (c, size) in of.errors(accuracies).items()}
+    limits |= {name: abs(float(g @ effect)) for name, effect in found.effects.items()}
+    return limits, scatter_of(found.influence @ g, found.free)
+
+
 def estimate(rows: Window, of: Parameter, accuracies: Accuracies) -> ParameterEstimate | None:
     """A parameter over a window, with its 95 % interval."""
-    if len(rows.t) < FEWEST:
+    n = len(rows.t)
+    columns = np.array([of.unit_of(name) for name in of.by])
+    if n < FEWEST or (found := fitted(rows, of, np.broadcast_to(columns, (n, *columns.shape)))) is None:
         return None
-    x, y = of.x, of.y
-    found = fit(rows, x, y)
-    if found is None:
-        return None
-    b, errors = float(found.b[0]), of.errors(accuracies)
-    limits = {n: abs(effect(rows, x, found, of.unit_of(column))) * size for n, (column, size) in errors.items()}
-    forms = max((abs(one - b) for one in by_other_forms(rows, of)), default=0.0)
-    law = max(apart(rows, x, y), of.structural)
-    half = half_width([*limits.values(), forms, law], found.u * found.t / NORMAL_95)
-    structural = float(np.hypot(forms, law))
+    b = float(found.b[0])
+    limits, u = uncertain(of, found, np.eye(len(found.b))[0], accuracies)
+    law = max(apart(rows, of.x, of.y - found.limited), of.structural)
+    half = half_width([*limits.values(), law], u * t_factor(max(n - found.free, 1)) / NORMAL_95)
+    structural = float(np.hypot(law, sum(limits.get(name, 0.0) for name in SHAPES)))
     slope = of.around(b, 1.0, 0).half
     return ParameterEstimate(
-        value=of.around(b, half, len(rows.t), structural),
-        limits={n: slope * size for n, size in limits.items()},
-        random=slope * found.u,
+        value=of.around(b, half, n, structural),
+        limits={name: slope * size for name, size in limits.items()},
+        random=slope * u,
         start=float(rows.t[0]),
         end=float(rows.t[-1]),
-        half_waves=len(rows.t),
+        half_waves=n,
     )
 
 
-def by_other_forms(rows: Window, of: Parameter) -> list[float]:
-    """The coefficient with other forms of the leakage that fit nearly as well; of the leakage itself by the flow that
-    leaks."""
-    out, total, least = [], rows.G.sum(axis=0), np.inf
-    for form in ("leak", *of.forms) if of.forms else ():
-        other = of._replace(by=tuple(form if name == "leak" else name for name in of.by))
-        if (found := fit(rows, other.x, other.y)) is None:
-            continue
-        left = other.y.copy()
-        left[other.x] -= found.b
-        misfit = float(left @ total @ left)
-        least = misfit if form == "leak" else least
-        if misfit <= NEARLY * least:
-            flow = [float(total[of.columns.index(name), of.columns.index("side")]) for name in (form, "leak")]
-            out.append(float(found.b[0]) * (flow[0] / flow[1] if of.by[0] == "leak" else 1.0))
-    return out
+def rise_of(rows: Window, of: Parameter, split: Split, accuracies: Accuracies) -> Estimate | None:
+    """The change of a parameter at a step, with its 95 % interval: the first coefficient before and after it, all
+    others in common, with what drifts as oil warms. None where that is no step: within the interval, or fewer than
+    SIGNIFICANCE standard errors."""
+    n, place = len(rows.t), split.place
+    columns = np.array([of.unit_of(name) for name in (*of.by, *of.with_time, *of.with_speed, of.by[0])])
+    X = np.tile(columns, (n, 1, 1))
+    X[place:, 0], X[:place, -1] = 0.0, 0.0
+    time, p = (rows.t - rows.t[place]) / max(float(np.ptp(rows.t)), 1.0), len(of.by) + len(of.with_time)
+    X[:, len(of.by) : p] *= time[:, None, None]
+    X[:, p:-1] *= (rows.speed / rows.speed.mean() - 1.0)[:, None, None]
+    others = [i for i in range(n) if i != place]  # half of that one is before, half after
+    found = fitted(Window(*(x[others] for x in rows)), of, X[others])
+    if found is None:
+        return None
+    before, after = float(found.b[0]), float(found.b[found.free - 1])
+    g, eps = np.zeros(len(found.b)), 1e-6
+    g[0] = (of.rise(before + eps, after) - of.rise(before - eps, after)) / (2.0 * eps)
+    g[found.free - 1] = (of.rise(before, after + eps) - of.rise(before, after - eps)) / (2.0 * eps)
+    limits, u = uncertain(of, found, g, accuracies)
+    t = t_factor(max(n - 1 - found.free, 1))
+    u = max(u, abs(g[found.free - 1]) * split.half / t)  # scatter of a quiet stretch is no measure of what follows
+    rise, half = of.rise(before, after), half_width(limits.values(), u * t / NORMAL_95)
+    return Estimate.around(rise, half, split.n) if abs(rise) > max(half, SIGNIFICANCE * u, of.least) else None
 
 
 def split_of(w: Window, of: Parameter) -> Split | None:
@@ -124,7 +143,7 @@ class Follower:
 
     def look(self) -> None:
         """Look for a step that the last half wave shows; of several parameters that which leaves least."""
-        best: list[Parameter] = []
+        best: list[tuple[Parameter, Estimate]] = []
 
         def split(recent: Sequence[Sums]) -> Split | None:
             side_by_side = window_of(recent)
@@ -132,19 +151,13 @@ class Follower:
             if not tried:
                 return None
             found, parameter = min(tried, key=lambda one: one[0].left)
-            best[:] = [parameter]
+            if (rise := rise_of(side_by_side, parameter, found, self.accuracies)) is None:
+                return None
+            best[:] = [(parameter, rise)]
             return found
 
         def alarm(t: float, onset: float, found: Split) -> Alarm:
-            of, before = best[0], found.before
-            half = found.half * of.around(before, 1.0, 0).half
-            change = of.rise(before, found.after)
-            if not of.unit:  # over what it was, which is known no better than an estimate
-                first = window_of([r for r in self.rows if r.t < onset][-BEFORE_MOST:])
-                known = estimate(first, of, self.accuracies)
-                half = half / abs(of.value(before))
-                half = np.inf if known is None else np.hypot(half, change * known.value.half / known.value.value)
-            rise = Estimate.around(change, float(half), found.n)
+            of, rise = best[0]
             return Alarm(t, onset, rise, of.name, of.unit, of.meaning, of.cause)
 
         self.watch.look(self.rows, split, alarm)

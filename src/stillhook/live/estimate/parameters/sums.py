@@ -88,11 +88,6 @@ def fit(w: Window, x: Sequence[int], y: FloatArray) -> Fit | None:
     return Fit(b, H, influence, scatter_of(influence, len(x)), t_factor(max(n - len(x), 1)))
 
 
-def effect(w: Window, x: Sequence[int], found: Fit, error: FloatArray) -> float:
-    """Change of the first coefficient per unit of an error of y, a combination (k,) of the columns."""
-    return float(found.H[0] @ (w.G.sum(axis=0)[x] @ error))
-
-
 def apart(w: Window, x: Sequence[int], y: FloatArray) -> float:
     """Half of the difference between the first coefficients of strong and of weak half waves, as many hoisting as
     lowering, with the others in common; 0 where one of both cannot be fitted."""
