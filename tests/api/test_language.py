@@ -1,0 +1,74 @@
+"""Texts that a person reads are in the terms of the field: messages, reports, tables and pages hold no phrase of
+`language.toml`."""
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "stillhook"
+PHRASES = tomllib.loads(Path(__file__).with_name("language.toml").read_text(encoding="utf-8"))["phrase"]
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
+TABLES = sorted(p for s in ("toml", "csv", "typ") for f in (SOURCE, ROOT / "docs") for p in f.rglob(f"*.{s}"))
+CODE = sorted([*SOURCE.rglob("*.py"), *(ROOT / "docs" / "validation").glob("*.py")])
+NAMES = re.compile(r"`[^`\n]*`|\]\([^)\n]*\)|\{[^{}\n]*\}|[\w.-]+\.(?:md|toml|py|csv)\b|[\w-]*_[\w-]*")
+"""What is a name in a text: inline code, the target of a link, a field that is filled in, a file, a variable."""
+
+
+def plain(text: str) -> str:
+    """A text without its names, of the same lines."""
+    return NAMES.sub("...", text)
+
+
+def literals(path: Path) -> Iterator[tuple[int, str]]:
+    """String literals of a module with their lines, without names, fields of f-strings and docstrings."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    skipped: set[int] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            skipped.add(id(node.value))
+        if isinstance(node, ast.JoinedStr):
+            skipped.update(id(part) for part in node.values)
+            parts = (part.value if isinstance(part, ast.Constant) else "..." for part in node.values)
+            yield node.lineno, "".join(str(part) for part in parts)
+    for node in ast.walk(tree):
+        value = node.value if isinstance(node, ast.Constant) and id(node) not in skipped else None
+        if isinstance(value, str) and not value.isidentifier():
+            yield node.lineno, value
+
+
+def texts(path: Path) -> Iterator[tuple[int, str]]:
+    if path.suffix == ".py":
+        yield from literals(path)
+    else:
+        yield 1, path.read_text(encoding="utf-8")
+
+
+def found(path: Path) -> Iterator[str]:
+    """Each forbidden phrase of a file, with its place and what is written in its place."""
+    for line, text in texts(path):
+        words = plain(text)
+        for phrase in PHRASES:
+            for hit in re.finditer(phrase["pattern"], words, re.IGNORECASE):
+                place = f"{path.relative_to(ROOT).as_posix()}:{line + words.count(chr(10), 0, hit.start())}"
+                around = " ".join(words[max(0, hit.start() - 40) : hit.end() + 40].split())
+                yield f'{place}: "{hit[0]}" in "{around}": write {phrase["instead"]}'
+
+
+@pytest.mark.parametrize("files", [CODE, TABLES, PAGES], ids=["messages", "tables", "pages"])
+def test_no_text_holds_a_phrase_of_the_house_alone(files: list[Path]):
+    assert [hit for path in files for hit in found(path)] == []
+
+
+@pytest.mark.parametrize("phrase", PHRASES, ids=lambda phrase: phrase["example"])
+def test_every_phrase_of_the_list_finds_its_example(phrase: dict[str, str]):
+    assert re.search(phrase["pattern"], phrase["example"], re.IGNORECASE)
+
+
+def test_names_in_a_text_are_not_taken_for_words():
+    assert "beside" not in plain("see `beside = 1`, [page](run-beside-a-plc.md), {beside} and told_apart in told.toml")
+    assert "lies" in plain("the error `e_c` lies below")
