@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from stillhook.plan.definition.rules import Alternative
+from stillhook.spec.lift.phase import PhaseKind, WinchMode
+from stillhook.variables import VARIABLES
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "stillhook"
 PHRASES = tomllib.loads(Path(__file__).with_name("language.toml").read_text(encoding="utf-8"))["phrase"]
@@ -72,3 +76,15 @@ def test_every_phrase_of_the_list_finds_its_example(phrase: dict[str, str]):
 def test_names_in_a_text_are_not_taken_for_words():
     assert "beside" not in plain("see `beside = 1`, [page](run-beside-a-plc.md), {beside} and told_apart in told.toml")
     assert "lies" in plain("the error `e_c` lies below")
+
+
+def test_every_name_in_the_glossary_exists():
+    """Results, options, choices and tables of files: what the last column names can be typed."""
+    page = (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8")
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| ")]
+    names = {name for row in rows for name in re.findall(r"`([^`]+)`", row[-2])}
+    options = tomllib.loads(Path(__file__).with_name("options.toml").read_text(encoding="utf-8"))
+    crane = SOURCE.joinpath("library", "data", "cranes", "nov-250t.toml").read_text(encoding="utf-8")
+    known = {v.name for v in VARIABLES} | {f"--{option}" for option in options}
+    known |= {*PhaseKind, *Alternative, *WinchMode, "[sensors]"} | set(re.findall(r"^\[[\w.]+\]|^SWL", crane, re.M))
+    assert sorted(names - known) == []
