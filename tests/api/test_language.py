@@ -63,6 +63,7 @@ def found(path: Path) -> Iterator[str]:
                 yield f'{place}: "{hit[0]}" in "{around}": write {phrase["instead"]}'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("files", [CODE, TABLES, PAGES], ids=["messages", "tables", "pages"])
 def test_no_text_holds_a_phrase_of_the_house_alone(files: list[Path]):
     assert [hit for path in files for hit in found(path)] == []
