@@ -19,6 +19,9 @@ PHRASES = tomllib.loads(Path(__file__).with_name("language.toml").read_text(enco
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
 TABLES = sorted(p for s in ("toml", "csv", "typ") for f in (SOURCE, ROOT / "docs") for p in f.rglob(f"*.{s}"))
 CODE = sorted([*SOURCE.rglob("*.py"), *(ROOT / "docs" / "validation").glob("*.py")])
+FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1[^\n]*$", re.MULTILINE | re.DOTALL)
+MOST_WORDS = 900  # of a how-to beside its tables and code: what is read before a task is done
+LONGER = {"run-beside-a-plc.md"}
 NAMES = re.compile(r"`[^`\n]*`|\]\([^)\n]*\)|\{[^{}\n]*\}|[\w.-]+\.(?:md|toml|py|csv)\b|[\w-]*_[\w-]*")
 """What is a name in a text: inline code, the target of a link, a field that is filled in, a file, a variable."""
 
@@ -89,3 +92,10 @@ def test_every_name_in_the_glossary_exists():
     known = {v.name for v in VARIABLES} | {f"--{option}" for option in options}
     known |= {*PhaseKind, *Alternative, *WinchMode, "[sensors]"} | set(re.findall(r"^\[[\w.]+\]|^SWL", crane, re.M))
     assert sorted(names - known) == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "how-to").glob("*.md")), ids=lambda page: page.stem)
+def test_a_how_to_is_one_task(page: Path):
+    lines = FENCE.sub("", page.read_text(encoding="utf-8")).splitlines()
+    words = re.sub(r"\]\([^)]*\)", "]", "\n".join(line for line in lines if not line.lstrip().startswith("|"))).split()
+    assert len(words) <= MOST_WORDS or page.name in LONGER
