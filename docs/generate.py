@@ -106,8 +106,9 @@ def rules() -> str:
     )
     lead = (
         "What a lift plan is judged by, unless it names a rule file of its own: [change the"
-        " rules](../how-to/change-the-rules.md). Standards are recalled, not quoted: check every clause against the"
-        " edition that your operation is approved by. Level: the most probable largest value of a phase (mpm), or what"
+        " rules](../how-to/change-the-rules.md). Standards are cited, not quoted, and were not compared with their"
+        " printed text: check every clause against the edition that your operation is approved by."
+        " Level: the most probable largest value of a phase (mpm), or what"
         " 90 % of such phases stay below (p90); mean: no largest value.\n\nCapacities that a limit may name:"
         f" {capacities}.\n\nNumbers of the closed form: {numbers}."
     )

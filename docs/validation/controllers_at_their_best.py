@@ -46,7 +46,7 @@ FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = SAID["fronts"]
 
 SMALLER = load_crane("nov-150t")
 TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = SAID["tuned_smaller"]
-"""The same for nov-150t, whose NS stands at 0.91 of the displacement."""
+"""The same for nov-150t, whose NS is at 0.91 of the displacement."""
 
 
 class Rated(NamedTuple):
@@ -83,7 +83,7 @@ def rated(controllers: Sequence[Controller]) -> list[Rated]:
 def smaller() -> Rows:
     """The same on the 150 t crane."""
     plain = {n: controller(n) for n in TUNED_SMALLER}
-    tuned = {n: Controller(f"{n}, at its best", k.mode, {"control": dict(TUNED_SMALLER[n])}) for n, k in plain.items()}
+    tuned = {n: Controller(f"{n}, tuned", k.mode, {"control": dict(TUNED_SMALLER[n])}) for n, k in plain.items()}
     which = [*plain.values(), strong_ssc(SMALLER), *tuned.values()]
     seen, unseen = (outcomes(SMALLER, which, cases) for cases in (scenarios(SMALLER), hold_out(SMALLER)))
     return [(k.name, brief(a), brief(b)) for k, a, b in zip(which, seen, unseen, strict=True)]
@@ -107,7 +107,7 @@ def row(label: str, r: Rated) -> dict[str, Any]:
 
 
 def best_classic(scores: Sequence[Score]) -> tuple[list[float], list[float]]:
-    """Error and pressure of whichever of NS and HS errs less, scenario by scenario."""
+    """Error and pressure of whichever of NS and HS has the smaller error, scenario by scenario."""
     chosen = [min(scores, key=lambda s: s.e_c_pp[i]) for i in range(len(scores[0].e_c_pp))]
     return [s.e_c_pp[i] for i, s in enumerate(chosen)], [s.pressures[i] for i, s in enumerate(chosen)]
 
@@ -167,13 +167,13 @@ def compute() -> tuple[Blocks, Any]:
     after = {n: by[f"{n}-tuned"].score for n in names}
     versus = {
         "SSC as published, classic as published": advantage(before["ssc"], [before[n] for n in CLASSIC]),
-        "SSC at its best, classic as published": advantage(after["ssc"], [before[n] for n in CLASSIC]),
-        "SSC as published, classic at its best": advantage(before["ssc"], [after[n] for n in CLASSIC]),
-        "strong SSC, classic at its best": advantage(before["strong-ssc"], [after[n] for n in CLASSIC]),
-        "SSC at its best, classic at its best": advantage(after["ssc"], [after[n] for n in CLASSIC]),
+        "SSC tuned, classic as published": advantage(after["ssc"], [before[n] for n in CLASSIC]),
+        "SSC as published, classic tuned": advantage(before["ssc"], [after[n] for n in CLASSIC]),
+        "strong SSC, classic tuned": advantage(before["strong-ssc"], [after[n] for n in CLASSIC]),
+        "SSC tuned, classic tuned": advantage(after["ssc"], [after[n] for n in CLASSIC]),
     }
     rows = [row(f"{n}, as published" if n != "strong-ssc" else "strong-ssc, by rule", by[n]) for n in before]
-    rows += [row(f"{n}, at its best", by[f"{n}-tuned"]) for n in names]
+    rows += [row(f"{n}, tuned", by[f"{n}-tuned"]) for n in names]
     blocks = {
         "scores": rows,
         "advantage": [(n, *(percent(x, sign=True) for x in both)) for n, both in versus.items()],
@@ -193,7 +193,7 @@ def compute() -> tuple[Blocks, Any]:
 
 def claimed(versus: Mapping[str, tuple[float, float]], before: Mapping[str, Score]) -> dict[str, Any]:
     e_0, p_0 = versus["SSC as published, classic as published"]
-    e_1, p_1 = versus["SSC at its best, classic at its best"]
+    e_1, p_1 = versus["SSC tuned, classic tuned"]
     gain = 1.0 - before["strong-ssc"].e_c_pp_mean / before["ssc"].e_c_pp_mean
     price = before["strong-ssc"].p_max / before["ssc"].p_max - 1.0
     return locals()
@@ -208,7 +208,7 @@ def settings(names: Sequence[str], strong: Controller) -> Table:
         "u_thr": "{:.2f}",
         "alpha_swl": "{:.2f}",
     }
-    labels = ["as published", "strong-ssc, by rule", *(f"{n}, at its best" for n in names)]
+    labels = ["as published", "strong-ssc, by rule", *(f"{n}, tuned" for n in names)]
     machines = [CRANE, strong.on(CRANE), *(best(n).on(CRANE) for n in names)]
     rows = []
     for label, crane in zip(labels, machines, strict=True):
@@ -217,7 +217,7 @@ def settings(names: Sequence[str], strong: Controller) -> Table:
     return Table(("", *(f"`{n}`" for n in shown)), rows)
 
 
-MORE_K_1 = 1.015  # the best factor on K_1 alone lies between 1.01 and 1.02: what leakage takes on the mean
+MORE_K_1 = 1.015  # the best factor on K_1 alone is between 1.01 and 1.02: what leakage takes on the mean
 
 
 def one_at_a_time(strong: Controller) -> Rows:
@@ -257,7 +257,7 @@ LEAD_CASES = (
 
 
 def lead() -> Table:
-    """Error of strong SSC over its lead: where the best one lies beside the rule's."""
+    """Error of strong SSC over its lead: where the best one is beside the rule's."""
     rows = []
     for crane, delay, cases in ((CRANE, 0.0, LEAD_CASES), (CRANE, 0.1, LEAD_CASES), (PURE, 0.0, PURE_LEAD_CASES)):
         strong = strong_ssc(crane, delay=delay).on(crane)
@@ -376,7 +376,7 @@ def draw(shown: tuple[Mapping[str, Rated], Mapping[str, Sequence[Point]]]) -> No
     strong = by["strong-ssc"]
     rows["strong-ssc\n(by rule)"] = (strong.score, strong.score, strong.held_out, strong.held_out)
     save(
-        bars_figure(rows, title="nov-250t, 50 and 150 t, 20 to 75 m/min: as published and at their best"),
+        bars_figure(rows, title="nov-250t, 50 and 150 t, 20 to 75 m/min: as published and tuned"),
         "controllers-at-their-best.png",
     )
     marks = {n: (a.score, b.score) for n, (a, b) in pairs.items() if n in lines} | {

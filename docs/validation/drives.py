@@ -23,17 +23,17 @@ AMPLITUDE, PERIOD, LOAD = 1.5, 10.0, 100.0e3
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 1.5 m 10 s", duration="300 s", warm_up="100 s")
 N, SEED = 64, 0
 SURE = 0.95
-"""Share of draws with one order from which two drives are told apart."""
+"""Share of draws with one order from which two drives are distinguished."""
 KWH = 3.6e6
 AUDIT = 1e-3
 NOTHING = 1e-6
 """Share of what is drawn that is nothing: samples of a power that stays positive."""
 CLOSED = 0.03
-"""What closed forms of a hook that stands still may differ by: break-away friction is left out."""
+"""What closed forms of a hook at rest may differ by: break-away friction is left out."""
 
 
 def electric_form(run: DriveRun) -> dict[str, float]:
-    r"""Losses per hour [J] of an electric winch whose wire moves as the tip does, so that the hook stands still:
+    r"""Losses per hour [J] of an electric winch whose wire moves as the tip does, so that the hook is at rest:
     friction :math:`T_c \overline{|\omega|} + n Y_5 \overline{\omega^2}`, copper :math:`n R \overline{i^2}` with
     :math:`T = T_0 + J \dot\omega + (T_c + n Y_5 |\omega|) sign \omega`, iron :math:`n k \overline{\omega^2}`, inverters
     :math:`n (P_0 + R_i \overline{i^2})`; break-away is left out, and the wire has no weight, as in every
@@ -104,7 +104,7 @@ def balances(runs: list[DriveRun]) -> list[tuple[str, ...]]:
 
 
 def order(found: DriveComparison, name: str) -> tuple[list[tuple[str, ...]], int]:
-    """Pairs of drives: better one at the nominal values, its share of draws, verdict; how many are told apart."""
+    """Pairs of drives: better one at the nominal values, its share of draws, verdict; how many are distinguished."""
     rows, told = [], 0
     for a, b in combinations(sorted(found.runs, key=lambda r: r.value(name)), 2):
         x, y = a.drawn[name], b.drawn[name]
@@ -124,7 +124,7 @@ def compute() -> tuple[Blocks, DriveComparison]:
     by_name = {run.name: run for run in runs}
     electric, closed = by_name["electric"].energy, electric_form(by_name["electric"])
     tables = {name: order(found, name) for name in ("e_c_pp", "energy_net")}
-    head = ("better", "than", "share of draws", f"told apart by {100 * SURE:.0f} %", "by bands")
+    head = ("better", "than", "share of draws", f"distinguished by {100 * SURE:.0f} %", "by bands")
     return {
         "claims": claims(found, closed),
         "sizes": sizes(runs),

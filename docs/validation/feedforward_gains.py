@@ -225,6 +225,6 @@ def compute() -> tuple[Blocks, None]:
         "over-k2": Table(
             ("`K_2`/derived", *(f"{k:g}" for k in K_2S)), [*over_K_2(base, "no delay"), *over_K_2(late, "0.1 s late")]
         ),
-        "sensitivity": Table(("variant", "lag asks for", *head_modes), [variant(r) for r in ROWS]),
+        "sensitivity": Table(("variant", "lag requires", *head_modes), [variant(r) for r in ROWS]),
     }
     return blocks, None

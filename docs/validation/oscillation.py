@@ -71,7 +71,7 @@ def with_gain(crane: Crane, K_p: float) -> Crane:
 
 
 def limit_at(crane: Crane, load: float, s_w: float, speed: float) -> float | None:
-    """Gain beyond which the linearised engine oscillates [1/m]; None where it does whatever the gain, and for a load
+    """Gain beyond which the linearised engine oscillates [1/m]; None where it does at any gain, and for a load
     that is held, about which the engine is not linearised."""
     if speed == 0.0:
         return None
@@ -119,7 +119,7 @@ def scenario(load: float, s_w: float, tip: Motion, duration: float, **more: Any)
 
 
 class Steady(NamedTuple):
-    """A run with an even tip: gain over the limit (None: the plant swings whatever the gain), status, numbers and late
+    """A run with an even tip: gain over the limit (None: the plant oscillates at any gain), status, numbers and late
     swing of the wire's speed [m/s]."""
 
     crane: str
@@ -226,8 +226,7 @@ def compute() -> tuple[Blocks, None]:
     a, b = tallied(steady), tallied(waves)
 
     by_gain = [
-        ("whatever the gain" if x is None else f"{x:g}", *tallied([r for r in steady if r.part == x]).cells())
-        for x in parts
+        ("at any gain" if x is None else f"{x:g}", *tallied([r for r in steady if r.part == x]).cells()) for x in parts
     ]
     blocks = {
         "claims": locals(),

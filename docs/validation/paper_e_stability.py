@@ -90,7 +90,7 @@ def digits(x: float) -> str:
 
 
 def or_swings(K_p: float) -> str:
-    """A gain limit [1/m], or that the plant swings whatever the gain."""
+    """A gain limit [1/m], or that the plant oscillates at any gain."""
     return f"{K_p:.2f}" if K_p > 0.0 else "swings"
 
 
@@ -139,7 +139,7 @@ def holding_rows() -> Table:
             )
             own, paper_c = (governing(crane, mode, wires=(s_w,)) for crane in (CRANE, DAMPED))
             rows.append({**locals()})
-    cells = ("swings whatever `K_p`", "limit beyond", "`K_p` kept")
+    cells = ("oscillates at any `K_p`", "limit beyond", "`K_p` kept")
     head = (
         "mode",
         "wire out",
@@ -259,9 +259,11 @@ def claims() -> dict[str, Any]:
     slow = full_stability(CRANE, load=0.0, s_w=15.0, v_tip=-1.0 / 60.0, alpha_m=0.6)[0]
     loaded = [full_stability(CRANE, load=100e3, s_w=15.0, v_tip=-1.0 / 60.0, alpha_m=a)[0].K_p_ms for a in (1.0, 0.6)]
     margins = [[slow_limit(a, c) / CRANE.control.K_p for a in (0.6, 1.0)] for c in (CRANE, DAMPED)]
-    shown = [" and ".join(f"{x:.1f}" for x in m) if max(m) > 0.0 else "swings whatever `K_p`" for m in margins]
+    shown = [" and ".join(f"{x:.1f}" for x in m) if max(m) > 0.0 else "oscillates at any `K_p`" for m in margins]
     swing = (
-        "both swing whatever `K_p`" if max(loaded) == 0.0 else f"SSC {or_swings(loaded[0])}, HS {or_swings(loaded[1])}"
+        "both oscillate at any `K_p`"
+        if max(loaded) == 0.0
+        else f"SSC {or_swings(loaded[0])}, HS {or_swings(loaded[1])}"
     )
     return locals()
 

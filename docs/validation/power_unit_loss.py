@@ -162,7 +162,7 @@ def sensitivity() -> list[tuple[object, ...]]:
     return rows
 
 
-GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to go on
+GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to continue
 GROUPS = {
     "known": "detection",
     "never": "detection",
@@ -216,7 +216,7 @@ def attribution() -> causes.Attribution:
             lambda r: worst(r, "loss", m) - CM * r[f"quiet {m}"]["e_c_max"],
             most=GOES_ON,
             unit="cm",
-            printed="goes on",
+            printed="continues",
         )
 
     def needed(m: str) -> causes.Figure:

@@ -136,7 +136,7 @@ def compute() -> tuple[Blocks, None]:
     for name, found in zip(SEAS, (mild, rough), strict=True):
         what = f"highest sling tension above the weight in air, {name}"
         claims[f"splash mode: {what}"] = ("lower, without numbers", taken(found, WinchMode.SPLASH), "so here as well")
-        claims[f"AHC: {what}"] = ("not told", taken(found, WinchMode.AHC), "ours")
+        claims[f"AHC: {what}"] = ("not stated", taken(found, WinchMode.AHC), "ours")
     gains = [(crane, *calm(few, crane)) for crane in CRANES]
     blocks = {
         "claims": claims,

@@ -340,5 +340,5 @@ def test_without_draws_nothing_is_distinguished_and_a_motion_faster_than_the_dri
     assert math.isnan(found.runs[0].band("e_c_pp").low)
     assert "not distinguished" in found.verdict("e_c_pp")
     assert "not validated" in " ".join(found.rule)
-    assert "This motion asks for 67.9 m/min" in found.rule[-1]
+    assert "This motion requires 67.9 m/min" in found.rule[-1]
     assert not any("This motion asks" in line for line in pair.rule)

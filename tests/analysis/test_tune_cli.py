@@ -51,7 +51,7 @@ def test_its_tables_name_before_and_after_hold_out_and_what_limits(
 ) -> None:
     assert command(["tune", case, "--controllers", "strong-ssc", "--free", "K_1", *QUICK]) == 0
     text = capsys.readouterr().out
-    for part in ("K_1", "before", "at its best", "hold-out", "friction 30 % more", "active limits", "seed 0"):
+    for part in ("K_1", "before", "tuned", "hold-out", "friction 30 % more", "active limits", "seed 0"):
         assert part in text
 
 

@@ -211,7 +211,7 @@ class TestBadWinchesAreNotCalledGood:
             ({"control": {"t_cycle": "100 s"}}, 'control.t_cycle = "100 s": it must be less than or equal to 1'),
             ({"control": {"t_cycle": "0.001 ms"}}, "control.t_cycle"),
             ({"passive": {"accumulator": {"gas": {"V_0": "0.61 m^3"}}}}, "V_stroke 1.2 m^3 is too large for the gas"),
-            ({"hook_mass": "0 t"}, "Nothing hangs on the wire"),
+            ({"hook_mass": "0 t"}, "Nothing is suspended from the wire"),
         ],
     )
     def test_absurd_cranes_are_refused_in_one_line(self, tables, text):

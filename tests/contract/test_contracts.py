@@ -182,7 +182,7 @@ OF_A_WINCH = [
     ('{"torque_drive": TorqueDrive}', '"active"', 'TABLES = "active"'),
     ('{"torque_drive": TorqueDrive}', '{"torque_drive": dict}', "each a stillhook.tables.table.Spec"),
     ("folded(Extremes)\n", "(0.0, 0.0), folded(Extremes)[1]\n", "BLANK = (0.0, 0.0)"),
-    (', largest("T_m")', "", "Extremes.T_m_max: note highest, lowest or largest of a signal beside its Row"),
+    (', largest("T_m")', "", "Extremes.T_m_max: note highest, lowest or largest of a signal next to its Row"),
     ('"T_m_max": "peak', '"T_max": "peak', "of omega_m_max, T_m_max, torque_time"),
     ('CONTROL = "speed"', 'CONTROL = "torque"', 'It must be "displacement" or "speed"'),
     (SUPPLIED, SUPPLIED + 'TUNED = {"torque_drive.K": (1.0, 2.0)}\n', "TUNED"),

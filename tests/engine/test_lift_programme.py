@@ -143,7 +143,7 @@ def test_a_named_phase_is_called_by_its_name():
         ),
         (
             {"mode": "ahc", "speed": "6 m/min", "wire": "3800 m"},
-            'asks for 3800 m of wire out, and "deep-250t" has 0 m to 3698 m',
+            'requires 3800 m of wire out, and "deep-250t" has 0 m to 3698 m',
         ),
         (
             {"mode": "constant-tension", "tension": "2.6 MN", "time": "5 s"},

@@ -91,7 +91,7 @@ def test_a_full_disk_holds_no_twin_up_and_what_is_lost_is_said_once(tmp_path: Pa
     assert [e.text for e in read_events(tmp_path, kinds=[EventKind.DAMAGED])] == [
         "15 rows or events were not stored: the disk is full."
     ]
-    assert capsys.readouterr().err == "history: the disk is full. The twin goes on.\n"
+    assert capsys.readouterr().err == "history: the disk is full. The twin continues.\n"
 
 
 def test_a_row_without_a_time_is_left_out_and_said_and_the_others_are_stored(tmp_path: Path):

@@ -95,7 +95,7 @@ def test_two_twins_never_go_on_from_one_state(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(state_module, "PATIENCE", 0.1)
     path = tmp_path / "state.bin"
     held = lock_state(path)
-    with pytest.raises(LiveError, match="another twin goes on from it"):
+    with pytest.raises(LiveError, match="another twin continues from it"):
         lock_state(path)
     held.close()
     lock_state(path).close()

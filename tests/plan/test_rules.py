@@ -53,7 +53,7 @@ def test_every_rule_of_the_library_says_where_it_is_from(name):
         assert rule.note
         assert rule.standard
         assert not rule.standard.startswith(("DNV", "EN ")) or (
-            rule.clause and "check against your edition" in rule.edition
+            rule.clause and "enter your project's edition" in rule.edition
         )
         assert rule.quantity in QUANTITIES
         assert rule.phases

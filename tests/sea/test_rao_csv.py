@@ -141,7 +141,7 @@ def test_a_table_that_names_its_first_heading_again_after_a_turn_is_read(tmp_pat
         ({"origin": None, "mirror": None}, "does not state its mirror, origin"),
         ({"axes": "x forward, y starboard, z up"}, "are left-handed"),
         ({"axes": "x ahead, y port, z up"}, "line 2: axes"),
-        ({"time": None}, 'go with one line such as "# time: exp(+i omega t)"'),
+        ({"time": None}, 'need one line such as "# time: exp(+i omega t)"'),
         ({"phase": "lag"}, "and none of phase"),
         ({"time": "exp(i w t)"}, "Allowed: exp(+i omega t), exp(i omega t), exp(-i omega t)"),
         ({"heading": "from bow"}, "line 4: heading"),

@@ -167,7 +167,7 @@ def plc_export(
     controller: Annotated[
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
-    language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML beside it.")] = "st",
+    language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML next to it.")] = "st",
     out: Annotated[Path, typer.Option("--out", help="Folder for the files.")] = Path(),
     json: Json = False,
 ) -> None:

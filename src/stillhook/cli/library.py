@@ -235,7 +235,7 @@ def _hil(out: Path) -> tuple[dict[str, Any], list[str]]:
     return {"live": str(live), "plc": str(plc), "files": written}, [
         f"written: {', '.join(written)}",
         f"next: stillhook live run {live} --allow-writes",
-        f'and beside it: stillhook plc run {plc} --duration "60 s"',
+        f'and in parallel: stillhook plc run {plc} --duration "60 s"',
     ]
 
 

@@ -61,8 +61,7 @@ def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
     best = off.argmin(axis=1)
     if (off[np.arange(len(off)), best] > SAME * (1.0 + np.abs(x))).any():
         raise PlanError(
-            f"limits of periods or headings that are not of the table ({len(of)} of them). Ask for the plan's own"
-            " table."
+            f"limits of periods or headings that are not of the table ({len(of)} of them). Use the plan's own table."
         )
     return np.asarray(best, dtype=np.int64)
 

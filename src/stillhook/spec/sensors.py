@@ -49,7 +49,7 @@ class Fault(Part, Generic[Q]):
         if self.until <= self.time:
             raise ValueError(f"until {self.until:g} s is not after time {self.time:g} s. Give a later one.")
         if (self.value is None) == (self.kind is FaultKind.VALUE):
-            raise ValueError('value goes with kind = "value" and no other. Give both, or leave value out.')
+            raise ValueError('value belongs to kind = "value" alone. Give both, or leave value out.')
         return self
 
 

@@ -147,7 +147,7 @@ def folded(extremes: type[Extremes]) -> tuple[Extremes, Callable[..., Extremes]]
     for name, hint in typing.get_type_hints(extremes, include_extras=True).items():
         fold = next((mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Fold)), None)
         if fold is None:
-            raise TypeError(f"Extremes.{name}: note highest, lowest or largest of a signal beside its Row")
+            raise TypeError(f"Extremes.{name}: note highest, lowest or largest of a signal next to its Row")
         value = functools.reduce(lambda a, b: f"{fold.keep}({a}, {b})", [f"y.{signal}" for signal in fold.signals])
         terms.append(f"{fold.keep}(a.{name}, {f'abs({value})' if fold.magnitude else value})")
         blank.append(0.0 if fold.magnitude else -NOT_YET if fold.keep == "fmax" else NOT_YET)

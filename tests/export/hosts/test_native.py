@@ -217,7 +217,7 @@ def test_a_gas_charge_for_another_load_is_refused(compiled):
 def test_wrong_choices_leave_nothing_behind(tmp_path: Path, capsys, nov, case):
     for arguments, line in (
         (["foo", "nov-250t"], 'host = "foo": choose orcaflex or simo.'),
-        (["simo", "nov-250t", "--platforms", "vax"], 'platform "vax" is none of'),
+        (["simo", "nov-250t", "--platforms", "vax"], 'platform "vax" is not one of'),
     ):
         assert command(["external", *arguments, "--out", str(tmp_path / "none")]) == 2
         assert line in capsys.readouterr().err

@@ -205,9 +205,9 @@ class DriveComparison:
             return lines
         return (
             *lines,
-            f"This motion asks for {fmt(demand, 'speed', 3)} of wire, more than the {fmt(self.v_top, 'speed', 3)} of"
+            f"This motion requires {fmt(demand, 'speed', 3)} of wire, more than the {fmt(self.v_top, 'speed', 3)} of"
             " full command that all drives are sized for: those that can be faster than that (motors that swivel back)"
-            " are ahead by it alone. Give settings.top_speed of what your sea asks for.",
+            " are ahead by it alone. Give settings.top_speed as your sea state requires.",
         )
 
     def better(self, name: str) -> dict[str, list[str]]:

@@ -396,7 +396,7 @@ def rule(reference: Crane, v: float) -> tuple[str, ...]:
         f" library crane, geared to {show(v, 'speed')} of wire at full command and full displacement, or to what its"
         " parts are made for where that is less.",
         "Size: whole motors that keep the torque reserve which the library crane has for its own SWL on the full drum;"
-        " pumps, lines, valves, stores and power go with the motors, pressures, speeds and times stay.",
+        " pumps, lines, valves, stores and power scale with the motors; pressures, speeds and times are kept.",
         "Gain: the largest with gain margin 2, phase margin 45 deg and sensitivity peak 2; strong SSC on closed"
         " circuits, position control on the others; the tip is extrapolated by what PLC and oil are late where that"
         " leaves less error.",

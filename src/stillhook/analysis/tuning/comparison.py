@@ -45,9 +45,9 @@ SOFT = 0.7
 """Effective bulk modulus over that of the crane, among the variations [-]: 1 % of free air in the oil does as much."""
 STYLES = (
     ("as it starts", GREY, ""),
-    ("at its best", COLOURS[0], ""),
+    ("tuned", COLOURS[0], ""),
     ("as it starts, hold-out", "#CCCCCC", "//"),
-    ("at its best, hold-out", COLOURS[5], "//"),
+    ("tuned, hold-out", COLOURS[5], "//"),
 )
 WIDTH = 0.2
 
@@ -247,7 +247,7 @@ def pareto_figure(
         ax.plot(*_at(best), "o", ms=8, mec=colour, mfc=colour, label=name)
     ax.set(xlabel="highest pressure over all scenarios [bar]", ylabel="mean control error, peak-to-peak [mm]")
     ax.set_ylim(bottom=0.0)
-    ax.legend(frameon=False, title="hollow: as it starts, filled: at its best,\nline: what it can trade")
+    ax.legend(frameon=False, title="hollow: as it starts, filled: tuned,\nline: what it can trade")
     return figure
 
 

@@ -322,7 +322,7 @@ def _outcome_table(
     unseen = [f"hold-out\n{text}" for text in ("mean error", "worst", *(["pressure"] if pressure else []))]
     rows = []
     for t, outcomes in zip(tuned, held_out, strict=True):
-        for label, score, outcome in zip(("before", "at its best"), (t.before, t.after), outcomes, strict=True):
+        for label, score, outcome in zip(("before", "tuned"), (t.before, t.after), outcomes, strict=True):
             beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
             name = t.start.name if label == "before" else ""
             seen, other = _rating(score), _rating(outcome)
@@ -383,7 +383,7 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
     }
 
     def pictures() -> dict[str, Any]:
-        figures = {BARS: bars_figure(rows, title=f"{crane.name}: as they start and at their best")}
+        figures = {BARS: bars_figure(rows, title=f"{crane.name}: as they start and tuned")}
         if pareto:
             marks = {t.start.name: (t.before, t.after) for t in report.tuned}
             figures[PARETO] = pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure")

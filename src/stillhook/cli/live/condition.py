@@ -20,7 +20,7 @@ def condition(
     ],
     out: Out = None,
     watch: Annotated[
-        str | None, typer.Option(help='Go on, and look for new campaigns this often: "10 min". Ends with Ctrl-C.')
+        str | None, typer.Option(help='Continue, and look for new campaigns this often: "10 min". Ends with Ctrl-C.')
     ] = None,
     json: Json = False,
 ) -> None:
@@ -38,7 +38,7 @@ def condition(
 
     if watch is None:
         raise typer.Exit(0 if _pass(campaigns, out, json=json) else 1)
-    refuse({"--json": json}, "prints one answer, and --watch goes on. Leave one of the two out.")
+    refuse({"--json": json}, "prints one answer, and --watch continues. Leave one of the two out.")
     if out is None:
         raise CommandError("--watch: it keeps what it knows in a folder. Give --out FOLDER.")
     every = parse(watch, "time", "--watch")

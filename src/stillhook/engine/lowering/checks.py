@@ -149,7 +149,7 @@ def _check_waves(waves: WaveField, duration: float) -> None:
 def fastest_of_lift(packed: PackedLift) -> tuple[str, float]:
     """What winch, coupling or seabed ask of the step: name of the fastest mode, and 1 over the longest step [1/s].
 
-    The wire itself is stepped implicitly: however short and stiff, it asks for no shorter step.
+    The wire itself is stepped implicitly: however short and stiff, it requires no shorter step.
     """
     p = packed.winch.params
     hoist = p.hoist._replace(load=p.hoist.load._replace(m=FIXED_MASS))
@@ -175,6 +175,6 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     if rate * step <= 1.0:
         return
     raise SpecError(
-        f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms."
+        f"step {step * 1e3:.3g} ms is too long for this lift: {name} requires {1e3 / rate:.3g} ms."
         f" {step_advice(packed.lift.t_cycle, 1.0 / rate)}"
     )

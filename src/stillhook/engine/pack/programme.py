@@ -225,7 +225,7 @@ def _row(crane: Crane, lift: Lowering, driven: Driven, where: str, after: Driven
     usable = float(wire_usable(drum_record(crane)))
     if end in ("wire", "depth") and not 0.0 <= value <= usable:
         raise LiftError(
-            f'{where}: {end} asks for {show(value, "length")} of wire out, and "{crane.name}" has 0 m to'
+            f'{where}: {end} requires {show(value, "length")} of wire out, and "{crane.name}" has 0 m to'
             f" {show(usable, 'length')} ({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
         )
     return modes.Stage(

@@ -102,7 +102,7 @@ def _check_load(crane: Crane, case: Scenario) -> None:
         )
     if case.load + crane.hook_mass <= 0.0:
         raise ScenarioError(
-            f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.'
+            f'Nothing is suspended from the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one.'
         )
     if case.water is not None and case.weight <= 0.0:
         raise ScenarioError(
@@ -237,7 +237,7 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
 
 
 def case_friction(crane: Crane, case: Scenario, demand: MotionDemand | None = None) -> list[FrictionPart]:
-    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the
+    """`friction_parts` at the highest speed that tip and operator require, with the smallest displacement that the
     first mode takes."""
     v = (CycleInputs(crane, case).demand() if demand is None else demand).v_max
     d = layer_diameter_at(crane, case.s_w)
@@ -325,7 +325,7 @@ def _wire_notes(crane: Crane, demand: MotionDemand) -> list[str]:
     if demand.s_w_min >= -WIRE_SLACK and demand.s_w_max <= wire:
         return []
     return [
-        f"tip and operator ask for {show(demand.s_w_min, 'length')} to {show(demand.s_w_max, 'length')} of wire out,"
+        f"tip and operator require {show(demand.s_w_min, 'length')} to {show(demand.s_w_max, 'length')} of wire out,"
         f" and there are 0 m (hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
     ]
 
@@ -364,7 +364,7 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
         return []
     return [
         f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop"
-        f" is marginally stable (published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+        f" is marginally stable (published loop, motors at {alpha:.2f}): expect oscillation at {omega:.3g} rad/s"
         "; the margin of the complete plant on its own wire is that of stillhook stability"
     ]
 

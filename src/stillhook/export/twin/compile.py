@@ -56,7 +56,7 @@ def check_platform(platform: str) -> None:
 def _compiler(platform: str) -> list[str]:
     if platform not in PLATFORMS:
         allowed = ", ".join(PLATFORMS)
-        raise ExportError(f"platform {units.quote(platform)} is none of {allowed}. Choose some of them, or source.")
+        raise ExportError(f"platform {units.quote(platform)} is not one of {allowed}. Choose among them, or source.")
     each = PLATFORMS[platform]
     if importlib.util.find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc", "-target", each.target]

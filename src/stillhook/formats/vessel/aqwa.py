@@ -95,7 +95,7 @@ def _refuse_units(file: str, text: str) -> None:
     if gravity is not None and not METRIC[0] < float(gravity[1]) < METRIC[1]:
         raise wrong(file, f"gravity is {gravity[1]}, and metres are read (9.81 m/s^2)", "Run AQWA in kg, m, N.")
     if speed is not None and float(speed[1]) != 0.0:
-        raise wrong(file, f"is for a forward speed of {speed[1]}", "Run AQWA at zero speed: vessels at work stand.")
+        raise wrong(file, f"is for a forward speed of {speed[1]}", "Run AQWA at zero forward speed.")
 
 
 def _tables(file: str, lines: Sequence[str]) -> dict[int, _Lines]:

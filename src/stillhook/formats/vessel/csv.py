@@ -222,9 +222,7 @@ def _motions(head: _Head, rotation: str) -> tuple[ComplexArray, int]:
     if key not in head.declared or other in head.declared:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
-        raise wrong(
-            table.name, f"columns of {columns} go with one line such as {line}, and none of {other}", "State it."
-        )
+        raise wrong(table.name, f"columns of {columns} need one line such as {line}, and none of {other}", "State it.")
     H = np.empty((len(DOFS), len(table.rows)), dtype=np.complex128)
     for d, dof in enumerate(DOFS):
         unit = _unit(dof, rotation)

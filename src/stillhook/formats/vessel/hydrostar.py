@@ -86,7 +86,7 @@ def read_hydrostar(path: Path, text: str) -> Rao:
 def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
     speed, depth, wave, point = _constants(six[0])
     if speed:
-        raise wrong(path.name, f"is for {speed:g} m/s forward", "Run HydroStar at zero speed: vessels at work stand.")
+        raise wrong(path.name, f"is for {speed:g} m/s forward", "Run HydroStar at zero forward speed.")
     degrees = six[0].degrees
     convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))
     x, y, z = point

@@ -96,7 +96,7 @@ def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[Floa
     if _FREQUENCY.fullmatch(records.header[0]):
         words = records.header
         if not all(_FREQUENCY.fullmatch(w) for w in words):
-            raise SeaError(f"{records.name}: line 1: a word among the frequencies is none. Fetch the file again.")
+            raise SeaError(f"{records.name}: line 1: a frequency cannot be read as a number. Fetch the file again.")
         return np.array(words, dtype=np.float64), numbers(records, slice(None), len(words), fills)
     first = 1 if records.header[0] == "Sep_Freq" else 0
     count = len(records.rows[0])

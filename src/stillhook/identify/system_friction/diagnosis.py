@@ -153,7 +153,7 @@ def _drift(fit: FrictionFit) -> list[Statement]:
     if course > COURSE_SHOWN:
         text = (
             f"Friction depends on time or test in addition to speed and load, by about {course:.1%} (oil that warms up,"
-            " or a law of another form): at rising speeds this cannot be distinguished from friction that goes with"
+            " or a law of another form): at rising speeds this cannot be distinguished from friction that varies with"
             " speed, so the intervals are wider. Warm the oil up first, and run the speeds once more in falling order."
         )
         out.append(Statement("friction drift", text))
@@ -233,7 +233,7 @@ def _residual_statements(points: Points, fit: FrictionFit) -> list[Statement]:
             f', most in test "{name}" ({show(D, "displacement", 3)} a motor: {sign}{show(r, "torque", 2)} in the mean)'
         )
     text += (
-        ". The intervals count it as scatter. Differences that go with displacement point to the motor model (second"
+        ". The intervals count it as scatter. Differences that vary with displacement point to the motor model (second"
         " loop)."
     )
     return [Statement("left over", text)]

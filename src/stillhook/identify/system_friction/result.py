@@ -62,7 +62,7 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
             text=f"taken from {result.campaign.fit.like}: these tests cannot determine it", kind=SourceKind.ASSUMED
         )
     for n in fit.dropped:
-        reason = f"{result.campaign.source} does not ask for it"
+        reason = f"{result.campaign.source} does not request it"
         if n not in result.design.used:
             reason = f"the tests of {result.campaign.source} cannot determine it"
         out[n] = Source(text=f"left out: {reason}", kind=SourceKind.FITTED)

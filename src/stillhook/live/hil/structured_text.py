@@ -82,7 +82,7 @@ class Matiec:
     """iec2c of MATIEC, and its folder lib."""
 
     looked_for: ClassVar[str] = (
-        "iec2c of MATIEC on the PATH or named by STILLHOOK_IEC2C, with its folder lib beside it or named by"
+        "iec2c of MATIEC on the PATH or named by STILLHOOK_IEC2C, with its folder lib next to it or named by"
         " STILLHOOK_IEC2C_LIB"
     )
     iec2c: Path

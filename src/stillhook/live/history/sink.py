@@ -159,7 +159,7 @@ class HistorySink:
 
     def _keep_some(self, problem: str) -> None:
         if not self._problem:
-            say(f"history: {problem} The twin goes on.")
+            say(f"history: {problem} The twin continues.")
         self._problem = problem
         beyond = [max(0, len(each) - MOST_WAITING) for each in (self._waiting, self._events)]
         self._waiting, self._events = self._waiting[beyond[0] :], self._events[beyond[1] :]

@@ -90,5 +90,5 @@ def lock_state(path: Path) -> sqlite3.Connection:
     check_folder(path.parent, (path.name,))
     held = lock(path.parent, path.with_suffix(".lock").name, PATIENCE)
     if held is None:
-        raise LiveError(f"{path}: another twin goes on from it. Stop that one, or choose another folder.")
+        raise LiveError(f"{path}: another twin continues from it. Stop that one, or choose another folder.")
     return held

@@ -198,7 +198,7 @@ class LiveTwin:
             self._unsaved = False
         except SimulationError as problem:
             if not self._unsaved:
-                self.tell(event("twin", "state-not-saved", f"{problem} The twin goes on."))
+                self.tell(event("twin", "state-not-saved", f"{problem} The twin continues."))
             self._unsaved = True
         if self._keeper is not None:
             self._keeper.save_state(newest[1])

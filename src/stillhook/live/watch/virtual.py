@@ -102,7 +102,7 @@ class VirtualSensors:
     def _reading(self, s: VirtualSensor, row: Row, alarm: str) -> Reading:
         value = self._value(s.value, row)
         half = math.hypot(self._half(s, row), s.form * value)
-        reason = alarm or ("" if half == half else "nothing beside it is measured, or not for long enough")
+        reason = alarm or ("" if half == half else "no related signal is measured, or not for long enough")
         return Reading(s.name, value, half, not reason and math.isfinite(value), reason)
 
     def _value(self, of: str, row: Row) -> float:

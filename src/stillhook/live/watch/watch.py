@@ -134,7 +134,7 @@ class Watch:
         for name in sorted(set(x) & set(w) - {"mode", "s_tip", "v_tip", "brake", "v_op", "u_m", "alpha_m"}):
             m, s = x[name][new], w[name][new]
             if np.isfinite(m).all() and np.ptp(m) == 0.0 and np.ptp(np.nan_to_num(s)) > 0.0 and moves:
-                flags.append(f"signal {name} stands still")
+                flags.append(f"signal {name} does not change")
         self._flags = [*self._flags, tuple(flags)][-PLACING:]
         at_end = np.mean(np.abs(x["u_p"][new]) >= AT_STOP) if "u_p" in x else 0.0
         self._limited = [*self._limited, float(at_end)][-round(300.0 / BATCH) :]

@@ -95,7 +95,7 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         limit = scale * float(np.abs(long_wave_limits(np.array([_STEEPEST[dof]]))[d, 0]))
         top = ax.get_ylim()[1]
         water = limit * long_wave_scales(omega, rao.depth)[d]
-        ax.plot(period, water, color=GREY, lw=0.8, ls=":", label="body that rides on the water")
+        ax.plot(period, water, color=GREY, lw=0.8, ls=":", label="body that follows the surface")
         ax.set_ylim(top=top)
         kit.axis(ax, title=f"{dof} [{unit}]")
     if point is not None:

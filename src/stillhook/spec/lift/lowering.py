@@ -58,7 +58,7 @@ class WinchSettings(Record):
     omega_soft: u.Frequency = Field(
         default=5.0,
         gt=0,
-        description="splash mode takes no load for lighter than what the wire swings at this: the winch lags beyond",
+        description="lightest load that splash mode assumes, as its frequency on the wire; above it the winch lags",
     )
     omega_s: u.Frequency = Field(
         default=0.1,

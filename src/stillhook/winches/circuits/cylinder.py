@@ -372,7 +372,7 @@ def stroke(crane: Any, F: float) -> Stroke:
 def refusal(crane: Any, case: Any) -> str:
     """Reason why it cannot run a case."""
     if crane.brake is None:
-        return f'"{crane.name}": the drum stands on its brake while the cylinder compensates. Add a table [brake].'
+        return f'"{crane.name}": the drum is held by its brake while the cylinder compensates. Add a table [brake].'
     return f'gas_held: "{crane.name}" sets its gas to the load. Leave it out.' if case.gas_held else ""
 
 

@@ -186,7 +186,7 @@ class Leak(Spec):
     holds everywhere ("constant": Moslatt 2020 paper E eq. 11), or goes with the pumps' setting alone ("stroke": tables
     2.5 and 2.6), with the motors' speed alone ("speed": eq. 2.18), or with both ("stroke+speed": section 2.5.2.4)."""
 
-    form: LeakForm = Field(description="what the leak goes with")
+    form: LeakForm = Field(description="what the leakage varies with")
     at: LeakPoint = Field(default_factory=LeakPoint)
 
 

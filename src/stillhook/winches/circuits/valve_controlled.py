@@ -73,7 +73,7 @@ class LoadSensingPumps(tables.Pumps):
     dp_margin: u.Pressure = Field(gt=0, description="pressure kept above that of the load")
     dp_droop: u.Pressure = Field(gt=0, description="pressure by which it falls from no to full flow")
     p_standby: u.Pressure = Field(gt=0, description="lowest pressure; that of p_max makes a constant supply")
-    p_max: u.Pressure = Field(gt=0, description="largest pressure that the control asks for")
+    p_max: u.Pressure = Field(gt=0, description="largest pressure that the control requires")
 
 
 class TankLine(Spec):

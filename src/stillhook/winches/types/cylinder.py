@@ -1,4 +1,4 @@
-"""Cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake (thesis
+"""Cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum is held by its brake (thesis
 figure 1.7 and section 1.2.2).
 
 The rod carries a sheave that takes `falls` of wire in for its travel. Lines A and B of the cylinder are in closed
@@ -66,7 +66,7 @@ from stillhook.winches.load_path.load import Hoist, drum_geometry
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
 NAME = "cylinder"
-TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake"
+TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum is held by its brake"
 PATH = load
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
