@@ -22,6 +22,7 @@ from stillhook.analysis.axes import Axes
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
 from stillhook.engine.certificate import twin_line
+from stillhook.errors import Cancelled
 from stillhook.kernels.build import kernel_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -205,7 +206,10 @@ def as_dataset(run: Callable[Arguments, Map], name: str, doc: str) -> Callable[A
 
     @functools.wraps(run)
     def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> xarray.Dataset:
-        return run(*args, **kwargs).dataset()
+        try:
+            return run(*args, **kwargs).dataset()
+        except Cancelled as stopped:
+            raise stopped.then(Map.dataset) from None
 
     called.__name__ = called.__qualname__ = name
     called.__doc__ = doc
