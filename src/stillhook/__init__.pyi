@@ -2,6 +2,7 @@ from stillhook import analysis as analysis
 from stillhook import identify as identify
 from stillhook import metrics as metrics
 from stillhook import plan as plan
+from stillhook import plot as plot
 from stillhook import response as response
 from stillhook import validate as validate
 from stillhook._version import __version__ as __version__

@@ -1,5 +1,5 @@
-"""Progress of long work: its share done, from 0 to 1, of whatever parts it is made; as events for a listener, with a token
-that stops it."""
+"""Progress of long work: its share done, from 0 to 1, of whatever parts it is made; as events for a listener, with a
+token that stops it."""
 
 from __future__ import annotations
 
