@@ -8,6 +8,7 @@
 >>> float(run.e_c_pp)  # doctest: +SKIP
 """
 
-from stillhook.base.lazy import public
+from stillhook.base.lazy import after, public
 
 __getattr__, __dir__, __all__ = public(__name__)
+after("xarray", "stillhook.plot.accessor")  # run.stillhook

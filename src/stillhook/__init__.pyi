@@ -2,12 +2,16 @@ from stillhook import analysis as analysis
 from stillhook import identify as identify
 from stillhook import metrics as metrics
 from stillhook import plan as plan
+from stillhook import plot as plot
 from stillhook import response as response
 from stillhook import validate as validate
 from stillhook._version import __version__ as __version__
 from stillhook.analysis.controllers import compare as compare
+from stillhook.base.progress import CancelToken as CancelToken
+from stillhook.base.progress import Monitor as Monitor
 from stillhook.engine.session import Session as Session
 from stillhook.engine.simulate import simulate as simulate
+from stillhook.errors import Cancelled as Cancelled
 from stillhook.errors import StillhookError as StillhookError
 from stillhook.formats.lift_file import load_lift as load_lift
 from stillhook.formats.motion.open import read_tip_motion as read_tip_motion

@@ -3,6 +3,11 @@
 A message is one line: where, what came, what is allowed, what to do. The command line prints it and exits with 2.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
 
 class StillhookError(Exception):
     """Root of all errors that a user can correct: one line with the place, the value, what is allowed and what to do.
@@ -14,6 +19,35 @@ class StillhookError(Exception):
     ...     print(problem)
     Scenario.load = "100 kN": unit "kN" is not one of kg, t, te.
     """
+
+
+class Cancelled(Exception):  # noqa: N818  # not an error
+    """Long work was stopped by its token. What was finished is in `partial`, and in the store where one was given.
+
+    >>> import stillhook
+    >>> crane, token = stillhook.load_crane("nov-250t"), stillhook.CancelToken()
+    >>> token.cancel()
+    >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s")
+    >>> try:
+    ...     stillhook.simulate(crane, [case, case], progress=stillhook.Monitor(cancel=token))
+    ... except stillhook.Cancelled as stopped:
+    ...     print(stopped, stopped.partial)
+    Cancelled. What was finished is in the store, where one was given. None
+    """
+
+    def __init__(self, partial: Callable[[], Any] | None = None) -> None:
+        super().__init__("Cancelled. What was finished is in the store, where one was given.")
+        self.make = partial
+
+    def then(self, make: Callable[[Any], Any]) -> Cancelled:
+        """The same, with something made of what was finished when it is asked for."""
+        return Cancelled(lambda: None if (finished := self.partial) is None else make(finished))
+
+    @property
+    def partial(self) -> Any:
+        """What was finished, of the type that the whole has: cases of a Dataset, cells of a map, the plan of the tier
+        before; None where nothing was."""
+        return None if self.make is None else self.make()
 
 
 class CommandError(StillhookError):

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 
@@ -27,3 +30,37 @@ def public(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]],
         return value
 
     return get, lambda: sorted(modules), sorted(modules)
+
+
+class _After:
+    """Finds a library as any finder does, and imports a module of ours once it is loaded."""
+
+    def __init__(self, library: str, module: str) -> None:
+        self.library, self.module = library, module
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if name != self.library or self not in sys.meta_path:
+            return None
+        sys.meta_path.remove(self)
+        spec = find_spec(name)
+        loader = None if spec is None else spec.loader
+        if loader is None:
+            return spec
+        run = loader.exec_module
+
+        def then(module: ModuleType) -> None:
+            run(module)
+            import_module(self.module)
+
+        loader.exec_module = then  # type: ignore[method-assign]
+        return spec
+
+
+def after(library: str, module: str) -> None:
+    """Import a module once a library is loaded, which is now where it is: neither costs anything before."""
+    if library in sys.modules:
+        import_module(module)
+    else:
+        sys.meta_path.insert(0, _After(library, module))

@@ -24,7 +24,7 @@ from stillhook.engine.runner import Ending, Run
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.store import Store, Summary, keys_of
 from stillhook.engine.tasks import CaseType, Task, cut, on_cluster, on_threads
-from stillhook.errors import ScenarioError, SimulationError
+from stillhook.errors import Cancelled, ScenarioError, SimulationError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -132,8 +132,8 @@ def _run(
         if len(results) < len(cases):
             folder.check_room()
     seconds = [of.seconds(w, c) for w, c in zip(cranes, cases, strict=True)]
-    meter = Meter(sum(seconds), progress, done=sum(seconds[i] for i in results))
-    meter.tell()
+    done = sum(seconds[i] for i in results)
+    meter = Meter(sum(seconds), progress, done, of=len(cases), finished=len(results))
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     tasks = [
         Task(
@@ -150,11 +150,17 @@ def _run(
         )
         for part in cut(of, cranes, cases, [i for i in range(len(cases)) if i not in results], lanes, workers)
     ]
-    with closing(on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)) as answers:
-        for task, made in answers:
-            if store is not None:
-                folder.put([keys[i] for i in task.indices], made)
-            results.update(zip(task.indices, made, strict=True))
+    running = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
+    try:
+        meter.tell()
+        with closing(running) as answers:
+            for task, made in answers:
+                if store is not None:
+                    folder.put([keys[i] for i in task.indices], made)
+                results.update(zip(task.indices, made, strict=True))
+                meter.finish(of.words(task.cases[-1]), len(made))
+    except Cancelled:
+        raise Cancelled(lambda: results or None) from None
     return [results[i] for i in range(len(cases))]
 
 
@@ -239,8 +245,9 @@ def simulate(
         `run_cases`.
     client : dask.distributed.Client, optional
         Cluster on which statistics alone are made, with the same numbers.
-    progress : callable, optional
-        Called with the share done, 0..1; first with 0, when everything that was given has been found good.
+    progress : callable or Monitor, optional
+        Called with the share done, 0..1; first with 0, when everything that was given has been found good. A
+        `stillhook.Monitor` gets events and can cancel.
 
     Returns
     -------
@@ -257,6 +264,8 @@ def simulate(
         For a step that is too long.
     SimulationError
         For a failed case. Nothing is returned half-done.
+    Cancelled
+        When the token of the monitor is set; its `partial` holds the cases that were finished.
 
     Examples
     --------
@@ -287,30 +296,40 @@ def simulate(
     elif stored and rows % sampled:
         raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
     n_sub = _checked(of, cranes, cases, step, threads, series=stored)
-    runs = _run(
-        of,
-        cranes,
-        cases,
-        n_sub,
-        every=rows if stored else 0,
-        lanes=None,
-        keep=unchanged if stored else row_of,
-        threads=threads,
-        store=store,
-        client=client,
-        progress=progress,
-    )
-    summaries = [run.row for run in runs] if stored else runs
-    if OnFailure(on_failure) is OnFailure.RAISE:
-        raise_failures(summaries)
-    return of.dataset(
-        crane if isinstance(crane, Crane) else cranes,
-        cases,
-        summaries,
-        step=cranes[0].control.t_cycle / n_sub,
-        single=single,
-        runs=runs if stored else (),
-    )
+
+    def labelled(runs: Mapping[int, Any]) -> xarray.Dataset:
+        """Runs by the places of their cases; all of them, or those that were finished."""
+        places = sorted(runs)
+        ordered = [runs[i] for i in places]
+        summaries = [run.row for run in ordered] if stored else ordered
+        if len(runs) == len(cases) and OnFailure(on_failure) is OnFailure.RAISE:
+            raise_failures(summaries)
+        return of.dataset(
+            crane if isinstance(crane, Crane) else [cranes[i] for i in places],
+            [cases[i] for i in places],
+            summaries,
+            step=cranes[0].control.t_cycle / n_sub,
+            single=single,
+            runs=ordered if stored else (),
+        )
+
+    try:
+        runs = _run(
+            of,
+            cranes,
+            cases,
+            n_sub,
+            every=rows if stored else 0,
+            lanes=None,
+            keep=unchanged if stored else row_of,
+            threads=threads,
+            store=store,
+            client=client,
+            progress=progress,
+        )
+    except Cancelled as stopped:
+        raise stopped.then(labelled) from None
+    return labelled(dict(enumerate(runs)))
 
 
 def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarray.Dataset:

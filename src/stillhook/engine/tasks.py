@@ -87,6 +87,10 @@ class CaseType(ABC):
     ) -> xarray.Dataset:
         """Summaries of cases, and their runs where these have series, as a labelled Dataset; step [s]."""
 
+    @abstractmethod
+    def words(self, case: Any) -> str:
+        """A case as events name it."""
+
     def sort(self, places: list[int], cases: Sequence[Any]) -> list[int]:
         """Places of a group in the order in which they are best run."""
         return places

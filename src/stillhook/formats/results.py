@@ -123,7 +123,7 @@ def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
     if "scenarios" not in run.attrs:
         raise StillhookError("the file holds lowerings, not scenarios. Run them again with rerun, or stillhook lower.")
     cases = [Scenario.from_dict(s) for s in _stored_list(run, "scenarios")]
-    cranes = _stored_cranes(run)
+    cranes = cranes_of(run)
     n = max(len(cases), len(cranes))
     if not {len(cases), len(cranes)} <= {1, n}:
         raise StillhookError(f"stored run: {len(cranes)} cranes and {len(cases)} scenarios. Simulate again.")
@@ -137,7 +137,7 @@ def lowerings_of(run: xarray.Dataset) -> tuple[list[Crane], list[Lowering | InSe
             "the file holds lowerings without what repeats them: it is of Stillhook 0.10 or older, or their water is"
             f" more than {LARGEST / 1e6:.0f} MB. Run the lift file again: stillhook lower."
         )
-    cases, cranes = stored_lowerings(str(run.attrs["lowerings"])), _stored_cranes(run)
+    cases, cranes = stored_lowerings(str(run.attrs["lowerings"])), cranes_of(run)
     try:
         places = np.ravel(run.attrs.get("crane_of_case", [0] * len(cases))).astype(int).tolist()
         of_case = [cranes[i] for i in places]
@@ -153,7 +153,8 @@ def _several(run: xarray.Dataset) -> bool:
     return str(run.attrs["crane"]).startswith("[")
 
 
-def _stored_cranes(run: xarray.Dataset) -> list[Crane]:
+def cranes_of(run: xarray.Dataset) -> list[Crane]:
+    """The cranes of a run: one, or one for each case. Errors: StillhookError."""
     texts = _stored_list(run, "crane") if _several(run) else [str(run.attrs["crane"])]
     if not all(isinstance(text, str) for text in texts):
         raise StillhookError("stored crane: not a list of crane files. Simulate again.")

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.analysis.drives.sizing import Sized
-from stillhook.base.progress import Parts, Progress
-from stillhook.errors import PlanError
+from stillhook.base.progress import Parts, Progress, Relay
+from stillhook.errors import Cancelled, PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import facts_of, not_computed, result_facts
@@ -51,13 +51,14 @@ from stillhook.weather.series import Weather
 if TYPE_CHECKING:
     import xarray
 
-EXPECTED = {"preparation": 2.0, "frequency": 5.0, "time": 100.0, "weather": 17.0, "reference cell": 2.0, "sweep": 30.0}
+FREQUENCY, TIME = "frequency domain", "time domain"
+EXPECTED = {"preparation": 2.0, FREQUENCY: 5.0, TIME: 100.0, "weather": 17.0, "reference cell": 2.0, "sweep": 30.0}
 """Parts of a plan and what each took of the embedded plan, its residuals known [s]: for progress, in ratio to
 each other."""
 PARTS = {
     Tier.CLOSED_FORM: ("preparation", "weather"),
-    Tier.FREQUENCY: ("preparation", "frequency", "weather", "reference cell"),
-    Tier.TIME: ("preparation", "frequency", "time", "weather", "reference cell", "sweep"),
+    Tier.FREQUENCY: ("preparation", FREQUENCY, "weather", "reference cell"),
+    Tier.TIME: ("preparation", FREQUENCY, TIME, "weather", "reference cell", "sweep"),
 }
 
 
@@ -94,8 +95,8 @@ def plan(
     seed : int, default 0
         0 or more; each gives the runs of the twin other waves of the same seas, so that two plans show by how much
         limits scatter.
-    progress : callable, optional
-        Called with the share done, 0 to 1.
+    progress : callable or Monitor, optional
+        Called with the share done, 0 to 1; a `stillhook.Monitor` gets events and can cancel.
 
     Returns
     -------
@@ -106,8 +107,31 @@ def plan(
     ------
     StillhookError
         One line.
+    Cancelled
+        When the token of the monitor is set; its `partial` is the plan of the tier below, made when it is read.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
+    how: dict[str, Any] = {"weather": weather, "alpha": alpha, "threads": threads}
+    try:
+        return _planned(lift_plan, last, store=store, client=client, seed=seed, progress=progress, **how)
+    except Cancelled:
+        lower = list(Tier)[: list(Tier).index(last)]
+        raise Cancelled(partial(_planned, lift_plan, lower[-1], **how) if lower else None) from None
+
+
+def _planned(
+    lift_plan: LiftPlan,
+    last: Tier,
+    *,
+    weather: Weather | None,
+    alpha: str,
+    threads: int,
+    store: str | Path | None = None,
+    client: Any = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> PlanResult:
+    """`plan` of a plan and a tier."""
     if seed < 0 or (seed and last is not Tier.TIME):
         raise PlanError(
             f"Seed {seed} with tier {last}: waves are drawn in tier {Tier.TIME} alone. Enter 0 or more there."
@@ -125,7 +149,7 @@ def plan(
     check_cap(lift_plan, axes, certified.covers)
     demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
-        demands += frequency(lift_plan, axes.alternatives, seas, parts("frequency"), threads=threads)
+        demands += frequency(lift_plan, axes.alternatives, seas, parts(FREQUENCY), threads=threads)
     limits = [limits_in(lift_plan, demand) for demand in demands]
     twin = None
     if last is Tier.TIME:
@@ -134,7 +158,7 @@ def plan(
             limits,
             occurrence=None if records is None else occurrence(lift_plan, records),
             execution=execution,
-            progress=parts("time"),
+            progress=parts(TIME),
         )
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
     parts("weather")
@@ -224,7 +248,7 @@ def days_gained(
             if progress is not None:
                 progress((done + share) / len(drives))
 
-        rows[drive.name] = gained(plan(of_drive, tier=tier, progress=part), own)
+        rows[drive.name] = gained(plan(of_drive, tier=tier, progress=Relay(part, progress, stage=drive.name)), own)
     basis = (
         "Workable days of a year over each reference, as modelled; without a certificate no drive is credited with more"
         " than a flat 80 % of compensation."

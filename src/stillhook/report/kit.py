@@ -7,6 +7,7 @@ Pictures are made of these, so that sizes of letters, grids and legends are alik
 
 from __future__ import annotations
 
+import functools
 import io
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.base.extras import how_to_get, installed
+from stillhook.base.extras import how_to_get, installed, need
+from stillhook.errors import StillhookError
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import KINDS, in_display
 
@@ -33,11 +35,22 @@ WRAP = 110
 """Characters of a line of a title."""
 
 
-def canvas(width: float, height: float, title: str = "", *, wrap: int = WRAP) -> Figure:
-    """An empty figure of this size [inch] whose parts do not overlap, with a title folded after so many characters."""
+@functools.cache
+def _picture() -> type[Figure]:
+    """A figure that a notebook shows without a backend."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    class Picture(Figure):
+        def _repr_png_(self) -> bytes:
+            return png(self)
+
+    return Picture
+
+
+def canvas(width: float, height: float, title: str = "", *, wrap: int = WRAP) -> Figure:
+    """An empty figure of this size [inch] whose parts do not overlap, with a title folded after so many characters."""
+    need("matplotlib", "pictures", StillhookError)
+    figure = _picture()(figsize=(width, height), layout="constrained")
     if title:
         lines = (textwrap.fill(line, wrap) for line in title.splitlines())
         figure.suptitle("\n".join(lines), fontsize="medium")

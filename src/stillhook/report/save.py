@@ -68,25 +68,26 @@ def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> FloatAr
     return np.asarray(hook + np.array([wire_weight(float(x), s) for x in run["s_w"].values]))
 
 
+def lowering_figures(run: xarray.Dataset, crane: Crane, lift: Lowering, title: str) -> dict[str, Figure]:
+    """The figures of a lowering by the names of their files: over time, and its moments to scale."""
+    p_relief = crane.active.relief.p if "active" in crane.circuits else None
+    limits = Limits(crane.SWL * G + crane.hook_mass * G, p_relief)
+    panels, moments, *_ = LOWERING_FILES
+    return {
+        panels: lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title),
+        moments: strip(run, lift, title=lift.name),
+    }
+
+
 def write_lowering(
     out: Path, run: xarray.Dataset, file: LiftFile, answer: dict[str, Any], *, animation: bool
 ) -> tuple[str, ...]:
     """Write the files of a lowering; all of them or none. Gives their names."""
     crane, lift = file.crane, file.lift
     title = f"{lift.name}: {crane.name}, {file.place}"
-    p_relief = crane.active.relief.p if "active" in crane.circuits else None
-    limits = Limits(crane.SWL * G + crane.hook_mass * G, p_relief)
-    panels, moments, series, numbers = LOWERING_FILES
-
-    def pictures() -> dict[str, Figure]:
-        tension = static_tension(run, crane, lift)
-        return {
-            panels: lowering_panels(run, lift, tension, limits, title=title),
-            moments: strip(run, lift, title=lift.name),
-        }
-
+    _, _, series, numbers = LOWERING_FILES
     with atomic_folder(out) as part:
-        figures = draw_if_possible(pictures)
+        figures = draw_if_possible(lambda: lowering_figures(run, crane, lift, title))
         for name, figure in figures.items():
             kit.save(figure, part / name)
         save_run(run, part / series)

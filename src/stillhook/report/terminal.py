@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
+from stillhook.base.progress import RUNS, Monitor, Relay
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.variables import BY_NAME
@@ -13,7 +14,7 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     from rich.table import Table as Grid
 
-    from stillhook.base.progress import Progress
+    from stillhook.base.progress import Event, Progress
     from stillhook.kernels.build import Setup
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
@@ -237,12 +238,12 @@ def started(
         if bar is not None:
             bar(share)
 
-    return report_progress
+    return Relay(report_progress, bar)
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Progress | None]:
-    """A bar on a terminal, nothing elsewhere."""
+    """A bar on a terminal, nothing elsewhere: the same events that a program gets."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -252,17 +253,16 @@ def progress_bar(title: str) -> Iterator[Progress | None]:
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    from stillhook.base.progress import TimeLeft
-
-    left = TimeLeft()
     time_left = TextColumn("{task.fields[left]}", style="progress.remaining")
     with Bar(
         TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), time_left, console=console, transient=True
     ) as bar:
-        task = bar.add_task(_escaped(title), total=1.0, left=left)
 
-        def report(share: float) -> None:
-            left.report(share)
-            bar.update(task, completed=share)
+        def show(event: Event) -> None:
+            count = f"{event.done:,} of {event.total:,}" if event.total > 1 else ""
+            words = ", ".join(text for text in (title, "" if event.stage == RUNS else event.stage, count) if text)
+            bar.update(task, completed=event.share, description=_escaped(words))
 
-        yield report
+        monitor = Monitor(show)
+        task = bar.add_task(_escaped(title), total=1.0, left=monitor.left)
+        yield monitor

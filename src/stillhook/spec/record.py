@@ -5,6 +5,7 @@ from typing import Any
 from pydantic import ConfigDict, ValidationError
 
 from stillhook.errors import ScenarioError
+from stillhook.tables.html import record_html
 from stillhook.tables.plausible import Ranged
 from stillhook.tables.table import first_problem
 
@@ -19,3 +20,7 @@ class Record(Ranged):
             super().__init__(**data)
         except ValidationError as e:
             raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
+
+    def _repr_html_(self) -> str:
+        """Its numbers with their units, for a notebook."""
+        return record_html(self)

@@ -21,6 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from stillhook.base.choice import nearest
 from stillhook.errors import StillhookError
+from stillhook.tables.html import record_html
 from stillhook.tables.plausible import Ranged, marks
 from stillhook.units import KINDS, Quantity, bound, quote, text_at
 
@@ -61,6 +62,10 @@ class Spec(Ranged):
     """A table of a file that users write: frozen, and closed to unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def _repr_html_(self) -> str:
+        """Its numbers with their units, for a notebook."""
+        return record_html(self)
 
 
 class SourceKind(StrEnum):

@@ -105,7 +105,8 @@ def monte_carlo_map(
     options = {"step": step, "threads": threads, "store": store, "client": client}
     for k in range(0, len(places), at_once):
         some = places[k : k + at_once]
-        part_progress = part_of(progress, k / len(places), len(some) / len(places))
+        each = n * len(cells.controllers)
+        part_progress = part_of(progress, k * each, len(some) * each, len(places) * each)
         rows, status, _ = run_draws(
             [drawings[i] for place in some for i in place], table.values, progress=part_progress, **options
         )

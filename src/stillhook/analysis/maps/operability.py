@@ -4,7 +4,8 @@ used, and why."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +15,11 @@ from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controllers as controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Progress, begin
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.engine.simulate import run_cases
-from stillhook.errors import ScenarioError
+from stillhook.errors import Cancelled, ScenarioError
 from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.text import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
@@ -80,10 +81,39 @@ def map_of(
         duration=duration,
         warm_up=warm_up,
     )
-    answers = run_cases(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+    begin(progress, "map")
+
+    def map_from(rows: Mapping[int, Mapping[str, Any]]) -> Map:
+        answers = [rows.get(i, NOT_RUN) for i in range(len(cases))]
+        return _map(crane, axes, chosen, cranes, cases, answers, _words(motion, period, periods is not None))
+
+    try:
+        rows = run_cases(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+    except Cancelled as stopped:
+        raise stopped.then(map_from) from None
+    return map_from(dict(enumerate(rows)))
+
+
+NOT_RUN: Mapping[str, Any] = defaultdict(lambda: math.nan, status="not run")
+"""Summary of a cell that a cancelled map has not run."""
+
+
+def _map(
+    crane: Crane,
+    axes: Axes,
+    chosen: Sequence[Controller],
+    cranes: Sequence[Crane],
+    cases: Sequence[Scenario],
+    answers: Sequence[Mapping[str, Any]],
+    motion: str,
+) -> Map:
+    """The summaries of all cells as a map."""
     shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
-    causes = [cause_of(crane, s, m, k.load) for s, m, k in zip(answers, modes, cases, strict=True)]
+    causes = [
+        "not run" if s is NOT_RUN else cause_of(crane, s, m, k.load)
+        for s, m, k in zip(answers, modes, cases, strict=True)
+    ]
     return Map(
         crane=crane,
         labels=tuple(c.name for c in chosen),
@@ -99,7 +129,7 @@ def map_of(
         better="e_c_pp",
         about={
             "speed_is": "peak speed of the tip",
-            "motion": _words(motion, period, periods is not None),
+            "motion": motion,
             "duration": cases[0].duration,
             "warm_up": cases[0].warm_up,
             "notes": notes_of(cranes, cases),
@@ -148,8 +178,8 @@ operability_map = as_dataset(
         `stillhook.simulate`.
     client : dask.distributed.Client, optional
         Cluster that shares the runs, with the same numbers.
-    progress : callable, optional
-        Called with the share done, 0 to 1.
+    progress : callable or Monitor, optional
+        Called with the share done, 0 to 1; a `stillhook.Monitor` gets events and can cancel.
 
     Returns
     -------
@@ -162,6 +192,8 @@ operability_map = as_dataset(
     ------
     ScenarioError, UnitError, SpecError, MotionError
         One line each, before anything runs.
+    Cancelled
+        When the token of the monitor is set; the cells of its `partial` that were not run have the cause "not run".
 
     Notes
     -----

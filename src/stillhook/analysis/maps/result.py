@@ -22,8 +22,9 @@ from stillhook.analysis.axes import Axes
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
 from stillhook.engine.certificate import twin_line
+from stillhook.errors import Cancelled, StillhookError
 from stillhook.kernels.build import kernel_hash
-from stillhook.library import crane_toml
+from stillhook.library import crane_from_toml, crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.tables.plausible import implausible_values
@@ -80,6 +81,33 @@ class Map:
     def applicable(self) -> NDArray[np.bool_]:
         """Where each controller can be used."""
         return np.asarray(self.cause == "", dtype=np.bool_)
+
+    @classmethod
+    def from_dataset(cls, data: xarray.Dataset) -> Map:
+        """The map that `dataset` made a Dataset of. Errors: StillhookError for another Dataset."""
+        if not {"cause", "applicable", "status"} <= set(data.data_vars):
+            raise StillhookError("a map is needed. Give what operability_map or settling_map returned.")
+        full = data.expand_dims([d for d in DIMS if d not in data.dims]).transpose(*DIMS)
+        layers = tuple(full["layer"].values.tolist()) if "layer" in data.dims else (None,)
+        periods = tuple(full["period"].values.tolist()) if "period" in data.dims else (None,)
+        s_w = tuple(np.ravel(data["s_w"].values).tolist())
+        labels = tuple(str(label) for label in full["controller"].values)
+        modes = {str(mode): mode for mode in Mode}
+        return cls(
+            crane=crane_from_toml(str(data.attrs["crane"]), "stored crane"),
+            labels=labels,
+            modes=tuple(None if label == BEST_CLASSIC else modes.get(label) for label in labels),
+            axes=Axes(*(tuple(full[name].values.tolist()) for name in ("load", "speed")), layers, s_w, periods),
+            values={
+                str(name): x.values
+                for name, x in full.data_vars.items()
+                if x.dtype.kind == "f" and not str(name).endswith("_change")
+            },
+            status=full["status"].values.astype(object),
+            cause=full["cause"].values.astype(object),
+            better=next(name for name in ("e_c_pp", "settling_time") if name in full),
+            about=json.loads(data.attrs["about"]),
+        )
 
     def with_best_classic(self) -> Map:
         """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower
@@ -205,7 +233,10 @@ def as_dataset(run: Callable[Arguments, Map], name: str, doc: str) -> Callable[A
 
     @functools.wraps(run)
     def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> xarray.Dataset:
-        return run(*args, **kwargs).dataset()
+        try:
+            return run(*args, **kwargs).dataset()
+        except Cancelled as stopped:
+            raise stopped.then(Map.dataset) from None
 
     called.__name__ = called.__qualname__ = name
     called.__doc__ = doc

@@ -39,7 +39,7 @@ from stillhook.analysis.tuning.parameters import (
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
 from stillhook.engine.simulate import run_cases
-from stillhook.errors import StillhookError
+from stillhook.errors import Cancelled, StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -175,7 +175,7 @@ def tune(
         search.polish()
     except BudgetUsed:
         pass
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Cancelled):
         search.interrupted = True
     return result(search, crane, start, seed)
 

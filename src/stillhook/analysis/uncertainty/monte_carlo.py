@@ -13,7 +13,7 @@ import numpy as np
 from stillhook._version import __version__
 from stillhook.analysis.uncertainty.draws import Drawing, Draws, Pair, Uncertainty, draws
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Progress, Relay
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.scenario.summary import numbers_of
@@ -166,7 +166,7 @@ def run_draws(
     at_values: list[dict[str, Any]] = []
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
-        part_progress = part_of(progress, done / total, len(pairs) / total)
+        part_progress = part_of(progress, done, len(pairs), total)
         part = run_cases([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
         numbers[done : done + len(part)] = [[s[name] for name in names] for s in part]
         status += [s["status"] for s in part]
@@ -176,9 +176,11 @@ def run_draws(
     return numbers[k:].reshape(k, n, len(names)), rows, at_values
 
 
-def part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
-    """Progress of a part of a longer run."""
-    return None if progress is None else lambda share: progress(begin + share * size)
+def part_of(progress: Progress | None, before: int, size: int, total: int) -> Progress | None:
+    """Progress of some runs of a longer list."""
+    if progress is None:
+        return None
+    return Relay(lambda share: progress((before + share * size) / total), progress, before, total)
 
 
 def _dataset(

@@ -135,14 +135,11 @@ def response(
 
 
 def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
-    from stillhook.report.plots.run import sea_figure, year_figure
-    from stillhook.response.lift import spectra
+    from stillhook.plot.sea import response as response_figure
 
     at = f"payload at {display_number('depth', response.depth, 5)} m"
     title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}\n{answer['place']}"
-    if "time" in response.data.dims:
-        return year_figure(response.data, title)
-    return sea_figure(response.forcing.omega, spectra(response), float(response.T_wire[0]), title)
+    return response_figure(response, title=title)
 
 
 def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:

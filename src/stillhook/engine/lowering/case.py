@@ -78,6 +78,10 @@ class LoweringType(CaseType):
     def __init__(self, sampled: int = 1, *, short: bool = False) -> None:
         self.sampled, self.short = sampled, short
 
+    def words(self, case: Case) -> str:
+        """The lift, and its sea."""
+        return f"{case.lift.name}, {case.sea.describe()}" if isinstance(case, InSea) else case.name
+
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         def check(crane: Crane, lift: Lowering) -> None:
             check_sea(lift)

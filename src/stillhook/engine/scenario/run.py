@@ -37,6 +37,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.sensors import error_sensors
 from stillhook.spec.settings import sensor_settings
+from stillhook.units import show
 from stillhook.variables import WINDOW
 from stillhook.winches.records import Tick, Tip
 
@@ -167,6 +168,10 @@ def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[s
 
 class ScenarioType(CaseType):
     """Scenarios: a load on the wire."""
+
+    def words(self, case: Scenario) -> str:
+        """Its name, else controller, load and motion."""
+        return case.name or f"{case.mode}, {show(case.load, 'mass', 4)}, {case.tip.describe().split(':')[0]}"
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
         each_case(cranes, cases, check)

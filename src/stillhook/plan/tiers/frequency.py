@@ -43,7 +43,7 @@ OF_ROD = "compensator_share"
 UNUSABLE = "the controller may not be used at this load and layer: not simulated"
 
 
-EXPECTED = {"residuals": 13.0, "seas": 5.5}
+EXPECTED = {"winch residuals": 13.0, "sea states": 5.5}
 """Parts of the method and what each took of the embedded plan [s]: for progress, in ratio to each other."""
 
 
@@ -65,8 +65,8 @@ def frequency(
     cannot hang, or that the twin cannot carry.
     """
     phases, parts = looked_at(plan), Parts(progress, EXPECTED)
-    winch = winches_of(plan, phases, alternatives, parts("residuals"), threads=threads)
-    parts("seas")
+    winch = winches_of(plan, phases, alternatives, parts("winch residuals"), threads=threads)
+    parts("sea states")
     return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch, threads=threads)
 
 

@@ -38,6 +38,7 @@ from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, W
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane, content, rounded
 from stillhook.spec.scenario import Mode, mode_of
+from stillhook.units import show
 
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""
@@ -270,7 +271,7 @@ def identify_many(
 ) -> list[Residual | StillhookError]:
     """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. For
     a winch that cannot be run, the error."""
-    meter, motions = Meter(len(winches), progress), functools.cache(excitation.motions)
+    meter, motions = Meter(len(winches), progress, of=len(winches)), functools.cache(excitation.motions)
 
     def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
@@ -282,6 +283,7 @@ def identify_many(
             return problem
         finally:
             reached(1.0)
+            meter.finish(f"{winch.mode} on {show(winch.duty.s_w, 'length')} of wire")
 
     with ThreadPoolExecutor(max(threads, 1)) as pool:
         try:

@@ -13,10 +13,12 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LiftError
+from stillhook.physics.scalar import G
 from stillhook.spec.crane import Source
 from stillhook.spec.lift.assembly import SHAPES, AnyShape, rebuilt_shape, with_shape
 from stillhook.spec.lift.shapes import Shape
 from stillhook.spec.scenario import RHO_SEA, Number, Record
+from stillhook.tables.html import record_html
 
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]: displaced volume of a payload whose volume is not given."""
@@ -186,6 +188,17 @@ class Payload(Record):
     def drag(self, rho: float = RHO_SEA) -> float:
         """1/2 rho C_D A_p deep under the surface [N s^2/m^2]."""
         return 0.5 * rho * self.C_D * self.covered(rho).A_p
+
+    def _repr_html_(self) -> str:
+        """Its numbers, and those that follow from them covered by sea water, for a notebook."""
+        under, weight = self.covered(), (self.mass - RHO_SEA * self.displaced) * G
+        rows = [
+            ("displaced volume", f"{self.displaced:.4g} m^3"),
+            ("submerged weight in sea water", u.show(weight, "force", 4)),
+            ("added mass in heave", u.show(under.A33, "mass", 4)),
+            ("projected area", u.show(under.A_p, "area", 4)),
+        ]
+        return record_html(self, rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain SI data that `from_dict` turns into the same payload."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Progress, Relay
 from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited
@@ -469,7 +469,7 @@ class Work:
             self.share = before + part * share
             tell(self.share)
 
-        return report
+        return Relay(report, tell, self.cells.n_runs, whole)
 
 
 def _first(of: ColumnRuns, n: int) -> ColumnRuns:

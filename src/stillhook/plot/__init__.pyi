@@ -1,0 +1,23 @@
+from stillhook.plot.analyses import bode as bode
+from stillhook.plot.analyses import change as change
+from stillhook.plot.analyses import drives as drives
+from stillhook.plot.analyses import energy as energy
+from stillhook.plot.analyses import envelope as envelope
+from stillhook.plot.analyses import indices as indices
+from stillhook.plot.analyses import layers as layers
+from stillhook.plot.analyses import map as map  # noqa: A004
+from stillhook.plot.analyses import root_locus as root_locus
+from stillhook.plot.analyses import settings as settings
+from stillhook.plot.analyses import uncertainty as uncertainty
+from stillhook.plot.reports import friction as friction
+from stillhook.plot.reports import motor as motor
+from stillhook.plot.reports import plan as plan
+from stillhook.plot.reports import validation as validation
+from stillhook.plot.runs import lowering as lowering
+from stillhook.plot.runs import moments as moments
+from stillhook.plot.runs import run as run
+from stillhook.plot.sea import payload as payload
+from stillhook.plot.sea import response as response
+from stillhook.plot.sea import sea_states as sea_states
+from stillhook.plot.sea import spectrum as spectrum
+from stillhook.plot.sea import vessel as vessel
