@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stillhook.logs.formats.csv import EXACT_DIGITS, open_csv
-from stillhook.logs.formats.source import Want, stamps_to_seconds
+from stillhook.formats.table.stamps import stamps_to_seconds
+from stillhook.logs.formats.source import Want
 
 COLUMNS = 6
 

@@ -126,7 +126,7 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text([]), ["no data below it"]),
         (text(head=("D_m", *HEAD[1:])), ["D_m", "no unit", "cm^3/rev"]),
         (text(head=("D_m [cm^3]", *HEAD[1:])), ['"cm^3"', "cm^3/rev"]),
-        (text(head=(HEAD[0], "n [1/min]", *HEAD[2:])), ['"1/min"', "rev/min"]),
+        (text(head=(HEAD[0], "n [1/h]", *HEAD[2:])), ['"1/h"', "rev/min"]),
         (text(head=("size [cm^3/rev]", *HEAD[1:])), ["no column", "D_m [cm^3/rev]", "size"]),
         (text(head=(*HEAD[:3], "heat [W]")), ["no column with the loss", "eta_hm"]),
         (text(head=("D_m [m^3/rad]", *HEAD[1:])), ["row 2", "cm^3/rev", "Check the number and the unit"]),
@@ -183,14 +183,14 @@ def test_no_file_and_a_folder_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("toml", "part"),
     [
-        ("[columns]\n", "columns: give at least 1 (table [columns] with one row"),
-        ("[signals]\na = 1\n", "is a mapping of log signals, not a mapping of columns"),
+        ("[columns]\n", "m.toml: no table [columns]. Write rows such as heave = "),
+        ("[signals]\na = 1\n", "m.toml: columns.a: unknown column. Allowed: "),
         ("[columns]\nspeed = { column = 'x' }\n", "columns.speed: unknown column. Allowed: "),
         ('[columns]\nD_m = { column = "x", unit = "cm^3" }\n', "not one of m^3/rad"),
         ('[columns]\nD_m = { column = "x", unit = "cm^3/rev", scale = 0 }\n', "scale = 0"),
         (
             '[columns]\nD_m = { column = "x", unit = "cm^3/rev", factor = 2 }\n',
-            "columns.D_m.factor: unknown field. Allowed: column, unit, scale.",
+            "columns.D_m.factor: unknown field. Allowed: column, unit, sign, scale, offset.",
         ),
         ('[columns]\nD_m = { column = "gone", unit = "cm^3/rev" }\n', 'no column "gone"'),
         ("not toml", "not valid TOML"),

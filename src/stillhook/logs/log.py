@@ -24,11 +24,13 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
+from stillhook.formats.table.corrections import table_unit
 from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit
+from stillhook.formats.table.stamps import is_stamp
 from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.findings import Checked, checked, counted, limit_of
 from stillhook.logs.formats.open import open_log
-from stillhook.logs.formats.source import EXAMPLES, Chunk, Source, Want, is_stamp, master
+from stillhook.logs.formats.source import EXAMPLES, Chunk, Source, Want, master
 from stillhook.logs.frozen_signals import standstill
 from stillhook.logs.mapping import (
     allowed,
@@ -37,6 +39,7 @@ from stillhook.logs.mapping import (
     mapping_from_headings,
     place_of,
     read_mapping,
+    resolved,
     split_heading,
 )
 from stillhook.logs.resample import Column, Track
@@ -232,9 +235,8 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
     file_unit = _file_unit(source, place)
     if signal.name == "time" and file_unit in (STAMPS, "ISO"):
         return STAMPS
-    unit_name = our_unit(file_unit, signal.quantity)
-    if unit_name is not None and (file_unit or not signal.quantity):
-        return unit_name
+    if table_unit(file_unit, signal.quantity) is not None and (file_unit or not signal.quantity):
+        return our_unit(file_unit, signal.quantity) or file_unit
     problem, advice = "has no unit; choose one of", ""
     if file_unit:
         problem, advice = f"has the unit {quote(file_unit)}, which is not one of", hint(file_unit, signal.quantity)
@@ -356,7 +358,22 @@ def read_log(
         raise LogError(f'every = {quote(every)}: the width of the bins must be above 0, such as "0.1 s".')
     source = open_log(path)
     rows = dict(mapping) if mapping is not None else mapping_from_headings(source.headings, source.name)
+    rows = {name: resolved(signal, source.headings, source.name) for name, signal in rows.items()}
     _refuse_nothing(source, rows, from_headings=mapping is None)
+    log = read_samples(source, rows, width, leave_out_clocks=leave_out_clocks, progress=progress)
+    check_signs(log)
+    return log
+
+
+def read_samples(
+    source: Source,
+    rows: Mapping[str, Signal],
+    width: float = 0.1,
+    *,
+    leave_out_clocks: bool = False,
+    progress: Progress | None = None,
+) -> Log:
+    """The same of an open log, with bins of `width` [s], without the test of its signs."""
     tracks = build(source, rows, width)
     stream(source, tracks, CHUNK, progress or (lambda share: None))
     refuse_broken(source, tracks)
@@ -369,9 +386,7 @@ def read_log(
         )
         for clock, other in others
     ]
-    log = _log(source, rows, tracks, main, merged(source.name, main, more, leave_out=leave_out_clocks))
-    check_signs(log)
-    return log
+    return _log(source, rows, tracks, main, merged(source.name, main, more, leave_out=leave_out_clocks))
 
 
 def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, from_headings: bool) -> None:

@@ -5,6 +5,7 @@
     p_a = { column = "PT101", unit = "bar", range = ["0 bar", "400 bar"] }
     omega_m = { column = "M1 speed", unit = "rev/min", sign = -1 }
     u_p = "Pump command [%]"
+    omega_m = "Drehzahl [1/min] down"
 
 A row gives column, unit, sign (1 or -1), scale and offset (applied to the raw number before the unit), clock (column of
 other time stamps), range (ends of the sensor), quantity (for names of your own) and words (numbers for cells that are
@@ -18,58 +19,37 @@ import difflib
 import os
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BeforeValidator, Field, ValidationError, field_validator
+from pydantic import Field, field_validator
 
 from stillhook.base.choice import nearest
 from stillhook.errors import LogError, UnitError
+from stillhook.formats.table.corrections import TABLES, Column, ColumnRow, apart, row_of, table_unit
 from stillhook.formats.table.dialect import PURE, STAMPS, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal
-from stillhook.tables.table import Number, Spec, first_problem, pure_number
+from stillhook.tables.table import Number, pure_number
 from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
 
 _HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?\s*")
 
 
-def _column(column: object) -> str:
-    if isinstance(column, int) and not isinstance(column, bool) and column >= 1:
-        return str(column)
-    if not isinstance(column, str) or not column.strip():
-        raise ValueError("write the heading of the column in the file, or its place counted from 1.")
-    return column.strip()
-
-
-Column = Annotated[str, BeforeValidator(_column)]
-
-
-class SignalTable(Spec):
+class SignalTable(ColumnRow):
     """A row of the table [signals]."""
 
-    column: Column = Field(description="heading of the column in the file, or its place counted from 1")
-    unit: Any = Field(default=None, description="unit of the numbers in the file")
-    sign: Annotated[int, Field(strict=True)] = Field(default=1, description="1 or -1")
-    scale: Number = Field(default=1.0, description="factor on the raw number, before the unit")
-    offset: Number = Field(default=0.0, description="added to the raw number, before the unit")
     clock: Column | None = Field(default=None, description="column of other time stamps")
     range: Any = Field(default=None, description="ends of the sensor")
     quantity: Any = Field(default=None, description="what a name of your own measures")
     words: Mapping[str, Number] = Field(default_factory=dict, description="numbers for cells that are words")
 
-    @field_validator("sign")
-    @classmethod
-    def _plus_or_minus_one(cls, sign: int) -> int:
-        if sign not in (1, -1):
-            raise ValueError("it must be 1 or -1.")
-        return sign
-
     @field_validator("scale")
     @classmethod
-    def _positive(cls, scale: float) -> float:
+    def _not_zero(cls, scale: float) -> float:
         if scale <= 0.0:
             raise ValueError("write a number above 0; a flipped signal takes sign = -1.")
         return scale
@@ -81,9 +61,10 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
 
 
 def _mapping(table: TomlTable) -> dict[str, Signal]:
-    if not isinstance(table.data.get("signals"), Mapping):
+    rows = next((table.data[name] for name in TABLES if isinstance(table.data.get(name), Mapping)), None)
+    if rows is None:
         raise LogError(f"no table [signals]. {ROWS}")
-    return mapping_from(table.data["signals"], table.path.name)
+    return mapping_from(rows, table.path.name)
 
 
 ROWS = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
@@ -116,17 +97,7 @@ def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
 
 
 def _signal(name: str, row: Any, where: str) -> Signal:
-    if isinstance(row, str):
-        row = {"column": row}
-    if not isinstance(row, Mapping):
-        raise LogError(
-            f'{where} = {quote(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as'
-            " text."
-        )
-    try:
-        fields = SignalTable.model_validate(row)
-    except ValidationError as error:
-        raise LogError(first_problem(error, SignalTable, row, where).line) from None
+    fields = row_of(row, SignalTable, where)
     kind = _kind(name, fields.quantity, where)
     lo, hi = _range(fields.range, kind, where)
     if name == "time" and (fields.clock is not None or lo is not None or fields.sign != 1):
@@ -144,6 +115,12 @@ def _signal(name: str, row: Any, where: str) -> Signal:
         kind,
         tuple((word.strip(), value) for word, value in fields.words.items()),
     )
+
+
+def resolved(signal: Signal, headings: Sequence[str], where: str) -> Signal:
+    """A signal whose column is written with its unit, "PT101 [bar]", which is no heading of the file as it is."""
+    column, unit = apart(signal.column, signal.unit, headings)
+    return replace(signal, column=column, unit=_unit(signal.name, unit, signal.quantity, f"{where}: {signal.name}"))
 
 
 def _kind(name: str, quantity: Any, where: str) -> str:
@@ -176,10 +153,9 @@ def _unit(name: str, unit: Any, kind: str, where: str) -> str | None:
         raise UnitError(f"{where}.unit = {quote(unit)}: write it as text (allowed: {allowed(name, kind)}).")
     if name == "time" and ("%" in unit or unit == STAMPS):
         return unit
-    unit_name = our_unit(unit, kind)
-    if unit_name is None:
+    if table_unit(unit, kind) is None:
         raise UnitError(f"{where}.unit = {quote(unit)} is not one of {allowed(name, kind)}.{hint(unit, kind)}")
-    return unit_name
+    return our_unit(unit, kind) or unit
 
 
 def allowed(name: str, kind: str) -> str:
@@ -194,6 +170,8 @@ def factors(signal: Signal, unit: str) -> tuple[float, float]:
     """Factor and offset with value [SI] = factor * raw + offset."""
     if not signal.quantity:
         factor, zero = PURE[unit], 0.0
+    elif our_unit(unit, signal.quantity) is None and (known := table_unit(unit, signal.quantity)) is not None:
+        factor, zero = known[1], 0.0  # a load cell's tonnes
     else:
         zero = parse(f"0 {unit}", signal.quantity)
         factor = parse(f"1 {unit}", signal.quantity) - zero if zero else parse(f"1 {unit}", signal.quantity)
@@ -257,6 +235,7 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
         lambda h: h.strip() == column,
         lambda h: split_heading(h)[0] == column,
         lambda h: h.strip().lower() == column.lower(),
+        lambda h: split_heading(h)[0].lower() == column.lower(),
     ):
         matches = [i for i, heading in enumerate(headings) if match(heading)]
         if len(matches) > 1:

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,42 +30,59 @@ from stillhook.formats.motion.ship_log import (
     head_of,
     sign_of,
 )
-from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, split_heading
-from stillhook.formats.table.text import decoded, headed_table, heading_names
+from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, split_heading, unit_in
+from stillhook.formats.table.corrections import ColumnRow, apart
+from stillhook.formats.table.dialect import dialect_of
+from stillhook.formats.table.read import chosen_rows
+from stillhook.formats.table.text import HEAD, TextTable, decoded, find_table, headed_table, numbers_of
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.text import motion_from_json
 from stillhook.sea.vessel.ship_motion import Offset, ShipMotion, sea_worthy, tip_motion
 from stillhook.units import quote
 
+_TIMES = ("timestamp", "time_stamp", "date_time", "datetime", "date/time", "zeit", "zeitstempel", "tid", "utc", "t")
 COLUMNS = {
-    "time": ColumnSpec("time", "time", (), "time [s]", required=True),
-    "heave": ColumnSpec("heave", "length", (), "heave [m]", required=True),
+    "time": ColumnSpec("time", "time", _TIMES, "time [s]", required=True, word="time"),
+    "heave": ColumnSpec("heave", "length", (), "heave [m]", required=True, word="heave"),
     "tip": ColumnSpec("tip", "length", (), "tip [m]", required=True),
-    "roll": ColumnSpec("roll", "angle", (), "roll [deg]"),
-    "pitch": ColumnSpec("pitch", "angle", (), "pitch [deg]"),
+    "roll": ColumnSpec("roll", "angle", (), "roll [deg]", word="roll"),
+    "pitch": ColumnSpec("pitch", "angle", (), "pitch [deg]", word="pitch"),
 }
 START = 'Begin with a line such as "time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
 
 
-def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
+SECONDS = (0.005, 2.5)
+"""Spacing of times without a unit that are taken as seconds: of motion sensors, 0.4 to 200 samples a second."""
+
+
+def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, ColumnRow] | None = None) -> RawLog:
     """Time and the column `height` (heave or tip) in SI, with roll and pitch next to heave where the file has them.
+    chosen: columns as their user describes them (`stillhook.formats.table.corrections`).
 
     Errors: MotionError or UnitError of one line with file, line and column for a missing column, a missing or unknown
     unit, a value that is not a number, times that do not increase.
     """
-    file, _ = head_of(path)
-    text = decoded(file.name, file.read_bytes(), MotionError)
-    table = headed_table(file.name, text, MotionError, START, pad_last=True)
+    table, chosen = motion_table(path, chosen or {}), dict(chosen or {})
     if height == "heave" and place_of(table, COLUMNS["heave"]) is None and place_of(table, COLUMNS["tip"]) is not None:
         raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
     columns: dict[str, FloatArray] = {}
+    notes: list[str] = []
     for name in ("time", height, *(("roll", "pitch") if height == "heave" else ())):
         spec = COLUMNS[name]
-        if (place := place_of(table, spec)) is not None:
-            columns[name] = si_values(table, spec, place)
-        elif spec.required:
-            raise missing_column(table, spec, START)
+        if (place := place_of(table, spec, chosen.get(name))) is None:
+            if spec.required:
+                raise missing_column(table, spec, f'{START} Or say --column "{name}=HEADING [{spec.units[0]}]".')
+            continue
+        unit = ""
+        if name == "time" and _without_unit(table, place, chosen.get(name)):
+            row = chosen.get(name) or ColumnRow(column=table.headings[place])
+            chosen[name] = row.model_copy(update={"unit": "s"})
+            unit = " (no unit in the file: taken as s, by its spacing)"
+        columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
+        if unit or split_heading(table.headings[place])[0] != name:
+            against = " counted the other way" if name in chosen and chosen[name].sign < 0 else ""
+            notes.append(f"{name} from {quote(table.headings[place])}{unit}{against}")
     t, cautions = evened(columns["time"])
     if (back := np.diff(t) <= 0.0).any():
         i = int(np.argmax(back))
@@ -82,9 +101,48 @@ def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
         pitch=columns.get("pitch"),
         line_of=lambda i: table.lines[i],
         counts={"lines": len(t), "other columns": len(table.headings) - len(columns)},
-        cautions=cautions,
+        cautions=(*cautions, *([f"columns: {', '.join(notes)}"] if notes else ())),
         column=height,
     )
+
+
+def motion_table(path: str | os.PathLike[str], chosen: Mapping[str, ColumnRow]) -> TextTable:
+    """The table of a file of motion: one that begins with its headings, or one below other lines."""
+    file, _ = head_of(path)
+    data = file.read_bytes()
+    try:
+        table = headed_table(file.name, decoded(file.name, data, MotionError), MotionError, START, pad_last=True)
+    except MotionError as problem:
+        try:
+            return find_table(file.name, data, MotionError, "log", START)
+        except MotionError:
+            raise problem from None
+    if any(
+        place_of(table, COLUMNS[name], chosen.get(name) if name in chosen and _has(table, chosen[name]) else None)
+        is not None
+        for name in ("heave", "tip")
+    ):
+        return table
+    try:
+        return find_table(file.name, data, MotionError, "log", START)
+    except MotionError:
+        return table
+
+
+def _has(table: TextTable, row: ColumnRow) -> bool:
+    column = apart(row.column, row.unit, table.headings)[0].lower()
+    return any(column in (h.lower(), split_heading(h)[0]) for h in table.headings)
+
+
+def _without_unit(table: TextTable, place: int, row: ColumnRow | None) -> bool:
+    """Whether a column of times has no unit and is spaced as a motion sensor's seconds are."""
+    if (row is not None and apart(row.column, row.unit, table.headings)[1] is not None) or unit_in(
+        table, place, "time"
+    ) is not None:
+        return False
+    t = numbers_of([cell.replace(",", ".") for cell in table.column(place)[:1000]])
+    steps = np.diff(t[np.isfinite(t)])
+    return len(steps) > 1 and SECONDS[0] <= float(np.median(steps)) <= SECONDS[1]
 
 
 _SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
@@ -102,6 +160,9 @@ def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
     lines = [line for line in head.replace(b"\r", b"\n").split(b"\n") if line.strip() and not line.startswith(b"#")]
     if lines and re.search(rb"(?i)time|heave|tip|\[", lines[0]):
         return "csv"
+    with suppress(MotionError):  # below other lines, or with headings of its own
+        if dialect_of(head, file.name, len(head) < HEAD, "log", MotionError).header_line:
+            return "csv"
     raise MotionError(
         f"{file.name}: is neither a log of $PSXN,23 lines nor a CSV with a header such as "
         '"time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
@@ -134,6 +195,7 @@ def read_ship_motion(
     max_gap: str = DEFAULT_MAX_GAP,
     start: str | None = None,
     duration: str | None = None,
+    columns: Mapping[str, Any] | None = None,
 ) -> ShipMotion:
     """Ship motion from a Seapath log ($PSXN,23 lines) or a CSV with time and heave, with roll and pitch where a crane
     tip off the sensor is needed.
@@ -148,9 +210,12 @@ def read_ship_motion(
     """
     name, form = Path(path).name, motion_form(path)
     sign = sign_of(heave or ("down" if form == "psxn" else "up"), name)
+    chosen = _chosen(name, form, columns)
     if form == "csv":
         _only_seapath(name, time)
-        raw = raw_csv(path, "heave")
+        if heave is not None and "heave" in chosen and chosen["heave"].sign < 0:
+            raise MotionError(f'{name}: heave = {quote(heave)} and a column heave that counts "down". Say it once.')
+        raw = raw_csv(path, "heave", chosen)
     elif time in (None, "logger", "instrument"):
         raw = raw_psxn(path, sign, time or "logger")
     else:
@@ -168,6 +233,7 @@ def read_tip_motion(
     start: str | None = None,
     duration: str | None = None,
     every: str | None = "0.5 s",
+    columns: Mapping[str, Any] | None = None,
 ) -> Recorded:
     """Crane-tip motion from a file: its column `tip` if no lever arm is given, else the ship's motion at that arm.
 
@@ -189,6 +255,8 @@ def read_tip_motion(
         Length of that piece, such as "300 s"; default up to the end.
     every : str or None, default "0.5 s"
         As in `tip_motion`.
+    columns : mapping, optional
+        Columns of a CSV with names of its own, such as {"heave": "MRU_Heave_m [m] down"}.
 
     Returns
     -------
@@ -212,20 +280,29 @@ def read_tip_motion(
     39.0
     """
     if tip is not None:
-        ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)
+        ship = read_ship_motion(
+            path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration, columns=columns
+        )
         return tip_motion(ship, tip, every=every)
-    name = Path(path).name
-    begin = head_of(path)[1].decode("utf-8", errors="replace").removeprefix("\ufeff").replace("\r", "\n")
-    if motion_form(path) == "csv" and "tip" in (split_heading(heading)[0] for heading in heading_names(begin)):
+    name, form = Path(path).name, motion_form(path)
+    chosen = _chosen(name, form, columns)
+    if form == "csv" and ("tip" in chosen or place_of(motion_table(path, chosen), COLUMNS["tip"]) is not None):
         _only_seapath(name, time)
         if heave is not None:
             raise MotionError(f"{name}: heave states how a column heave counts; the column tip is up. Leave heave out.")
-        piece = finish(raw_csv(path, "tip"), heave="up", max_gap=max_gap, start=start, duration=duration)
+        piece = finish(raw_csv(path, "tip", chosen), heave="up", max_gap=max_gap, start=start, duration=duration)
         return sea_worthy(Recorded(piece.t, piece.heave, source=name, report=piece.report.describe()), every)
     raise MotionError(
         f"{name}: holds the motion of the ship, not of the crane tip. Give the way from the motion sensor to the crane"
         ' tip, forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
     )
+
+
+def _chosen(name: str, form: str, columns: Mapping[str, Any] | None) -> dict[str, ColumnRow]:
+    """Rows of corrections for a file of this form. Errors: LogError, UnitError."""
+    if columns and form == "psxn":
+        raise MotionError(f"{name}: is a log of $PSXN,23 sentences, whose fields are fixed. Leave columns out.")
+    return chosen_rows(columns or {}, tuple(COLUMNS.values()), "columns")
 
 
 def _only_seapath(name: str, time: str | None) -> None:

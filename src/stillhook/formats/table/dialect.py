@@ -48,6 +48,11 @@ def our_unit(unit: str, kind: str) -> str | None:
     return next((ours for ours in (tidy, _SAME.get(tidy.lower())) if ours in allowed_units), None)
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of any kind of quantity, or a raw one such as psi."""
+    return text.strip() in SCALES or any(our_unit(text, kind) is not None for kind in KINDS)
+
+
 def hint(unit: str, kind: str) -> str:
     """What to write for a unit that is not ours."""
     unit_name, factor = SCALES.get(unit.strip(), (None, None))

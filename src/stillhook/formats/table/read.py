@@ -22,20 +22,17 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, field_validator
-
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError
 from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
+from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of, table_unit
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
-from stillhook.library.toml.file import TomlTable, read_toml_raising
-from stillhook.library.toml.kinds import FileKind, toml_instead
-from stillhook.tables.table import Number, Spec, Text
+from stillhook.library.toml.kinds import toml_instead
 from stillhook.units import quote
 
 LARGEST_CELLS = 5_000_000
@@ -119,27 +116,6 @@ START = "Give a table with a line of headings and one row a measured point."
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 
 
-class ColumnTable(Spec):
-    """One row of a mapping file."""
-
-    column: Text = Field(description="heading in the table")
-    unit: Text | None = Field(default=None, description="unit of its numbers")
-    scale: Number = Field(default=1.0, description="factor on its numbers")
-
-    @field_validator("scale")
-    @classmethod
-    def _not_zero(cls, scale: float) -> float:
-        if scale == 0.0:
-            raise ValueError("give a number that is not 0.")
-        return scale
-
-
-class ColumnsFile(Spec):
-    """A mapping file."""
-
-    columns: Mapping[str, ColumnTable] = Field(min_length=1, description="table [columns] with one row for each column")
-
-
 @dataclass(frozen=True)
 class Columns:
     """Columns in SI, NaN where a cell is empty, and the table that they are from."""
@@ -165,21 +141,33 @@ def read_columns(
     specs: Sequence[ColumnSpec],
     mapping: str | os.PathLike[str] | None = None,
     error: type[StillhookError] = LogError,
+    columns: Mapping[str, Any] | None = None,
 ) -> Columns:
     """The requested columns that a table has, in SI.
 
     Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; specs what may be there; mapping a TOML file with a table
-    [columns]; error: what is raised.
+    [columns]; error: what is raised; columns: rows by name that win over those of the mapping.
     Errors: `error`, UnitError of one line with file, row, column, what came and what is allowed.
     """
+    table = open_table(path, error)
+    where = "columns" if mapping is None else f"{Path(mapping).name}: columns"
+    rows = ({} if mapping is None else read_corrections(mapping)) | dict(columns or {})
+    return columns_of(table, specs, chosen_rows(rows, specs, where))
+
+
+def open_table(path: str | os.PathLike[str], error: type[StillhookError]) -> TextTable:
+    """The table of a CSV, Parquet or Excel file. Errors: `error`, one line."""
     if line := toml_instead(path, "a table of numbers"):
         raise error(line)
-    chosen = _mapping(Path(mapping), specs) if mapping is not None else {}
-    table = _table(Path(path), error)
+    return _table(Path(path), error)
+
+
+def columns_of(table: TextTable, specs: Sequence[ColumnSpec], chosen: Mapping[str, ColumnRow]) -> Columns:
+    """The described columns of a table, in SI. Errors: as `read_columns`."""
     places = {spec.name: place for spec in specs if (place := place_of(table, spec, chosen.get(spec.name))) is not None}
     for spec in specs:
         if spec.required and spec.name not in places:
-            raise missing_column(table, spec, "Name it so, or map it in a mapping file.")
+            raise missing_column(table, spec, f'Name it so, or say --column "{spec.name}=HEADING [{spec.units[0]}]".')
     _one_decimal_sign(table, sorted(places.values()))
     table = replace(table, comma=True, row="row")
     read = [spec for spec in specs if spec.name in places]
@@ -198,24 +186,19 @@ def _table(path: Path, error: type[StillhookError]) -> TextTable:
     return headed_table(path.name, decoded(path.name, data, error), error, START)
 
 
-def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
-    """The table [columns] of a mapping file."""
-    example = f'{specs[0].name} = {{ column = "my heading", unit = "{specs[0].units[-1]}" }}'
-    rows = f"A mapping has one table [columns] with rows such as {example}."
-    return read_toml_raising(LogError, path, FileKind.COLUMNS, lambda table: _columns(table, specs), start=rows)
-
-
-def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
-    columns, by_name = table.read(ColumnsFile).columns, {spec.name: spec for spec in specs}
-    for name, row in columns.items():
+def chosen_rows(rows: Mapping[str, Any], specs: Sequence[ColumnSpec], where: str) -> dict[str, ColumnRow]:
+    """Rows of a mapping by the name of the column that they describe. Errors: LogError, UnitError of one line."""
+    by_name = {spec.name: spec for spec in specs}
+    chosen = {}
+    for name, row in rows.items():
         if name not in by_name:
             near = nearest(name, by_name)
-            raise LogError(f"{table.place('columns', name)}: unknown column{near} Allowed: {', '.join(by_name)}.")
-        units = by_name[name].units
-        if row.unit is not None and row.unit not in units:
-            place = table.place("columns", name, "unit")
-            raise UnitError(f"{place} = {quote(row.unit)}: not one of {', '.join(units)}.")
-    return columns
+            raise LogError(f"{where}.{name}: unknown column{near} Allowed: {', '.join(by_name)}.")
+        chosen[name] = row_of(row, ColumnRow, f"{where}.{name}")
+        unit, spec = chosen[name].unit, by_name[name]
+        if unit is not None and unit not in spec.units and table_unit(str(unit), spec.kind) is None:
+            raise UnitError(f"{where}.{name}.unit = {quote(unit)}: not one of {', '.join(spec.units)}.")
+    return chosen
 
 
 def _one_decimal_sign(table: TextTable, places: Sequence[int]) -> None:

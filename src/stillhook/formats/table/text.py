@@ -173,12 +173,6 @@ def fitted(
     return [line[:width] for _, line in filled], [number for number, _ in filled]
 
 
-def heading_names(text: str) -> list[str]:
-    """The headings of a text that begins with a table (`headed_table`)."""
-    line = next((each for each in text.split("\n") if each.strip() and not each.lstrip().startswith(COMMENT)), "")
-    return split_row(line, _separator(line))
-
-
 def find_table(
     name: str, data: bytes, error: type[StillhookError], noun: str, start: str, head: bytes | None = None
 ) -> TextTable:

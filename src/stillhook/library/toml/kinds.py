@@ -38,7 +38,6 @@ class FileKind(Enum):
     ALPHA = auto()
     FACTORS = auto()
     MAPPING = auto()
-    COLUMNS = auto()
     WEATHER = auto()
     LIVE = auto()
     REGISTERS = auto()

@@ -18,16 +18,15 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.binary import refuse_bomb
+from stillhook.formats.table.stamps import NANO, stamps_to_seconds
 from stillhook.formats.table.text import numbers_of
 from stillhook.logs.formats.source import (
     EXAMPLES,
-    NANO,
     Chunk,
     Want,
     from_sample,
     joined,
     master,
-    stamps_to_seconds,
     with_words,
 )
 from stillhook.units import quote

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.table.dialect import COMMENTS, Dialect, decimal_of, dialect_of, head_text, split_row
+from stillhook.formats.table.stamps import stamps_to_seconds
 from stillhook.formats.table.text import numbers_of
-from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, joined, stamps_to_seconds, with_words
+from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, joined, with_words
 from stillhook.units import quote
 
 HEAD = 1 << 18  # bytes from which the dialect is found

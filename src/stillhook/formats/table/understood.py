@@ -1,0 +1,168 @@
+"""What a reader understood of a file: which column is what, in which unit, counted which way; and the mapping file that
+says so, to be corrected and given again."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, split_heading, unit_in
+from stillhook.formats.table.corrections import ColumnRow, apart
+from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
+from stillhook.formats.table.text import TextTable
+from stillhook.units import KINDS, number, show
+
+
+@dataclass(frozen=True)
+class ReadColumn:
+    """A column that was understood. unit: as the file or its user states it, "" for none; quantity: its kind; low, high
+    of its values [SI], NaN where they were not read; remark: what was assumed, or what to check."""
+
+    name: str
+    heading: str
+    unit: str
+    sign: int = 1
+    quantity: str = ""
+    low: float = math.nan
+    high: float = math.nan
+    remark: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def range(self) -> str:
+        """Least and largest value, in words."""
+        if math.isnan(self.low):
+            return ""
+        ends = [show(x, self.quantity, 4) if self.quantity else number(x, 4) for x in (self.low, self.high)]
+        return " to ".join(ends)
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What a file holds. noun: what it was read as; rows: its columns; unused: headings that are not read; notes: in
+    words; head: lines at the top of a mapping file of it, such as sense = "coming-from"."""
+
+    source: str
+    noun: str
+    rows: tuple[ReadColumn, ...] = ()
+    unused: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    head: tuple[str, ...] = ()
+    problem: str = ""
+    """Why a command would refuse the file as it is; "" where none would."""
+
+    def facts(self) -> dict[str, Any]:
+        """By name, for JSON."""
+        rows = [
+            {
+                "name": r.name,
+                "column": r.heading,
+                "unit": r.unit,
+                "sign": r.sign,
+                "low": r.low,
+                "high": r.high,
+                "remark": r.remark,
+            }
+            for r in self.rows
+        ]
+        return {
+            "file": self.source,
+            "read_as": self.noun,
+            "columns": rows,
+            "not_read": list(self.unused),
+            "notes": list(self.notes),
+            "problem": self.problem,
+        }
+
+
+def understood_columns(
+    table: TextTable,
+    specs: Sequence[ColumnSpec],
+    chosen: Mapping[str, ColumnRow],
+    assumed: Mapping[str, str] | None = None,
+) -> list[ReadColumn]:
+    """The described columns that a table has; assumed: units by name where the file states none."""
+    rows = []
+    for spec in specs:
+        row = chosen.get(spec.name)
+        if (place := place_of(table, spec, row)) is None:
+            continue
+        stated = None if row is None else apart(row.column, row.unit, table.headings)[1]
+        unit = stated if stated is not None else unit_in(table, place, spec.kind)
+        remark = ""
+        if unit is None and assumed and spec.name in assumed:
+            unit, remark = assumed[spec.name], "no unit in the file: assumed"
+            row = (row or ColumnRow(column=table.headings[place])).model_copy(update={"unit": unit})
+        x = si_values(table, spec, place, MISSING, row)
+        low, high = ends(x)
+        sign, scale, offset = (1, 1.0, 0.0) if row is None else (row.sign, row.scale, row.offset)
+        stamps = unit is None
+        rows.append(
+            ReadColumn(
+                spec.name,
+                table.headings[place],
+                STAMPS if stamps else str(unit),
+                sign,
+                spec.kind,
+                math.nan if stamps or unit == STAMPS else low,
+                math.nan if stamps or unit == STAMPS else high,
+                remark,
+                scale,
+                offset,
+            )
+        )
+    return rows
+
+
+def ends(x: FloatArray) -> tuple[float, float]:
+    """Least and largest of the known values, NaN where none is."""
+    known = x[np.isfinite(x)]
+    return (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
+
+
+def mapping_text(found: Understood, file: str) -> str:
+    """The mapping file of what was understood, with remarks. file: its name as it is given to a command."""
+    lines = [
+        f"# What Stillhook reads of {found.source} as a {found.noun}. Correct a row, and give this file by --mapping.",
+        '# A row: heading, unit in brackets, and "down" where the file counts the other way.',
+        *found.head,
+        "",
+        "[columns]",
+    ]
+    width = max((len(r.name) for r in found.rows), default=0)
+    for row in found.rows:
+        remark = "; ".join(part for part in (row.range, row.remark) if part)
+        name = row.name if row.name.replace("_", "").replace("-", "").isalnum() else json.dumps(row.name)
+        lines.append(f"{name:<{width}} = {row_text(row)}" + (f"  # {remark}" if remark else ""))
+    if found.unused:
+        lines += ["", "# Not read:", *(f"#   {' '.join(heading.split())}" for heading in found.unused)]
+    return "\n".join(lines) + "\n"
+
+
+def row_text(row: ReadColumn) -> str:
+    """A column as a row of a mapping file."""
+    heading = split_heading(row.heading)[1] is not None
+    if row.scale == 1.0 and row.offset == 0.0:
+        plain = row.heading.replace("\n", " ")
+        unit = (
+            ""
+            if not row.unit
+            or heading
+            and our_unit(split_heading(row.heading)[1] or "", row.quantity) == our_unit(row.unit, row.quantity)
+            else f" [{row.unit}]"
+        )
+        name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
+        return json.dumps(f"{name}{unit}{' down' if row.sign < 0 else ''}", ensure_ascii=False)
+    parts = [f"column = {json.dumps(row.heading, ensure_ascii=False)}"]
+    parts += [f"unit = {json.dumps(row.unit)}"] if row.unit else []
+    parts += [f"sign = {row.sign}"] if row.sign != 1 else []
+    parts += [f"scale = {row.scale!r}"] if row.scale != 1.0 else []
+    parts += [f"offset = {row.offset!r}"] if row.offset else []
+    return f"{{ {', '.join(parts)} }}"
