@@ -7,10 +7,11 @@ TEST_ENV := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
+STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs validation wheel lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
@@ -20,9 +21,10 @@ help:
 	@echo "make check       set up, then ruff, import layers and mypy"
 	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
 	@echo "make docs        set up, then write the generated pages and check the links"
+	@echo "make site        set up, then build the documentation site in build/site/html: no network is needed to read it"
 	@echo "make validation  set up, then compute the validation pages anew"
 	@echo "make wheel       set up, then build a wheel with compiled kernels for Linux, Windows and macOS in dist (minutes)"
-	@echo "make lock        write requirements.lock anew from pyproject.toml"
+	@echo "make lock        write requirements.lock and docs/requirements.lock anew from pyproject.toml"
 	@echo "make clean       remove the environment and everything that tools leave behind"
 
 demo: $(STAMP)
@@ -58,6 +60,11 @@ bench: $(STAMP)
 docs: $(STAMP)
 	@$(BIN)/python docs/images/make.py && $(BIN)/python docs/generate.py
 
+site: $(STAMP_SITE)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --jobs auto \
+		--doctree-dir build/site/doctrees $(SITE_ARGS) docs build/site/html
+	@echo "build/site/html/index.html: open it in a browser"
+
 validation: $(STAMP)
 	@$(BIN)/python docs/validation/make.py
 
@@ -74,6 +81,11 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
+# What the site needs on top, at the same versions: 200 MB that tests do without.
+$(STAMP_SITE): docs/requirements.lock $(STAMP)
+	@$(PIP) install --require-hashes -r docs/requirements.lock
+	@touch $@
+
 # Needs uv. Pins stay where they are unless pyproject.toml asks for more; make lock UV_ARGS=--upgrade takes the newest of everything.
 # Addresses of package indexes come from the environment only and must never reach the file.
 UV ?= uv
@@ -83,6 +95,11 @@ lock:
 		--extra dev --extra compiler --extra native --extra gas --extra report --extra stability --extra logs --extra dask --extra sea --extra live --extra learn --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
 	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > requirements.lock
 	@cat lock.tmp >> requirements.lock
+	@cp docs/requirements.lock lock.tmp
+	@$(UV) pip compile --group docs --constraints requirements.lock --quiet --universal --generate-hashes --python-version 3.11 \
+		--no-emit-index-url --no-emit-find-links --no-header --no-annotate $(UV_ARGS) --output-file lock.tmp
+	@printf '%s\n' '# What the documentation site needs on top of requirements.lock, with hashes. Written by: make lock' > docs/requirements.lock
+	@cat lock.tmp >> docs/requirements.lock
 	@rm lock.tmp
 
 clean:

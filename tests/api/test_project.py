@@ -49,9 +49,12 @@ def project() -> dict:
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-def locked() -> dict[str, str]:
-    """Each locked package (name as in the index) with everything that the lock says about it."""
-    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKS = ("requirements.lock", "docs/requirements.lock")  # the second: what the documentation site needs on top
+
+
+def locked(lock: str = LOCKS[0]) -> dict[str, str]:
+    """Each locked package (name as in the index) with everything that a lock says about it."""
+    text = (ROOT / lock).read_text(encoding="utf-8")
     entries: dict[str, str] = {}
     for entry in re.split(r"^(?=[a-z0-9])", text, flags=re.MULTILINE)[1:]:
         name = re.match(r"[a-z0-9._-]+", entry)
@@ -68,8 +71,10 @@ def generator() -> ModuleType:
 # The lock
 
 
-def test_lock_pins_every_package_with_a_hash():
-    for name, entry in locked().items():
+@pytest.mark.parametrize("lock", LOCKS)
+def test_lock_pins_every_package_with_a_hash(lock: str):
+    assert locked(lock)
+    for name, entry in locked(lock).items():
         assert re.match(r"[a-z0-9._-]+==\S", entry), f"{name} is not pinned to one version"
         assert re.search(r"--hash=sha256:[0-9a-f]{64}", entry), f"{name} has no hash"
 
@@ -78,6 +83,16 @@ def test_lock_holds_every_declared_dependency():
     groups = [project()["dependencies"], *project()["optional-dependencies"].values()]
     names = {re.split(r"[\[<>=!~; ]", d)[0].lower().replace("_", "-") for group in groups for d in group}
     assert names - {"stillhook"} - locked().keys() == set()
+
+
+def test_lock_of_the_site_holds_what_it_declares_at_the_versions_of_the_other_lock():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]["docs"]
+    site, package = locked(LOCKS[1]), locked()
+    assert {re.split(r"[<>=]", item)[0] for item in declared} - site.keys() == set()
+    versions = {name: set(re.findall(r"^[a-z0-9._-]+==(\S+)", package[name], re.M)) for name in site.keys() & package}
+    assert versions
+    for name, allowed in versions.items():
+        assert set(re.findall(r"^[a-z0-9._-]+==(\S+)", site[name], re.M)) <= allowed, name
 
 
 def test_extra_all_consists_of_extras_that_exist():
@@ -95,13 +110,14 @@ def test_every_library_that_may_be_missing_is_in_its_extra():
         assert any(re.split(r"[<>=]", item)[0].lower() == library for item in extras[extra]), library
 
 
-def test_lock_names_no_address_and_no_folder():
-    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+@pytest.mark.parametrize("lock", LOCKS)
+def test_lock_names_no_address_and_no_folder(lock: str):
+    text = (ROOT / lock).read_text(encoding="utf-8")
     for forbidden in ("://", "file:", "--index", "--extra-index", "--find-links", "--trusted-host", " @ "):
-        assert forbidden not in text, f'requirements.lock contains "{forbidden}"'
+        assert forbidden not in text, f'{lock} contains "{forbidden}"'
 
 
-def test_there_is_one_lock_only():
+def test_there_is_no_lock_of_another_kind():
     names = {path.name for path in tracked_files()}
     assert names.isdisjoint({"uv.lock", "pylock.toml", "poetry.lock", "Pipfile.lock"})
 

@@ -49,22 +49,31 @@ class PlanResult:
 
     data: coordinates credit ("twin", "credited"), alternative, heading [rad], period [s], phase, rule, tier; attrs
     name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed), heading_tolerance [rad].
-        Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave
-        height with its 95 % interval (NaN where there is none): inf above the highest sea state analysed, 0 where a
-        calm is beyond, NaN where there is no result; alpha, op_wf (same dims) [1], [m]: forecast factor of that limit
-        and the height that a forecast may show, NaN where there is no result; governing_phase, governing_rule,
-        governing_tier (same dims): texts, "" where nothing governs; Hs_rule (credit, tier, alternative, phase, rule,
-        heading, period) [m]: everything that was found, NaN where not; counts (alternative, phase, heading, period):
-        tier whose limits count, "" where there is none; n_seeds (alternative, phase, heading, period): runs behind it;
-        inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
-        NaN where nothing takes one: phases without compensation, and alternatives that are no twin.
+
+    - Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave
+      height with its 95 % interval (NaN where there is none): inf above the highest sea state analysed, 0 where a
+      calm is beyond, NaN where there is no result
+    - alpha, op_wf (same dims) [1], [m]: forecast factor of that limit and the height that a forecast may show, NaN
+      where there is no result
+    - governing_phase, governing_rule, governing_tier (same dims): texts, "" where nothing governs
+    - Hs_rule (credit, tier, alternative, phase, rule, heading, period) [m]: everything that was found, NaN where not
+    - counts (alternative, phase, heading, period): tier whose limits count, "" where there is none
+    - n_seeds (alternative, phase, heading, period): runs behind it
+    - inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
+      NaN where nothing takes one: phases without compensation, and alternatives that are no twin
+
     facts: plain data for JSON: the request (name, crane, vessel, payload, place, phases, rules, limited,
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
-        depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
-        z_resonance; efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed;
-        sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
-        convergence (cell, n): Hs_limit, low, high; weather (credit, alternative, month; 0 the whole year).
+
+    - depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
+      z_resonance
+    - efficiency (alternative, period): eta_wire, eta_load
+    - landing (alternative, run): v_landed
+    - sensitivity (factor, alternative)
+    - sweep (variant, alternative, landing_tolerance): Hs_landing
+    - convergence (cell, n): Hs_limit, low, high
+    - weather (credit, alternative, month; 0 the whole year)
     """
 
     data: xarray.Dataset = field(repr=False)
