@@ -35,6 +35,7 @@ TEXTS = {
     FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
     FileKind.EVENTS: '[[event]]\ndate = 2027-03-01\nwhat = "repair"\nnumbers = ["friction"]\n',
+    FileKind.COSTS: '[year]\nhours = "600 h"\n[drive.electric]\nmass = "60 t"\n',
     FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',
     FileKind.PLC: 'case = "case.toml"\ncontroller = "ssc"\n',
     FileKind.SCRIPT: '[[input]]\nname = "s_w"\nat = "1 s"\nlost = true\n',
@@ -50,6 +51,7 @@ READERS = {
     FileKind.FRICTION: ("friction", "compare"),
     FileKind.WEATHER: ("weather", "show"),
     FileKind.FACTORS: ("uncertainty", "--factors"),
+    FileKind.COSTS: ("compare", "nov-250t", "--drives"),
     FileKind.CONTROLLER: ("map", "nov-250t", "--controllers"),
     FileKind.ALPHA: ("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--forecast-factors"),
 }

@@ -37,7 +37,10 @@ class Kind(NamedTuple):
 def _cranes() -> list[dict[str, Any]]:
     from stillhook.library import cranes, load_crane
 
-    return [{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in map(load_crane, cranes())]
+    return [
+        {"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL, "built": "paper" if c.paper else ""}
+        for c in map(load_crane, cranes())
+    ]
 
 
 def _vessels() -> list[dict[str, Any]]:
@@ -113,7 +116,9 @@ def _lifts() -> list[dict[str, Any]]:
 
 
 KINDS = {
-    "cranes": Kind({"name": "crane", "title": "description", "plant": "winch", "SWL": "SWL"}, _cranes),
+    "cranes": Kind(
+        {"name": "crane", "title": "description", "plant": "winch", "SWL": "SWL", "built": "built"}, _cranes
+    ),
     "vessels": Kind({"vessel": "vessel", "title": "what it is", "origin": "reference point"}, _vessels),
     "payloads": Kind({"payload": "payload", "title": "what it is", "mass": "mass", "height": "height"}, _payloads),
     "compensators": Kind(

@@ -199,6 +199,21 @@ class Friction(Spec):
     omega_reg: u.Rotation = Field(gt=0, description="regularised option: motor speed of the tanh")
 
 
+class Built(StrEnum):
+    """Whether a winch exists."""
+
+    BUILT = "built"
+    PAPER = "paper"
+
+
+class Installation(Spec):
+    """What an owner asks of the machine on deck; no result follows from it."""
+
+    built: Built | None = Field(default=None, description="built, or paper: a winch that exists as a calculation alone")
+    footprint: u.Area | None = Field(default=None, gt=0, description="deck area of winch and drive")
+    mass: u.Mass | None = Field(default=None, gt=0, description="mass of winch and drive, without wire")
+
+
 class Crane(Spec):
     """One crane winch: what a crane file says, checked, in SI. Frozen.
 
@@ -227,6 +242,7 @@ class Crane(Spec):
     hpu: PowerUnits | None = None
     brake: HoldingBrake | None = None
     sensors: SensorTables | None = None
+    installation: Installation | None = Field(default=None, exclude=True)
     sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
     certified: Certified | None = Field(
         default=None, repr=False, description="certificate of the twin, in short; none: not validated"
@@ -250,6 +266,11 @@ class Crane(Spec):
                 " another crane, or another question."
             )
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    @property
+    def paper(self) -> bool:
+        """Whether its file says that no such winch is built."""
+        return self.installation is not None and self.installation.built is Built.PAPER
 
     @property
     def motors(self) -> tuple[Any, ...]:

@@ -253,18 +253,18 @@ def _field_and_table(
             in_mapping = False  # an index, or the key of a mapping: the field stays
             continue
         field = table.model_fields.get(part)
-        table = _model_in(field.annotation) if field else None
+        table = model_in(field.annotation) if field else None
         in_mapping = field is not None and any(
             get_origin(kind) is Mapping for kind in (field.annotation, *get_args(field.annotation))
         )
     return field, table
 
 
-def _model_in(annotation: Any) -> type[BaseModel] | None:
+def model_in(annotation: Any) -> type[BaseModel] | None:
     """The model in a type, in a list or next to None too."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    return next((inner for part in get_args(annotation) if (inner := _model_in(part)) is not None), None)
+    return next((inner for part in get_args(annotation) if (inner := model_in(part)) is not None), None)
 
 
 def _fields(model: type[BaseModel], loc: Sequence[int | str]) -> list[str]:

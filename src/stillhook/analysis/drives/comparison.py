@@ -98,6 +98,11 @@ class DriveRun:
         return self.drive.name
 
     @property
+    def label(self) -> str:
+        """Its name, marked where the crane file says that no such winch is built."""
+        return f"{self.name} (paper)" if self.drive.crane.paper else self.name
+
+    @property
     def status(self) -> str:
         """Limits that the run passed; sizes that nobody has built are in `notes`."""
         passed = [word for word in str(self.summary["status"]).split(", ") if word != IMPLAUSIBLE]
@@ -170,6 +175,7 @@ class DriveRun:
             "motors": sum(part.motors for part in of.parts) if of.parts else None,
             "assumed_share": self.assumed,
             "twin": NOT_VALIDATED,
+            "paper": self.drive.crane.paper,
             "notes": self.notes,
         }
 

@@ -53,7 +53,7 @@ def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
         ax.axvline(0.0, color="black", lw=0.8)
         ax.set_xlabel(label)
     axes[0].set_yticks(
-        places, [run.name if run.ok else f"{run.name}\n({run.status})" for run in runs], fontsize="small"
+        places, [run.label if run.ok else f"{run.label}\n({run.status})" for run in runs], fontsize="small"
     )
     axes[0].invert_yaxis()
     return figure
@@ -71,7 +71,7 @@ def sankey_figure(run: DriveRun) -> Figure:
     right = {**{k: x for k, x in sinks.items() if x > 0.0}, **{f"to the {k}": -x for k, x in drawn.items() if x < 0.0}}
     total = max(sum(left.values()), sum(right.values()), 1.0)
     passing, net = number(kwh(total)), number(kwh(e.net))
-    title = f"{run.name}: {passing} kWh per hour pass through; net {net} kWh per hour"
+    title = f"{run.label}: {passing} kWh per hour pass through; net {net} kWh per hour"
     figure, ax = kit.panel((9.0, 4.0), title, grid="")
     _side(ax, _large(left, total), total, -1.0)
     _side(ax, _large(right, total), total, 1.0)

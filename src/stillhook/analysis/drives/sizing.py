@@ -22,7 +22,7 @@ from stillhook.errors import SpecError
 from stillhook.library import changed, cranes, load_crane
 from stillhook.library.write import Item, file_value, items
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, SourceKind, effective_inertia, holding_torque
+from stillhook.spec.crane import Crane, Installation, SourceKind, effective_inertia, holding_torque
 from stillhook.spec.scenario import Mode
 from stillhook.tables.table import Spec
 from stillhook.units import quote, show
@@ -114,11 +114,12 @@ def drives(names: str) -> list[str]:
 
 
 def library_crane(drive: str, reference: Crane) -> Crane:
-    """The crane whose drive is scaled: the reference for its own type, else the first of the library with it. Errors:
-    SpecError where the library has none."""
+    """The crane whose drive is scaled: the reference for its own type, else the first of the library with it, one that
+    is built before a paper winch. Errors: SpecError where the library has none."""
     if drive == reference.plant:
         return reference
-    result = next((crane for crane in map(load_crane, cranes()) if crane.plant == drive), None)
+    of_type = (crane for crane in map(load_crane, cranes()) if crane.plant == drive)
+    result = min(of_type, key=lambda crane: crane.paper, default=None)
     if result is None:
         raise SpecError(
             f'--drives: the library has no crane with the drive "{drive}". Leave it out, or compare on a crane that'
@@ -210,8 +211,15 @@ def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Cra
         ]
     )
     J_gear = reference.inertia.J_gear if not n else of.inertia.J_gear * motors
-    loose = of.model_copy(update={"certified": None})
+    loose = of.model_copy(update={"certified": None, "installation": _installation(of, reference, size)})
     return _with_inertia(loose, changes, reference, J_gear, {part.table: part.motors for part in parts}), size, parts
+
+
+def _installation(of: Crane, reference: Crane, size: float) -> Installation | None:
+    """That of the library crane; of one that is scaled, only whether it is built: its size on deck is not known."""
+    if of.installation is None or (of.name == reference.name and size == 1.0):
+        return of.installation
+    return Installation(built=of.installation.built)
 
 
 def _gear(of: Crane, reference: Crane, slower: float) -> float:

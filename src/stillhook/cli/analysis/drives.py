@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
+    from stillhook.analysis.drives.costs import OwnerRow
     from stillhook.formats.case_file import Subject
     from stillhook.spec.scenario import Scenario
 
@@ -39,9 +41,12 @@ def compare_drives(
 ) -> bool:
     """Run, print and write the comparison; whether a drive stayed inside every limit."""
     from stillhook.analysis.drives import comparison as analysis
+    from stillhook.analysis.drives.costs import load_costs
     from stillhook.analysis.drives.sizing import drives as named
 
-    crane, settings, names = subject.crane, subject.settings, named(drives)
+    crane, settings = subject.crane, subject.settings
+    costs = load_costs(drives) if drives.strip().lower().endswith(".toml") else None
+    names = named(drives) if costs is None else list(costs.drive)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
     lift_plan = None
     if plan is not None:
@@ -60,6 +65,12 @@ def compare_drives(
         with progress_bar("planning") as bar:
             sized = [run.drive for run in result.ordered()]
             data["plan"] = days_gained(lift_plan, sized, full=settings.full_plan, progress=bar)
+    rows: tuple[OwnerRow, ...] = ()
+    if costs is not None:
+        from stillhook.cli.analysis.owner import owner_json, owner_view
+
+        rows = owner_view(result, costs, lift_plan, data.get("plan"))
+        data["owner"] = owner_json(rows, costs)
     title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
     title += f", tip: {case.tip.describe().split(':')[0]}"
 
@@ -71,7 +82,15 @@ def compare_drives(
         }
 
     files = {FILES[0]: data, FILES[1]: result.dataset()} if out is not None else None
-    present(data, lambda: _print(result, data, title), out, files, json=json, pictures=pictures)
+
+    def show() -> None:
+        if costs is not None:
+            from stillhook.cli.analysis.owner import print_owner
+
+            print_owner(rows, costs)
+        _print(result, data, title)
+
+    present(data, show, out, files, json=json, pictures=pictures)
     return result.ok
 
 
@@ -87,7 +106,7 @@ def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
     for name in ("e_c_pp", "energy_net"):
         wrapped(result.verdict(name), "  ")
     if "plan" in data:
-        _print_plan(data["plan"])
+        _print_plan(data["plan"], {run.name: run.label for run in result.runs})
     for line in result.rule:
         wrapped(line, "  ")
     for run in result.ordered():
@@ -99,7 +118,7 @@ def _row(run: DriveRun) -> list[str]:
     e, error, net = run.energy, run.band("e_c_pp"), run.band("energy_net")
     stroke = EMPTY if run.stroke is None else fmt(run.stroke, "length", 3)
     return [
-        run.name,
+        run.label,
         cell("e_c_pp", run.value("e_c_pp")),
         _band(error.low, error.high, 1e3, "mm"),
         cell("eta_c", run.summary["eta_c"]),
@@ -129,10 +148,10 @@ def _losses(run: DriveRun) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {_kwh(x)}" for name, x in rows[:3]) + " kWh per h"
 
 
-def _print_plan(plan: dict[str, Any]) -> None:
+def _print_plan(plan: dict[str, Any], labels: Mapping[str, str]) -> None:
     over = "no compensation"
     rows = [
-        [name, *(_days(row["gained_over"].get(key)) for key in ("none", "cap-80")), _days(row.get("wait"))]
+        [labels[name], *(_days(row["gained_over"].get(key)) for key in ("none", "cap-80")), _days(row.get("wait"))]
         for name, row in plan["drives"].items()
     ]
     print_table(

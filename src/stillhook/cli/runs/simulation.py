@@ -104,7 +104,8 @@ def compare(
     controllers: Annotated[str | None, typer.Option(help=f"{MODES}.{USUAL}")] = None,
     duration: Duration = None,
     drives: Annotated[
-        str | None, typer.Option(help=f"Drives in place of controllers, each sized for this crane: {DRIVES}.")
+        str | None,
+        typer.Option(help=f"Drives, each sized for this crane: {DRIVES}; or a table of their costs (stillhook new)."),
     ] = None,
     plan: Annotated[
         str | None, typer.Option(help="With --drives: lift plan; days that each drive gains in a year.")

@@ -44,6 +44,7 @@ class FileKind(Enum):
     PLC = auto()
     SCRIPT = auto()
     EVENTS = auto()
+    COSTS = auto()
 
     @property
     def noun(self) -> str:
