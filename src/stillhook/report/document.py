@@ -89,6 +89,7 @@ class Figure:
     png: bytes
     caption: str
     height: float = 118.0  # at most, on paper [mm]
+    svg: str = ""  # the same as lines, for a page on a screen
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,52 +1,90 @@
-"""A document as one HTML file with its tables and pictures inside, which needs nothing else to be read."""
+"""A document as one HTML file with its tables and figures inside, which needs nothing else to be read: contents
+beside the text, figures that open and zoom, light and dark, and a form for print."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
+import re
 from collections.abc import Iterator, Sequence
+from functools import cache
 from html import escape
+from importlib.resources import files
 
 from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import typeset
 
-STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#1c2226}
-h1{font-size:1.5em;color:#14324a}h2{font-size:1.2em;margin-top:2em;color:#14324a}h3{font-size:1em;margin:1.5em 0 .3em}
-h4{font-size:.95em;margin:1.2em 0 .3em}
-table{border-collapse:collapse;font-size:.9em;margin:1em 0}h3+table,h4+table{margin-top:.3em}
-td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
-th{background:#e9eef2;color:#14324a}
-th.number,td.number{text-align:right}td.number,td.word{white-space:nowrap}
-td.text{min-width:9em}td.code{font-family:monospace;word-break:break-all}td small{display:block;color:#5c6b77}
-table.facts td:first-child{color:#5c6b77;white-space:nowrap}
-img{max-width:100%}figcaption{font-size:.85em;color:#5c6b77}figure{margin:1.5em 0}
-.mark{background:#fff3cd;padding:.6em 1em}.subtitle{color:#5c6b77}
-.verdict{border:2px solid #5c6b77;border-radius:3px;padding:.3em 1em;margin:1em 0}
-.verdict.yes{border-color:#1b5e20}.verdict.no{border-color:#9b1c1c}
-.verdict p:first-child{font-size:1.1em;font-weight:600}
-.yes>p:first-child,td .yes{color:#1b5e20}.no>p:first-child,td .no{color:#9b1c1c}td .yes,td .no{font-weight:600}"""
+PAGE = "document.html"
+ZOOM = (
+    '<dialog aria-label="Figure"><p><span></span><button value="-">-</button><button value="0">Reset</button>'
+    '<button value="+">+</button><button value="close">Close</button></p><div class="stage"></div></dialog>'
+)
+DEPTH = 3
+"""Level of the last headings that the contents list."""
+
+
+@cache
+def _style_and_script() -> tuple[str, str]:
+    """Style and script of every page."""
+    parts = re.fullmatch(
+        r"<style>(.*)</style>\s*<script>(.*)</script>\s*",
+        (files("stillhook.report") / PAGE).read_text(encoding="utf-8"),
+        re.DOTALL,
+    )
+    assert parts is not None
+    return parts[1], parts[2]
 
 
 def html(document: Document) -> str:
-    """The page. Signatures and what belongs to paper only are left out."""
+    """The page. Signatures and what belongs to paper only are left out. It loads nothing, and runs no script but its
+    own."""
     return "".join(_page(document))
 
 
 def _page(document: Document) -> Iterator[str]:
-    title = _escaped(document.heading)
-    yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
-    yield f"<body><h1>{title}</h1>"
+    title, (style, script) = _escaped(document.heading), _style_and_script()
+    allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{allowed}'"
+    yield f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+    yield '<meta name="viewport" content="width=device-width,initial-scale=1">'
+    yield f'<meta http-equiv="Content-Security-Policy" content="{policy}"><style>{style}</style></head>\n<body>'
+    anchors = {id(part): f"s{i}" for i, part in enumerate(p for p in document.parts if isinstance(p, Section))}
+    yield from _contents(document, anchors)
+    yield f'<main><section id="top"><h1>{title}</h1>'
     if document.subtitle:
         yield f'<p class="subtitle">{_escaped(document.subtitle)}</p>'
     if document.marks:
         yield f'<p class="mark">{_escaped(". ".join(mark.rstrip(".") for mark in document.marks))}.</p>'
-    for part in (*document.front, *document.sections):
-        yield from _part(part, 2)
+    for part in document.front:
+        yield from _part(part, 2, anchors)
+    yield "</section>"
+    for part in document.sections:
+        yield from _part(part, 2, anchors)
     number = f"No. {document.number}, {document.date}. " if document.number else ""
-    yield f"<p><small>{_escaped(number)}Made by {_escaped(document.made_by)}.</small></p></body></html>\n"
+    yield f"<p><small>{_escaped(number)}Made by {_escaped(document.made_by)}.</small></p></main>"
+    yield f"{ZOOM}<script>{script}</script></body></html>\n"
 
 
-def _part(part: Part, level: int) -> Iterator[str]:
-    """level: of the headings of sections."""
+def _contents(document: Document, anchors: dict[int, str]) -> Iterator[str]:
+    """The list of sections beside the text."""
+
+    def entries(parts: Sequence[Part], level: int) -> Iterator[str]:
+        found = [part for part in parts if isinstance(part, Section)] if level <= DEPTH else []
+        if found:
+            yield "<ol>"
+            for part in found:
+                yield f'<li><a href="#{anchors[id(part)]}">{_escaped(part.title)}</a>'
+                yield from entries(part.parts, level + 1)
+                yield "</li>"
+            yield "</ol>"
+
+    yield f'<nav aria-label="Contents"><a href="#top">{_escaped(document.title)}</a>'
+    yield from entries(document.sections, 2)
+    yield "</nav>"
+
+
+def _part(part: Part, level: int, anchors: dict[int, str]) -> Iterator[str]:
+    """level: of the headings of sections; anchors: of sections, by their identity."""
     match part:
         case Text(text):
             yield f"<p>{_escaped(text)}</p>"
@@ -57,14 +95,46 @@ def _part(part: Part, level: int) -> Iterator[str]:
             yield f'<div class="verdict{_colour(passed)}">{body}</div>'
         case Table():
             yield from _table(part, level)
-        case Figure(png, caption):
-            image = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
-            caption = _escaped(caption)
-            yield f'<figure><img alt="{caption}" src="{image}"><figcaption>{caption}</figcaption></figure>'
+        case Figure():
+            yield from _figure(part)
         case Section(title, parts):
-            yield f"<h{level}>{_escaped(title)}</h{level}>"
+            yield f'<section id="{anchors[id(part)]}"><h{level}>{_escaped(title)}</h{level}>'
             for inner in parts:
-                yield from _part(inner, level + 1)
+                yield from _part(inner, level + 1, anchors)
+            yield "</section>"
+
+
+def _figure(figure: Figure) -> Iterator[str]:
+    """A figure that opens and zooms: drawn as lines where it is there as SVG, else as a picture."""
+    caption = _escaped(figure.caption)
+    if figure.svg:
+        image = _inline(figure.svg, caption)
+    else:
+        image = f'<img alt="{caption}" src="data:image/png;base64,{base64.b64encode(figure.png).decode("ascii")}">'
+    words = f'<button>Enlarge</button><span class="caption">{caption}</span>'
+    yield f"<figure>{image}<figcaption>{words}</figcaption></figure>"
+
+
+BEFORE_SVG = re.compile(r"^.*?(?=<svg)|<!--.*?-->|<metadata>.*?</metadata>| xmlns(:xlink)?=\"[^\"]*\"", re.DOTALL)
+GROUP = re.compile(r'<g id="[^"]*"')
+BOX = re.compile(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>')
+INKS = {"#000000": "currentColor", "#ffffff": "var(--paper)"}
+"""Colours of matplotlib's frames and paper, which follow the page."""
+
+
+def _inline(svg: str, caption: str) -> str:
+    """An SVG of matplotlib as a part of a page: without its head, remarks and names of groups, in colours of the page.
+    Names of shapes and clips are those of their content: two figures may share them."""
+    plain = GROUP.sub("<g", BEFORE_SVG.sub("", svg))
+    plain = BOX.sub(rf'<svg role="img" aria-label="{_literal(caption)}" \1>', plain, count=1)
+    for ink, colour in INKS.items():
+        plain = plain.replace(f": {ink}", f": {colour}")
+    return plain.strip()
+
+
+def _literal(text: str) -> str:
+    """A text as a replacement of a pattern."""
+    return text.replace("\\", r"\\")
 
 
 def _colour(passed: bool | None) -> str:
@@ -75,14 +145,15 @@ def _table(table: Table, level: int) -> Iterator[str]:
     if table.title:
         yield f"<h{level}>{_escaped(table.title)}</h{level}>"
     kinds = table.kinds
-    yield "<table>" if table.header else '<table class="facts">'
+    yield '<div class="scroll"><table>' if table.header else '<div class="scroll"><table class="facts">'
     if table.header:
         heads = zip(table.heads(), kinds, strict=True)
-        yield f"<tr>{''.join(f'<th class={kind.value}>{_escaped(head)}</th>' for head, kind in heads)}</tr>"
+        cells = "".join(f"<th class={kind.value}>{_escaped(head)}</th>" for head, kind in heads)
+        yield f"<thead><tr>{cells}</tr></thead>"
     for i, row in enumerate(table.rows):
         bold = [i in table.bold_rows or k in table.bold_columns for k in range(len(row))]
         yield f"<tr>{''.join(map(_cell, row, kinds, bold))}</tr>"
-    yield "</table>"
+    yield "</table></div>"
 
 
 def _cell(cell: Cell, kind: Column, bold: bool) -> str:

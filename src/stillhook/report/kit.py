@@ -21,6 +21,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import how_to_get, installed, need
 from stillhook.errors import StillhookError
+from stillhook.report import document
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import KINDS, in_display
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 RESOLUTION = 120
 """Of pictures [dots per inch]."""
+ON_LIGHT, ON_DARK = "#111111", "#fefefe"
+"""Inks of letters on coloured cells; unlike black and white they stay as they are on a dark page."""
 WRAP = 110
 """Characters of a line of a title."""
 
@@ -159,18 +162,27 @@ def heat(
     size: str = "small",
 ) -> None:
     """Cells (rows, columns) of these colours (rows, columns, 4), the first row on top, each with its text; inks: colour
-    of each text, black unless stated."""
+    of each text, `ON_LIGHT` unless stated."""
     height, width = colours.shape[:2]
     ax.pcolormesh(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5, colours, edgecolors="white", linewidth=0.8)
     for i, line in enumerate(texts):
         for k, text in enumerate(line):
-            ink = "black" if inks is None else str(inks[i, k])
+            ink = ON_LIGHT if inks is None else str(inks[i, k])
             ax.text(k, i, text, fontsize=size, color=ink, ha="center", va="center", in_layout=False)
     ax.set_xlim(-0.5, width - 0.5)
     ax.set_ylim(height - 0.5, -0.5)
     ax.set_xticks(range(width), list(columns), fontsize="small")
     ax.set_yticks(range(height), list(rows), fontsize="small")
     ax.tick_params(length=0)
+
+
+def varies(*series: ArrayLike, least: float = 0.01) -> bool:
+    """Whether any of some series varies by more than this part of the largest of all: what does not is a sentence, no
+    panel."""
+    known = [x[np.isfinite(x)] for x in (np.asarray(each, dtype=float) for each in series)]
+    known = [x for x in known if x.size]
+    largest = max((float(np.abs(x).max()) for x in known), default=0.0)
+    return any(float(np.ptp(x)) > least * largest for x in known)
 
 
 def threshold(ax: Axes, value: float, label: str = "", *, along: str = "x", note: str = "") -> None:
@@ -240,6 +252,32 @@ def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
 def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, bytes]:
     """Figures as PNG by name, in their order, at this resolution in dots per inch."""
     return {name: png(figure, resolution) for name, figure in figures.items()}
+
+
+def caption(figure: Figure, text: str) -> Figure:
+    """The figure with the sentence that is printed below it in a document: what is drawn, of what, in which units."""
+    figure.set_label(text)
+    return figure
+
+
+def svg(figure: Figure) -> str:
+    """A figure as SVG whose bytes depend on its content alone; letters stay text."""
+    import matplotlib  # heavy
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    memory = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "stillhook", "svg.fonttype": "none"}):
+        FigureCanvasSVG(figure).print_svg(memory, metadata={"Date": None, "Creator": None})
+    return memory.getvalue().decode()
+
+
+def printed(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, document.Figure]:
+    """Figures with their captions as parts of a document, by name: the same whatever the settings of matplotlib
+    here."""
+    return {
+        name: document.Figure(png(each, resolution), str(each.get_label()), svg=svg(each))
+        for name, each in figures.items()
+    }
 
 
 def save(figure: Figure, path: str | Path) -> Path:

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from stillhook.errors import StillhookError
@@ -99,14 +100,14 @@ def _part(part: Part, folder: Path) -> dict[str, Any]:
 
 def _table(table: Table) -> dict[str, Any]:
     kinds = [kind.value for kind in table.kinds]
-    lengths = [[len(words(row[i])) for row in table.rows] for i in range(len(kinds))]
+    lengths = [[len(words(row[i])) for row in table.rows if words(row[i])] for i in range(len(kinds))]
     letters = sum(map(sum, lengths))
     return {
         "kind": "table",
         "title": table.title,
         "header": table.heads(),
         "kinds": kinds,
-        "widths": [max([1, *column]) ** 0.5 for column in lengths],  # of folded columns, relative to each other
+        "widths": [fmean(column or [1]) ** 0.5 for column in lengths],  # of folded columns, relative to each other
         "one_page": len(table.rows) <= MOST_ROWS and letters <= MOST_LETTERS,
         "rows": [[_cell(cell) for cell in row] for row in table.rows],
         "bold_rows": list(table.bold_rows),

@@ -16,7 +16,7 @@ from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, spl
 from stillhook.formats.table.corrections import ColumnRow, apart
 from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
 from stillhook.formats.table.text import TextTable
-from stillhook.units import KINDS, number, show
+from stillhook.units import number, show
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,8 @@ def row_text(row: ReadColumn) -> str:
         unit = (
             ""
             if not row.unit
-            or heading
-            and our_unit(split_heading(row.heading)[1] or "", row.quantity) == our_unit(row.unit, row.quantity)
+            or (heading
+            and our_unit(split_heading(row.heading)[1] or "", row.quantity) == our_unit(row.unit, row.quantity))
             else f" [{row.unit}]"
         )
         name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain

@@ -94,9 +94,13 @@ def rules(result: PlanResult) -> list[Part]:
     parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
     parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer["changes"] else []
     parts.append(Table(head, rows))
-    stand = [[rule_code(result, row[0]), *row] for row in limits_of_rules(result.facts)]
+    stand: list[list[str]] = []
+    last = ""
+    for rule, _, *row in limits_of_rules(result.facts):  # a rule and its limits: named once
+        stand.append([*((rule_code(result, rule), rule.replace("-", " ")) if rule != last else ("", "")), *row])
+        last = rule
     if stand:
-        parts.append(Table(("", *LIMITS), stand, "Limits of the rules"))
+        parts.append(Table(("", LIMITS[0], *LIMITS[2:]), stand, "Limits of the rules"))
     return parts
 
 

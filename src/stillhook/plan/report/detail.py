@@ -12,6 +12,8 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
+from stillhook.plan.report.actions import FACTORS
+from stillhook.plan.report.summary_page import side_by_side, waiting_in_full
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -48,34 +50,26 @@ if TYPE_CHECKING:
 GOVERNING = ("governing_phase", "governing_rule")
 BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
 """Blocks behind the limits."""
-FACTORS = {
-    "C_A": "added mass",
-    "C_D": "drag",
-    "friction": "friction of the winch",
-    "delay": "delay of the motion signal",
-}
-"""Inputs that a limit depends on, in words."""
 PERIODS = 10
 """Columns of a table at most."""
-PAGE = 205.0
-"""Height of a full-page picture [mm]."""
 
 
-def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
+def limit_cells(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
     """Curves, tables of cells, what governs."""
     cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
     return [
+        side_by_side(result),
         *picture(figures, "limits-over-period"),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
         *([Text(f"Limiting Hs{of_wind_sea(result)}.")] if of_wind_sea(result) else []),
-        *(Figure(figures[stem], TEXTS["captions"]["-".join(stem.split("-")[:2])], PAGE) for stem in cells),
+        *(figures[stem] for stem in cells),
         _governing(result),
     ]
 
 
-def picture(figures: Mapping[str, bytes], stem: str, sea: str = "") -> list[Part]:
-    """A figure where it was drawn, with its caption and the sea that it is of."""
-    return [Figure(figures[stem], f"{TEXTS['captions'][stem]} {sea}".strip())] if stem in figures else []
+def picture(figures: Mapping[str, Figure], stem: str) -> list[Part]:
+    """A figure where it was drawn."""
+    return [figures[stem]] if stem in figures else []
 
 
 def _governing(result: PlanResult) -> Part:
@@ -168,12 +162,13 @@ def _lowest(Hs: FloatArray, top: float) -> str:
     return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
 
 
-def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
+def weather(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
     """Operability, waiting and what each alternative gains; empty where no weather was given."""
     if "weather" not in result:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     return [
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
+        waiting_in_full(result),
         Text(TEXTS["persistence"]),
         facts(_series(result)),
         year_table(result),
@@ -245,12 +240,12 @@ def _by_month(result: PlanResult) -> Part:
     return Table(header, rows, f"By month with {named(leading(result))}, credited")
 
 
-def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
+def behind(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
     """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
     parts: list[Part] = []
     for name in BEHIND:
         if name in result:
-            parts += picture(figures, name, sea_words(result[name].attrs))
+            parts += picture(figures, name)
             parts += _sensitivity(result) if name == "sensitivity" else []
     reasons = result.facts.get("not_computed", {})
     missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in BEHIND if n not in result]
@@ -292,7 +287,7 @@ def _varied(result: PlanResult) -> str:
     return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied
 
 
-def tolerance_sweep(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
+def tolerance_sweep(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
     """The answer of every payload and depth, a figure, and the best new against the best classic controller."""
     if "sweep" not in result:
         reason = result.facts.get("not_computed", {}).get("sweep", "")

@@ -11,7 +11,7 @@ from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
-from stillhook.plan.report.summary_page import tables, verdict
+from stillhook.plan.report.summary_page import first_page, tables, verdict
 from stillhook.plan.report.words import TEXTS, named, sentence
 from stillhook.plan.result import (
     FACTS,
@@ -23,7 +23,7 @@ from stillhook.plan.result import (
     grouped,
     write_plan,
 )
-from stillhook.report.document import Bullets, Document, Part, Section
+from stillhook.report.document import Bullets, Document, Figure, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
 from stillhook.report.kit import can_set, draw_if_possible
@@ -35,8 +35,8 @@ MISSING = ("not-assessed", FAILED)
 """Causes of remarks that must be seen first."""
 
 
-def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
-    """The report. figures: PNG by stem, of `stillhook.plan.report.figures.pictures`."""
+def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
+    """The report. figures: by stem, of `stillhook.plan.report.figures.pictures`."""
     facts = result.facts
     sections = {  # the answer's basis, then detail, then inputs, then what is not covered
         "Operation and phases": basis.operation(result),
@@ -58,7 +58,7 @@ def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
         subtitle=_subtitle(result),
         purpose=TEXTS["purpose"],
         marks=marks(result),
-        front=[verdict(result), *tables(result)],
+        front=first_page(result, figures, marks(result)),
         sections=[Section(f"{i}. {title}", parts) for i, (title, parts) in enumerate(sections.items(), 1)],
         signatures=("Prepared by", "Checked by", "Marine warranty surveyor, place and date"),
         number=groups(facts["digest"], SHORT),
@@ -116,7 +116,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
         raise PlanError(f"report of {result.name}: {problem}") from None
     content[PAGE] = html(report).encode()
     if figures:
-        content |= {f"{FIGURE}{stem}.png": data for stem, data in images.items()}
+        content |= {f"{FIGURE}{stem}.png": image.png for stem, image in images.items()}
     for name, data in content.items():
         (folder / name).write_bytes(data)
     return tuple(content)

@@ -1,10 +1,11 @@
-"""Figures of a plan: what is workable in every cell and what governs there, height over period for all alternatives,
-tension against depth, and waiting by month."""
+"""Figures of a plan: the limits of the first page with what governs them, those of all alternatives, height over
+period, tension against depth, and waiting by month."""
 
 from __future__ import annotations
 
 import math
 import textwrap
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +14,27 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
-from stillhook.plan.report.words import CREDITED, TWIN, codes, differs, height, highest, limits, named, names, sea_words
+from stillhook.plan.report.words import (
+    CREDITED,
+    TEXTS,
+    TWIN,
+    codes,
+    differs,
+    few,
+    governs,
+    height,
+    highest,
+    leading,
+    limits,
+    named,
+    names,
+    sea_words,
+    worst_heading,
+    write,
+)
 from stillhook.plan.result import Credit, PlanResult, grouped
-from stillhook.report import kit
-from stillhook.report.formatting import DAY, direction
-from stillhook.report.kit import pngs
+from stillhook.report import document, kit
+from stillhook.report.formatting import DAY, direction, fixed
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.units import in_display
 from stillhook.weather.persistence import MONTHS
@@ -29,33 +46,75 @@ if TYPE_CHECKING:
 
 RESOLUTION = 150
 """Of pictures [dots per inch]."""
-ROWS = 21
-"""Rows of cells in one picture at most; more alternatives go to a second one."""
+ROWS = 10
+"""Rows of cells in one picture at most; more alternatives go to another one."""
+ANSWER = "answer"
+"""Stem of the figure of the first page."""
+HEADINGS, COLUMNS = 5, 14
+"""Rows and columns of cells on the first page at most; all are in the section of the limits."""
 ROW, PANEL, FRAME = 0.33, 0.42, 0.8
 """Height of a row of cells, of the margins of each strip, and of the margins of the picture [inch]."""
-SCALE, NOTHING, UNKNOWN, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
+SCALE, NOTHING, UNKNOWN, DARK, BOXED = "YlGnBu", "#E8A598", "#E0E0E0", 0.62, "#D55E00"
 """Scale of limits; colour of a cell with the limit 0, and of an undetermined one; part of the scale from which letters
-are white."""
+are white; colour of the box of the worst heading."""
 MANY = 14
 """Periods beyond which letters of cells are small."""
 PANELS = 3
 """Headings side by side at most."""
 
 
-def pictures(result: PlanResult) -> dict[str, bytes]:
-    """Every figure as PNG, by file stem: the same bytes whatever the settings of matplotlib here."""
+def pictures(result: PlanResult) -> dict[str, document.Figure]:
+    """Every figure with its caption, by file stem: the same bytes whatever the settings of matplotlib here."""
     import matplotlib  # heavy
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        return pngs(figures(result), RESOLUTION)
+        return kit.printed(figures(result), RESOLUTION)
+
+
+def captioned(figure: Figure, key: str, *more: str, **values: Any) -> Figure:
+    """The figure with its caption of `TEXTS`, and with sentences in the place of panels whose values do not vary."""
+    return kit.caption(figure, " ".join([write(TEXTS["captions"][key], **values), *filter(None, more)]).strip())
 
 
 def figures(result: PlanResult) -> dict[str, Figure]:
     """Every figure of a plan by file stem, in the order in which a report shows them."""
-    of_limits = {"limits-over-period": curves(result)}
+    first = answer(result)
+    of_limits = ({} if first is None else {ANSWER: first}) | {"limits-over-period": curves(result)}
     tables = limit_tables(result, CREDITED) | limit_tables(result, TWIN)
     return of_limits | tables | detail_figures(result)
+
+
+def answer(result: PlanResult) -> Figure | None:
+    """The credited limits of the leading alternative by heading and period with what governs, the worst heading of each
+    period in a box; none where all cells are alike."""
+    name = leading(result)
+    Hs = limits(result, CREDITED, name)
+    if not kit.varies(np.nan_to_num(Hs, nan=-1.0, posinf=highest(result)).ravel()):
+        return None
+    data, worst = result.data, worst_heading(Hs)
+    rows = sorted({*few(data.sizes["heading"], HEADINGS), int(np.nan_to_num(Hs, posinf=99.0).mean(axis=1).argmin())})
+    columns = few(data.sizes["period"], COLUMNS)
+    part = PlanResult(data.isel(heading=rows, period=columns), result.facts, result.blocks)
+    figure, ax = kit.panel((WIDTH, FRAME - 0.2 + (ROW if len(rows) < HEADINGS else 0.8 * ROW) * len(rows)), grid="")
+    _strip(ax, part, CREDITED, name, scale=result)
+    for k, column in enumerate(columns):
+        if worst[column] in rows:
+            _box(ax, rows.index(worst[column]), k)
+    kit.axis(ax, "peak period Tp [s]", "waves travel to", size="small")
+    cells = part.data.sel(credit=CREDITED, alternative=name)
+    pairs = zip(*(map(str, cells[f"governing_{key}"].values.ravel()) for key in ("phase", "rule")), strict=True)
+    counted = Counter(pair for pair in pairs if all(pair))
+    words = [f"{codes(result, *pair)} {governs(*pair)}" for pair, _ in counted.most_common()]
+    left_out = (len(rows), len(columns)) != Hs.shape
+    more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
+    return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
+
+
+def _box(ax: Axes, i: int, k: int) -> None:
+    from matplotlib.patches import Rectangle
+
+    ax.add_patch(Rectangle((k - 0.47, i - 0.45), 0.94, 0.9, fill=False, edgecolor=BOXED, lw=1.6))
 
 
 def highest_shown(result: PlanResult) -> float:
@@ -98,12 +157,15 @@ def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[st
         _strip(ax, result, credit, labels[0])
         ax.set_title(", ".join(named(name) for name in labels), fontsize="small", loc="left", pad=3)
     kit.axis(axes[-1, 0], "peak period Tp [s]", size="small")
-    return figure
+    shown = ", ".join(named(name) for labels in strips for name in labels)
+    return captioned(figure, f"limits-{credit}", names=shown)
 
 
-def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
+def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str, *, scale: PlanResult | None = None) -> None:
+    """scale: the result that sets the scale of colours, where this one is a part of it."""
     cells, Hs = result.data.sel(credit=credit, alternative=name), limits(result, credit, name)
-    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest(result)) / highest_shown(result), 0.0, 1.0)
+    top = highest_shown(result if scale is None else scale)
+    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest(result)) / top, 0.0, 1.0)
     governing = [cells[f"governing_{key}"].values for key in ("phase", "rule")]
 
     def text(i: int, k: int) -> str:
@@ -113,7 +175,7 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     texts = [[text(i, k) for k in range(Hs.shape[1])] for i in range(Hs.shape[0])]
     rows = [direction(b) for b in result.data["heading"].values]
     columns = [f"{T:g}" for T in result.data["period"].values]
-    inks = np.where(part > DARK, "white", "black")
+    inks = np.where(part > DARK, kit.ON_DARK, kit.ON_LIGHT)
     size = "xx-small" if Hs.shape[1] > MANY else "x-small"
     kit.heat(ax, _colours(Hs, part), rows, columns, texts, inks=inks, size=size)
 
@@ -160,7 +222,7 @@ def curves(result: PlanResult) -> Figure:
     kit.axis(first, y="limiting significant wave height Hs [m]", size="small")
     first.plot([], [], color=GREY, ls="--", label="simulated (not creditable)")
     kit.legend_below(figure, [first], 4)
-    return figure
+    return captioned(figure, "limits-over-period", headings=[direction(data["heading"].values[i]) for i in chosen])
 
 
 WIDTH = 7.5
@@ -205,43 +267,58 @@ def detail_figures(result: PlanResult) -> dict[str, Figure]:
     return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if block in result}
 
 
+DEPTH = {
+    "F_top_max": "tension at tip [kN]",
+    "DAF": "DAF [-]: sling tension\nover weight in air",
+    "sling_ratio": "least sling tension\nover that at rest [-]",
+    "T_0": "natural period on\nthe wire [s] (dashed: Tp)",
+}
+"""Panels of `depth`: variables and their axes."""
+
+
 def depth(block: xarray.Dataset) -> Figure:
     """Tension at the tip, dynamic factor, least sling tension, natural period and depth of resonance against depth."""
     z, at = -np.asarray(block["z"].values, dtype=float), float(block.attrs["z_resonance"])
     resonance = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
-    figure, axes = page(1, 4, 4.4, f"Against depth: {sea_words(block.attrs)}; {resonance}", sharey=True)
-    tension, factor, slings, period = row = axes[0]
+    drawn = [key for key in DEPTH if kit.varies(*np.atleast_2d(block[key].values))] or ["F_top_max"]
+    title = f"Against depth: {sea_words(block.attrs)}; {resonance}"
+    figure, axes = page(1, len(drawn), 4.4, title, sharey=True)
     kN = in_display(1.0, "force")
-    for name in names(block):
-        of, style = block.sel(alternative=name), {"color": COLOUR[name], "lw": THICK[name]}
-        tension.plot(kN * of["F_top_max"], z, label=named(name), **style)
-        factor.plot(of["DAF"], z, **style)
-        slings.plot(of["sling_ratio"], z, **style)
-    tension.plot(kN * block["F_top_static"].values, z, color=GREY, lw=1.0, ls="--", label="at rest")
-    slings.axvline(0.0, color=GREY, lw=0.8)
-    period.plot(block["T_0"].values, z, color="black", lw=1.3)
-    kit.threshold(period, float(block.attrs["Tp"]), along="y")
-    titles = (
-        "tension at tip [kN]",
-        "DAF [-]: sling tension\nover weight in air",
-        "least sling tension\nover that at rest [-]",
-        "natural period on\nthe wire [s] (dashed: Tp)",
-    )
-    for ax, title in zip(row, titles, strict=True):
-        kit.axis(ax, title, size="small")
+    for ax, key in zip(axes[0], drawn, strict=True):
+        factor = kN if key == "F_top_max" else 1.0
+        if key == "T_0":
+            ax.plot(block[key].values, z, color="black", lw=1.3)
+            kit.threshold(ax, float(block.attrs["Tp"]), along="y")
+        else:
+            for name in names(block):
+                values = factor * block[key].sel(alternative=name).values
+                ax.plot(values, z, color=COLOUR[name], lw=THICK[name], label=named(name))
+        if key == "F_top_max":
+            ax.plot(kN * block["F_top_static"].values, z, color=GREY, lw=1.0, ls="--", label="at rest")
+        if key == "sling_ratio":
+            ax.axvline(0.0, color=GREY, lw=0.8)
+        kit.axis(ax, DEPTH[key], size="small")
         if math.isfinite(at):
             ax.axhline(-at, color=COLOURS[1], lw=0.9, ls=":")
-    kit.axis(tension, y="depth of the payload's underside [m]", size="small")
-    tension.set_ylim(float(z.max()), float(z.min()))
-    kit.legend_below(figure, [tension], 7)
-    return figure
+    kit.axis(axes[0, 0], y="depth of the payload's underside [m]", size="small")
+    axes[0, 0].set_ylim(float(z.max()), float(z.min()))
+    kit.legend_below(figure, axes[0], 7)
+    same = [
+        f"{DEPTH[key].split(' [')[0].split(':')[0].capitalize()}: {fixed(float(np.nanmean(block[key].values)), 2)} at"
+        " every depth, not drawn.".replace("\n", " ")
+        for key in DEPTH
+        if key not in drawn
+    ]
+    dotted = TEXTS["captions"]["resonance"] if math.isfinite(at) else ""
+    return captioned(figure, "depth", dotted, *same)
 
 
 def efficiency(block: xarray.Dataset) -> Figure:
     """Share of the tip's motion that compensation takes away, at the wire and at the payload."""
     title = f"Compensation efficiency at {-float(block.attrs['z']):.0f} m depth: {sea_words(block.attrs)}"
-    figure, axes = page(1, 2, 3.2, title, sharey=True)
-    pairs = (("eta_wire", "at the wire"), ("eta_load", "at the payload"))
+    every = (("eta_wire", "at the wire"), ("eta_load", "at the payload"))
+    pairs = [pair for pair in every if kit.varies(*block[pair[0]].values)] or every[:1]
+    figure, axes = page(1, len(pairs), 3.2, title, sharey=True)
     for ax, (name, where) in zip(axes[0], pairs, strict=True):
         lines(ax, block["period"].values, block[name], 100.0, marker="o", ms=3)
         ax.axhline(0.0, color=GREY, lw=0.8)
@@ -250,7 +327,8 @@ def efficiency(block: xarray.Dataset) -> Figure:
     axes[0, 0].set_ylim(max(-100.0, min(0.0, 105.0 * low)), 103.0)
     kit.axis(axes[0, 0], y="compensation efficiency [%]", size="small")
     kit.legend_below(figure, [axes[0, 0]])
-    return figure
+    same = [f"The same in every period {where}, not drawn." for name, where in every if (name, where) not in pairs]
+    return captioned(figure, "efficiency", *same)
 
 
 def landing(block: xarray.Dataset) -> Figure:
@@ -268,12 +346,14 @@ def landing(block: xarray.Dataset) -> Figure:
     kit.axis(ax, "speed at touch-down [m/s]", "landings that are faster [%]", zero="x", size="small")
     ax.set_ylim(0.0, 100.0)
     kit.legend_below(figure, [ax], 4)
-    return figure
+    return captioned(figure, "landing")
 
 
 def convergence(block: xarray.Dataset) -> Figure:
     """Limits of the middle column as runs are added, with their 95 % interval."""
-    cells = names(block, "cell")
+    every = names(block, "cell")
+    kept = [i for i in range(len(every)) if kit.varies(*(block[k].values[i] for k in ("Hs_limit", "low", "high")))]
+    cells = [every[i] for i in kept] or every[:1]
     across = min(ACROSS, max(1, len(cells)))
     down = -(-len(cells) // across)
     title = "Convergence: limit by the first runs of every cell of the table; band is the 95 % interval"
@@ -288,23 +368,31 @@ def convergence(block: xarray.Dataset) -> Figure:
         kit.axis(ax, "runs of each cell", size="small")
     for ax in axes[:, 0]:
         kit.axis(ax, y="limiting Hs [m]", size="small")
-    return figure
+    same = [
+        f"{name}: {fixed(float(block['Hs_limit'].sel(cell=name).values[-1]), 2)} m by any number of runs, not drawn."
+        for name in every
+        if name not in cells
+    ]
+    return captioned(figure, "convergence", *same)
 
 
 def waiting(block: xarray.Dataset) -> Figure:
     """Operability and waiting by month: lines are means, marks what 90 % of the starts stay below."""
     title = "Operability and waiting for a window by month of readiness, credited limits"
     mark = "SYNTHETIC WEATHER. " if block.attrs["synthetic"] else ""
-    figure, axes = page(2, 1, 5.4, f"{mark}{title}", sharex=True)
-    top, low = axes[:, 0]
     month = np.arange(1.0, 13.0)
     months = block.sel(credit=CREDITED, month=month)
+    waits = bool(np.isfinite(months["wait_mean"].values).any())
+    figure, axes = page(1 + waits, 1, 2.8 + 2.2 * waits, f"{mark}{title}", sharex=True)
+    top, low = axes[0, 0], axes[-1, 0]
     lines(top, month, months["operability"].transpose("alternative", ...), 100.0, marker="o", ms=3)
-    for key, style in (("wait_mean", {"marker": "o", "ms": 3}), ("wait_p90", {"ls": "none", "marker": "_", "ms": 7})):
+    shares = (("wait_mean", {"marker": "o", "ms": 3}), ("wait_p90", {"ls": "none", "marker": "_", "ms": 7}))
+    for key, style in shares if waits else ():
         lines(low, month, months[key].transpose("alternative", ...), 1.0 / DAY, **style)
+        kit.axis(low, y="waiting [days]\nline: mean, dash: P90", zero="y", size="small")
     kit.axis(top, y="operability [%]", size="small")
-    kit.axis(low, y="waiting [days]\nline: mean, dash: P90", zero="y", size="small")
-    top.set_ylim(0.0, 100.0)
+    most = 100.0 * float(np.nanmax(np.nan_to_num(months["operability"].values)))
+    top.set_ylim(0.0, min(100.0, max(5.0, 1.15 * most)))
     low.set_xticks(month, MONTHS)
     kit.legend_below(figure, [top])
-    return figure
+    return captioned(figure, "waiting-by-month", "" if waits else TEXTS["captions"]["no-waiting"])

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.plan.report.actions import actions
+from stillhook.plan.report.figures import ANSWER
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -36,7 +39,7 @@ from stillhook.plan.report.words import (
     write,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.report.document import Part, Table, Text, Verdict, facts
+from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
 from stillhook.spec.validity import UNSIGNED
 
@@ -71,7 +74,31 @@ def verdict(result: PlanResult) -> Verdict:
 
 def tables(result: PlanResult) -> list[Part]:
     """Limits of the leading alternative, all alternatives side by side, and the conditions."""
-    return [_limits(result, leading(result)), _side_by_side(result), *_conditions(result)]
+    return [limits_table(result), side_by_side(result), *_conditions(result)]
+
+
+def first_page(result: PlanResult, figures: Mapping[str, Figure], marks: Sequence[str]) -> list[Part]:
+    """The answer, one figure, the table that the operation is run by, what it rests on, and what to do next. Sentences
+    that are among the marks above them, and what the section of weather has, are not repeated."""
+    full, name = verdict(result), leading(result)
+    rest = full.text[2:-1] if "weather" in result else full.text[2:]
+    text = [f"{_range(result, name)} {_twin(result, name, brief=True)}", *(each for each in rest if each not in marks)]
+    text += [_waiting(result, name, brief=True)] if "weather" in result else []
+    range_ = between(limits(result, CREDITED, name), highest(result))
+    alike = _write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED))
+    picture: Part | None = figures.get(ANSWER) or (None if not figures else Text(alike))
+    return [
+        Verdict(full.word, full.passed, text),
+        *([picture] if picture is not None else []),
+        limits_table(result),
+        facts(_basis(result), "It rests on"),
+        Section("To do next", [Bullets(actions(result))]),
+    ]
+
+
+def waiting_in_full(result: PlanResult) -> Text:
+    """All sentences on waiting, operability and what is gained."""
+    return Text(_waiting(result, leading(result)))
 
 
 def _write(key: str, **values: Any) -> str:
@@ -81,15 +108,21 @@ def _write(key: str, **values: Any) -> str:
 
 def _credited(result: PlanResult, name: str) -> str:
     """The credited limit, the low end of its interval where it has one, and what governs."""
-    Hs, data, top = limits(result, CREDITED, name), result.data, highest(result)
-    seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-    text = _write("credited", name=named(name), range=between(Hs, top), seas=seas, beside=of_wind_sea(result))
+    data, top = result.data, highest(result)
+    text = _range(result, name)
     low = np.asarray(data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
     finite = np.isfinite(low)
     if finite.any():
         where = "" if finite.all() else f", in the {int(finite.sum())} of {finite.size} cells that have one"
         text += _write("low_end", range=between(low, top), where=where)
     return f"{text} {_mostly(result, name, CREDITED)}"
+
+
+def _range(result: PlanResult, name: str) -> str:
+    """The credited limit over the seas of the table."""
+    data, Hs = result.data, between(limits(result, CREDITED, name), highest(result))
+    seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
+    return _write("credited", name=named(name), range=Hs, seas=seas, beside=of_wind_sea(result))
 
 
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
@@ -104,8 +137,8 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     return f"Governing: {text}{' and others' if len(counted) > NAMED else ''}."
 
 
-def _twin(result: PlanResult, name: str) -> str:
-    """The limit by the twin, and why it is not credited where it is another."""
+def _twin(result: PlanResult, name: str, *, brief: bool = False) -> str:
+    """The limit by the twin, and why it is not credited where it is another; brief: without what governs it."""
     if not any(a.value == name and a.twin for a in result.alternatives):
         return _write("no_twin")
     if not set(result.facts["tiers"]) & set(RUN):
@@ -115,8 +148,8 @@ def _twin(result: PlanResult, name: str) -> str:
     certified = result.facts["crane"]["certificate"]
     label = "SYNTHETIC certificate" if (certified or {}).get("assumed") else "certificate"
     reason = f"the crane's {label} does not cover it" if certified else "the crane has no certificate of validation"
-    own, governing = between(limits(result, TWIN, name), highest(result)), _mostly(result, name, TWIN)
-    return _write("simulated", range=own, governing=governing, reason=reason)
+    own, governing = between(limits(result, TWIN, name), highest(result)), f" {_mostly(result, name, TWIN)}"
+    return _write("simulated", range=own, governing="" if brief else governing, reason=reason)
 
 
 def _nothing_taken(result: PlanResult, name: str) -> str:
@@ -155,8 +188,9 @@ def _lowest(result: PlanResult) -> float:
     return float(result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST))
 
 
-def _waiting(result: PlanResult, name: str) -> str:
-    """Waiting and operability of the whole year, what is gained, and what the numbers leave out."""
+def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
+    """Waiting and operability of the whole year, what is gained, and what the numbers leave out; brief: without the
+    last."""
     block = result["weather"]
     cells = block.sel(credit=CREDITED, alternative=name, month=0)
     operability, mean, median, high = workable(cells)
@@ -166,6 +200,8 @@ def _waiting(result: PlanResult, name: str) -> str:
     against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [o for o in against if math.isfinite(float(cells["days_gained"].sel(over=o)))]
     text += _write("gains", gains=[f"{gain(cells, o)} over {OVER.get(o, o)}" for o in won]) if won else ""
+    if brief:
+        return text
     if NONE in names(result.data):
         Hs, lowest = limits(result, CREDITED, NONE), _lowest(result)
         below = int(((Hs > 0.0) & (Hs < lowest)).sum())
@@ -176,10 +212,10 @@ def _waiting(result: PlanResult, name: str) -> str:
     return text + (_write("censored", share=censored) if censored > CENSORED else "")
 
 
-def _limits(result: PlanResult, name: str) -> Table:
+def limits_table(result: PlanResult) -> Table:
     """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
     its 95 % interval where the twin was run, and OP_WF; the twin's own answer where it is another."""
-    data, top = result.data, highest(result)
+    data, top, name = result.data, highest(result), leading(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
     at, at_twin = worst_heading(credited), worst_heading(twin)
@@ -199,10 +235,7 @@ def _limits(result: PlanResult, name: str) -> Table:
     if differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
-    title = (
-        f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)} by peak period and direction of the"
-        " waves; OP_WF [m] at the worst heading"
-    )
+    title = f"OP_LIM [m] with {named(name)}, credited{of_wind_sea(result)}; OP_WF [m] at the worst heading"
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
@@ -244,7 +277,7 @@ def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: in
     return governs(str(cells["governing_phase"].item()), str(cells["governing_rule"].item()))
 
 
-def _side_by_side(result: PlanResult) -> Table:
+def side_by_side(result: PlanResult) -> Table:
     """All alternatives at the worst heading, credited; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
     rows = few(data.sizes["period"], PERIODS)
@@ -267,6 +300,13 @@ def _side_by_side(result: PlanResult) -> Table:
 
 
 def _conditions(result: PlanResult) -> list[Part]:
+    rows = _basis(result)
+    rows.insert(-1 - len(result.facts["notes"]), ("reading", reading(result)))
+    return [Text(_write("conditions")), facts(rows)]
+
+
+def _basis(result: PlanResult) -> list[tuple[str, str]]:
+    """Lift, machine, seas, credit and notes of the plan, a line each."""
     crane, payload, place = (result.facts[key] for key in ("crane", "payload", "place"))
     settings = result.facts["settings"]
     waves = WAVES[settings["wave"]]
@@ -274,13 +314,11 @@ def _conditions(result: PlanResult) -> list[Part]:
     peak = f", gamma {settings['gamma']:g}" if settings["gamma"] else by_rule
     spread = f"spreading cos^{settings['spread']:g}" if settings["spread"] else "long-crested"
     mass = fmt(payload["mass"], "mass")
-    rows = [
+    return [
         ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
         *([("limits", of_wind_sea(result).removeprefix(", "))] if of_wind_sea(result) else []),
-        ("reading", reading(result)),
         ("credit", crane["twin"]),
         *(("note", note) for note in result.facts["notes"]),
     ]
-    return [Text(_write("conditions")), facts(rows)]
