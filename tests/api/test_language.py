@@ -20,7 +20,7 @@ PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONT
 TABLES = sorted(p for s in ("toml", "csv", "typ") for f in (SOURCE, ROOT / "docs") for p in f.rglob(f"*.{s}"))
 CODE = sorted([*SOURCE.rglob("*.py"), *(ROOT / "docs" / "validation").glob("*.py")])
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1[^\n]*$", re.MULTILINE | re.DOTALL)
-MOST_WORDS = 900  # of a how-to beside its tables and code: what is read before a task is done
+MOST_WORDS = 900  # of a how-to besides its tables and code: what is read before a task is done
 LONGER = {"run-beside-a-plc.md"}
 NAMES = re.compile(r"`[^`\n]*`|\]\([^)\n]*\)|\{[^{}\n]*\}|[\w.-]+\.(?:md|toml|py|csv)\b|[\w-]*_[\w-]*")
 """What is a name in a text: inline code, the target of a link, a field that is filled in, a file, a variable."""

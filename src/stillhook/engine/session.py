@@ -220,7 +220,7 @@ class Session:
             self._step(self._k)
             if not np.isfinite(self._x).all():
                 raise SimulationError(
-                    f"Session: a state is no number at {self.time:.6g} s. Restore a saved state, or use a shorter step."
+                    f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state, or shorten the step."
                 )
             self._k += 1
             self._row, self._next, self._seen = ahead, self._row, False
@@ -497,4 +497,4 @@ class Session:
         return self._states[name]
 
     def _unknown(self, name: Any, allowed: Iterable[str]) -> str:
-        return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
+        return f"Session: {units.quote(name)} is not a name here. Choose one of {', '.join(dict.fromkeys(allowed))}."

@@ -98,7 +98,7 @@ def run(
     ],
     duration: Annotated[str | None, typer.Option(help="Length of the run; without it until it is stopped.")] = None,
     allow_writes: Annotated[
-        bool, typer.Option("--allow-writes", help="Take inputs over Modbus and UDP, which know no security.")
+        bool, typer.Option("--allow-writes", help="Take inputs over Modbus and UDP, which have no security.")
     ] = False,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="OPC UA also without security, on this machine alone.")
