@@ -220,7 +220,7 @@ class Session:
             self._step(self._k)
             if not np.isfinite(self._x).all():
                 raise SimulationError(
-                    f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state, or shorten the step."
+                    f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state or shorten the step."
                 )
             self._k += 1
             self._row, self._next, self._seen = ahead, self._row, False
