@@ -161,7 +161,7 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     Raises
     ------
     SpecError
-        One line, for a name or a file that is no controller.
+        One line, for a name or a file that is not a controller.
     """
     if isinstance(name_or_path, Controller):
         return name_or_path

@@ -87,7 +87,7 @@ class Session:
     scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
     Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name, a value that is
-    no number, and a state that is no number any more.
+    not a number, and a state that is no longer a number.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -276,7 +276,7 @@ class Session:
         """Write states of the present time, by name [SI]: all of them, or none where one is refused.
 
         Every state is what it is: wire that is paid out without its load being lowered is slack. The energy that a
-        state adds or takes away is none that the winch or its load lost: the audit counts from it.
+        state adds or takes away is not one that the winch or its load lost: the audit counts from it.
         """
         if not isinstance(values, Mapping):
             raise SimulationError(f"Session.set_states: {units.quote(values)}: give values by name, as a mapping.")
