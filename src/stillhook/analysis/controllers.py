@@ -119,8 +119,8 @@ class Controller:
     def on(self, crane: Crane) -> Crane:
         """The crane with this controller's settings; the crane itself where nothing differs.
 
-        Errors: SpecError, UnitError of one line that names the controller and the field, or says that it does not belong
-        to this winch type.
+        Errors: SpecError, UnitError of one line that names the controller and the field, or says that it is of another
+        winch type.
         """
         if reason := crane.plant.type.mode_refusal(self.mode):
             raise SpecError(f'"{crane.name}": {reason}')
