@@ -34,11 +34,16 @@ def plain(text: str) -> str:
 
 
 def literals(path: Path) -> Iterator[tuple[int, str]]:
-    """String literals of a module with their lines, without names, fields of f-strings and docstrings."""
+    """String literals of a module with their lines, fields of f-strings left out. Docstrings are read of commands
+    alone, whose help they are."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     skipped: set[int] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+        if (
+            isinstance(node, ast.Expr)
+            and isinstance(node.value, ast.Constant)
+            and not path.is_relative_to(SOURCE / "cli")
+        ):
             skipped.add(id(node.value))
         if isinstance(node, ast.JoinedStr):
             skipped.update(id(part) for part in node.values)

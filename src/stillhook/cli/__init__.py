@@ -195,7 +195,7 @@ def _note(usual: Callable[..., None], message: Warning | str, category: type[War
 
 
 def _refuse(line: str, code: int = REFUSED) -> int:
-    """One line, whatever was typed into it."""
+    """One line, regardless of what was typed into it."""
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
     print(f"error: {shown}", file=sys.stderr)
     return code
