@@ -221,7 +221,7 @@ MORE_K_1 = 1.015  # the best factor on K_1 alone is between 1.01 and 1.02: what 
 
 
 def one_at_a_time(strong: Controller) -> Rows:
-    """What each setting of strong SSC, and a feedforward that makes up for leakage, is worth alone; NS beside SSC."""
+    """What each setting of strong SSC, and a feedforward that compensates leakage, is worth alone; NS beside SSC."""
     c, s = present(CRANE), present(strong.on(CRANE))
     K_1, K_p, t_lead = (
         {"K_1": MORE_K_1 * c["K_1"], "K_2": MORE_K_1 * c["K_2"]},

@@ -91,7 +91,7 @@ def digits(x: float) -> str:
 
 def or_swings(K_p: float) -> str:
     """A gain limit [1/m], or that the plant oscillates at any gain."""
-    return f"{K_p:.2f}" if K_p > 0.0 else "swings"
+    return f"{K_p:.2f}" if K_p > 0.0 else "oscillates"
 
 
 def four_ways() -> Rows:

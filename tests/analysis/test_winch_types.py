@@ -44,7 +44,7 @@ def test_a_question_about_a_circuit_that_a_winch_does_not_have_is_one_line():
 
 PURE, SINKS, OFFSET = (
     "nov-100t-pure-active",
-    "nothing makes up for leakage in manual mode",
+    "nothing compensates leakage in manual mode",
     "the load is held by the pumps against leakage",
 )
 

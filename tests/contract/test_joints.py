@@ -54,7 +54,7 @@ def test_the_units_of_the_how_to_keep_it(text: str, tmp_path: Path) -> None:
             "s_a: float",
             "Signals.s_a",
         ),
-        ("class Unit(JointUnit):", "class Unit:", "Unit is no JointUnit"),
+        ("class Unit(JointUnit):", "class Unit:", "Unit is not a JointUnit"),
         ('    type: Literal["shock-absorber"] = "shock-absorber"\n', '    type: str = "other"\n', "Unit.type is not"),
         ("    def travel(self):", "    def reach(self):", "Unit.travel is missing"),
         ('"s_a_max": Row("m", "length", "", "largest stroke of the shock absorber"),', "", "differ in s_a_max"),

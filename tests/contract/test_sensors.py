@@ -84,7 +84,7 @@ TABLE = "[sensors.measuring_wheel]"
 @pytest.mark.parametrize(
     ("before", "after", "line"),
     [
-        ("measuring_wheel]", "measuring_weel]", "sensors: measuring_weel is no sensor that is loaded. Choose"),
+        ("measuring_wheel]", "measuring_weel]", "sensors: measuring_weel is not a sensor that is loaded. Choose"),
         ("slip = 0.01", "slip = 0.6", "sensors.measuring_wheel.slip = 0.6: it must be less than or equal to 0.5"),
         ("slip =", "slipp =", 'sensors.measuring_wheel.slipp: unknown field; did you mean "slip"?'),
         ('"20 ms"', "0.02", "sensors.measuring_wheel.tau = 0.02: a bare number"),
@@ -104,7 +104,8 @@ def test_a_crane_whose_sensor_is_not_loaded_is_refused(folder: Path) -> None:
     run = ran(folder, "-m", "stillhook", "crane", "our-crane.toml", known=False)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
     assert (
-        "measuring_wheel is no sensor that is loaded. Name the file of its module in STILLHOOK_EXTENSIONS" in run.stderr
+        "measuring_wheel is not a sensor that is loaded. Name the file of its module in STILLHOOK_EXTENSIONS"
+        in run.stderr
     )
 
 

@@ -90,7 +90,7 @@ def test_the_operators_speed_pays_wire_in():
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda s: s.get("p_q"), "is no name here"),
+        (lambda s: s.get("p_q"), "is not a name here"),
         (lambda s: s.set("v_op", float("nan")), "Give a finite value"),
         (lambda s: s.set("v_op", "fast"), "give one number in SI units"),
         (lambda s: s.set("mode", "best"), "choose"),

@@ -299,7 +299,7 @@ def test_watching_takes_new_campaigns_and_waits_for_a_folder_that_is_away(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--watch", "10 min"], "it keeps what it knows in a folder. Give --out FOLDER."),
+        (["--watch", "10 min"], "it keeps its state in a folder. Give --out FOLDER."),
         (["--watch", "10 min", "--json", "--out", "x"], "--json: prints one answer"),
         (["--watch", "0 s", "--out", "x"], "look at most once a second"),
         (["--watch", "soon", "--out", "x"], "--watch"),

@@ -36,7 +36,7 @@ def refused(call: Callable[[], object]) -> str:
     ("columns", "line"),
     [
         ([], "0 columns: give 1 to 2000."),
-        (["p_a", "p_q"], 'column "p_q" is no variable of Stillhook.'),
+        (["p_a", "p_q"], 'column "p_q" is not a variable of Stillhook.'),
         (["p_a", "p_a"], "p_a is given twice."),
         (["p_a", OWN._replace(name="P_a")], "p_a and P_a differ in capitals alone."),
         ([OWN._replace(name="p_a")], 'p_a is in Pa, and was given in "1". Give it in SI.'),
@@ -191,7 +191,7 @@ def test_another_file_in_its_place_is_refused_and_left_alone(tmp_path: Path, con
         journal.write_bytes(content)
     before = journal.read_bytes()
     for call in (lambda: History(tmp_path, COLUMNS), lambda: read(tmp_path), lambda: overview(tmp_path)):
-        assert "it is no journal of a history. Choose another folder." in refused(call)
+        assert "it is not a journal of a history. Choose another folder." in refused(call)
     assert journal.read_bytes() == before
 
 
@@ -444,7 +444,7 @@ def test_looking_at_a_history_keeps_no_writer_out(tmp_path: Path):
 def test_a_file_that_cannot_be_written_out_is_refused(tmp_path: Path):
     write_hours(tmp_path / "h", hours=0.1)
     run = read(tmp_path / "h")
-    assert '".xyz" is no ending of a format' in refused(lambda: save(run, tmp_path / "out.xyz"))
+    assert '".xyz" is not an ending of a format' in refused(lambda: save(run, tmp_path / "out.xyz"))
     assert "cannot be written" in refused(lambda: save(run, tmp_path / "h" / "journal.sqlite" / "out.nc"))
 
 

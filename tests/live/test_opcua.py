@@ -109,8 +109,8 @@ def test_a_trusted_client_writes_inputs_together_with_their_stamp(room: Room):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("s_tip", 0.5, "s_tip is no input"),
-        ("cycle_number", 1.0, "cycle_number is no input"),
+        ("s_tip", 0.5, "s_tip is not an input"),
+        ("cycle_number", 1.0, "cycle_number is not an input"),
         ("Inputs.s_tip", float("nan"), "s_tip is one finite number"),
         ("Inputs.s_tip", float("inf"), "s_tip is one finite number"),
         ("Inputs.s_tip", "1.0", "s_tip is one finite number"),

@@ -193,7 +193,7 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_known(pl
     (closed,) = utilisations(plan, (CAP,), Waves(states, beta="180 deg"), elsewhere=elsewhere)
     assert (closed <= 1.0).tolist() == [True, False, False, False]
     assert closed[3] == math.inf
-    with pytest.raises(PlanError, match="one sea is no hindcast"):
+    with pytest.raises(PlanError, match="one sea is not a hindcast"):
         utilisations(plan, (NONE,), Waves(plan.environment.sea(2.0, 8.0, math.pi)))
 
 

@@ -118,7 +118,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("more", "says"),
         [
-            (["--start", "tomorrow"], "is no time such as"),
+            (["--start", "tomorrow"], "is not a time such as"),
             (["--direction", "nautical"], "--direction: moved. Write sense in a description"),
             (["--ship", "north"], "--ship"),
             (["--horizon", "3"], "no unit"),

@@ -61,7 +61,7 @@ def test_local_times_are_asked_about(tmp_path):
 def test_user_and_file_that_differ_are_refused(tmp_path):
     with pytest.raises(WeatherError, match="the file says that its times are UTC\\+3"):
         first(tmp_path, "time [UTC+3],Hs [m],Tp [s]\n" + ROWS, time_zone="UTC+2")
-    with pytest.raises(WeatherError, match="is no time zone that is known"):
+    with pytest.raises(WeatherError, match="is not a time zone that is known"):
         first(tmp_path, "time,Hs [m],Tp [s]\n" + ROWS, time_zone="IST")
 
 
@@ -91,7 +91,7 @@ def test_stamps_of_other_programs_are_read(tmp_path, texts, utc):
 def test_days_of_the_year_in_columns_are_read(tmp_path):
     rows = "".join(f"2016,123,{h},1.5,9.0\n" for h in range(3))
     assert first(tmp_path, "year,doy,hour,Hs [m],Tp [s]\n" + rows) == "2016-05-02T00:00:00"
-    with pytest.raises(WeatherError, match="day 367 of 2016 is no date"):
+    with pytest.raises(WeatherError, match="day 367 of 2016 is not a date"):
         first(tmp_path, "year,doy,hour,Hs [m],Tp [s]\n2016,367,0,1.5,9\n2016,367,1,1.5,9\n")
 
 

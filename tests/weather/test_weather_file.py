@@ -84,8 +84,8 @@ class TestTimes:
                 "2013-03-31 02:00,1\n2013-03-31 01:00,1\n",
                 "line 3: the time 2013-03-31T01:00 is before that of line 2. Sort the rows",
             ),
-            ("2013-02-30 01:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-30 01:00" is no date'),
-            ("2013-02-03 25:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-03 25:00" is no time of the day'),
+            ("2013-02-30 01:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-30 01:00" is not a date'),
+            ("2013-02-03 25:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-03 25:00" is not a time of the day'),
             ("2013-02-03 01:00,1\n03.02.2013 02:00,1\n", "line 3: its date is written in another way"),
         ],
     )
@@ -121,22 +121,22 @@ class TestColumns:
             (
                 "hs",
                 "150",
-                'is no height of weather. Correct the line or empty the cell; if the numbers are in cm, say columns.H_m0 = "hs [cm]".',
+                ': not a possible height. Correct the line or empty the cell; if the numbers are in cm, say columns.H_m0 = "hs [cm]".',
             ),
             ("hs (m)", "150", 'columns.H_m0 = "hs [cm]".'),
-            ("hs", "-2", "is no height of weather. Correct the line or empty the cell."),
+            ("hs", "-2", ": not a possible height. Correct the line or empty the cell."),
             (
                 "tp [rpm]",
                 "0.1",
                 'unit "rpm" is not one of s, sec, second, seconds.',
             ),
             ("tp [ms]", "8000", 'Convert its numbers, or say columns.T_p = "tp [s]" where'),
-            ("tp", "80", "is no period of weather. Correct the line or empty the cell."),
+            ("tp", "80", ": not a possible period. Correct the line or empty the cell."),
             ("wind", "120", 'if the numbers are in kn, say columns.wind = "wind [kn]".'),
             (
                 "wave_from_direction",
                 "400",
-                "line 3: wave_from_direction = 400 deg is no direction of weather. Correct the line or empty the cell.",
+                "line 3: wave_from_direction = 400 deg: not a possible direction. Correct the line or empty the cell.",
             ),
             (
                 "wave_from_direction [rad]",
@@ -182,8 +182,8 @@ class TestColumns:
     @pytest.mark.parametrize(
         ("table", "says"),
         [
-            ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,-2\n", "line 3: hs = -2 m is no height of weather"),
-            ("time,hs\n2013-02-01 01:00,150\n", "line 2: hs = 150 m is no height of weather"),
+            ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,-2\n", "line 3: hs = -2 m: not a possible height"),
+            ("time,hs\n2013-02-01 01:00,150\n", "line 2: hs = 150 m: not a possible height"),
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,abc\n", 'line 3: hs = "abc" is not a finite number'),
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,1,3\n", "line 3: 3 fields where the header has 2"),
             (

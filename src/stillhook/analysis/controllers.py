@@ -119,8 +119,8 @@ class Controller:
     def on(self, crane: Crane) -> Crane:
         """The crane with this controller's settings; the crane itself where nothing differs.
 
-        Errors: SpecError, UnitError of one line that names the controller and the field, or says that it is none of
-        this winch type's.
+        Errors: SpecError, UnitError of one line that names the controller and the field, or says that it is of another
+        winch type.
         """
         if reason := crane.plant.type.mode_refusal(self.mode):
             raise SpecError(f'"{crane.name}": {reason}')
@@ -161,7 +161,7 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     Raises
     ------
     SpecError
-        One line, for a name or a file that is no controller.
+        One line, for a name or a file that is not a controller.
     """
     if isinstance(name_or_path, Controller):
         return name_or_path

@@ -227,7 +227,7 @@ def marks_of(record: Any, kind: Any) -> dict[str, Any]:
 def _hints(module: ModuleType, name: str, record: Any) -> Iterator[tuple[str, Any]]:
     """Fields of a record with what they are annotated as."""
     if not is_record(record):
-        raise fault(module, f"{name} is no NamedTuple", f"Write class {name}(NamedTuple)")
+        raise fault(module, f"{name} is not a NamedTuple", f"Write class {name}(NamedTuple)")
     for field, value in vars(record).items():
         if not field.startswith("_") and field not in record._fields and is_number(value):
             raise fault(module, f"{name}.{field} = {value} has no annotation", "Annotate it as float")

@@ -1,8 +1,8 @@
 """The command line: thin commands that call verbs and own no physics.
 
 Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 invalid input, reported in one line without a
-traceback; 3 an error of Stillhook itself, in one line with the address for a report; 130 interrupted; 141 nobody reads
-the output any more.
+traceback; 3 an error of Stillhook itself, in one line with the address for a report; 130 interrupted; 141 the
+reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ def _note(usual: Callable[..., None], message: Warning | str, category: type[War
 
 
 def _refuse(line: str, code: int = REFUSED) -> int:
-    """One line, whatever was typed into it."""
+    """One line, regardless of what was typed into it."""
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
     print(f"error: {shown}", file=sys.stderr)
     return code

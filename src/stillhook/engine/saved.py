@@ -56,7 +56,7 @@ def unseal(kind: str, version: int, data: bytes, label: str) -> tuple[dict[str, 
         count = head["numbers"]
     except (ValueError, KeyError, TypeError, RecursionError):
         raise SimulationError(
-            f"{label}: damaged: its head is no JSON with a count of numbers. Save it again."
+            f"{label}: damaged: its head is not JSON with a count of numbers. Save it again."
         ) from None
     if type(count) is not int or len(body) != 8 * count:
         raise SimulationError(

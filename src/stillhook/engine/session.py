@@ -87,7 +87,7 @@ class Session:
     scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
     Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name, a value that is
-    no number, and a state that is no number any more.
+    not a number, and a state that is no longer a number.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -220,7 +220,7 @@ class Session:
             self._step(self._k)
             if not np.isfinite(self._x).all():
                 raise SimulationError(
-                    f"Session: a state is no number at {self.time:.6g} s. Restore a saved state, or use a shorter step."
+                    f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state or shorten the step."
                 )
             self._k += 1
             self._row, self._next, self._seen = ahead, self._row, False
@@ -276,7 +276,7 @@ class Session:
         """Write states of the present time, by name [SI]: all of them, or none where one is refused.
 
         Every state is what it is: wire that is paid out without its load being lowered is slack. The energy that a
-        state adds or takes away is none that the winch or its load lost: the audit counts from it.
+        state adds or takes away is not one that the winch or its load lost: the audit counts from it.
         """
         if not isinstance(values, Mapping):
             raise SimulationError(f"Session.set_states: {units.quote(values)}: give values by name, as a mapping.")
@@ -497,4 +497,4 @@ class Session:
         return self._states[name]
 
     def _unknown(self, name: Any, allowed: Iterable[str]) -> str:
-        return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
+        return f"Session: {units.quote(name)} is not a name here. Choose one of {', '.join(dict.fromkeys(allowed))}."

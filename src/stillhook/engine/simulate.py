@@ -223,7 +223,7 @@ def simulate(
         What is done to it. A list adds the dimension "case".
     step : str, optional
         Integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics
-        alone (a lowering 5 ms, and down to 1 ms where a stiff winch asks for it), or the next shorter step that the PLC
+        alone (a lowering 5 ms, and down to 1 ms where a stiff winch needs it), or the next shorter step that the PLC
         cycle allows.
     every : str, optional
         Spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there
@@ -241,7 +241,7 @@ def simulate(
     threads : int, default 2
         Threads that share a batch.
     store : str or Path, optional
-        Folder in which statistics alone are kept as they finish, so that a run that was killed goes on; see
+        Folder in which statistics alone are kept as they finish, so that an interrupted run continues; see
         `run_cases`.
     client : dask.distributed.Client, optional
         Cluster on which statistics alone are made, with the same numbers.

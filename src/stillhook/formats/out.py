@@ -244,7 +244,7 @@ def format_of(file: str | Path, form: str | None = None) -> str:
         suffix = Path(file).suffix.lower()
         if suffix not in SUFFIXES:
             do = f"Choose one of {', '.join(SUFFIXES)}, or --format."
-            raise ConvertError(f"{file}: {units.quote(suffix)} is no ending of a format. {do}")
+            raise ConvertError(f"{file}: {units.quote(suffix)} is not an ending of a format. {do}")
         return SUFFIXES[suffix]
     if form not in FORMATS:
         raise ConvertError(f"--format {units.quote(form)}: choose one of {', '.join(FORMATS)}.")

@@ -82,7 +82,7 @@ def load_crane(name_or_path: str | Path) -> Crane:
     "my-crane.friction.toml"``). A file that turns its base into a pure active winch drops the passive circuit of that
     base. ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin
     (`stillhook validate` writes both); the crane then carries it in short, and runs say where they leave what was
-    validated, or that it no longer holds for this crane. The state that `stillhook condition` keeps beside the file
+    validated, or that it no longer holds for this crane. The state that `stillhook condition` keeps next to the file
     (``my-crane.condition.json``) is read with it; ``condition = "my-crane.condition.json"`` refuses a crane without it.
 
     Examples

@@ -87,7 +87,7 @@ def plan(
     alpha : str, default "dnv-os-h101"
         Table of forecast factors, by name or file.
     store : str or Path, optional
-        Folder in which runs of the twin are kept, so that a plan that was stopped goes on from there.
+        Folder in which runs of the twin are kept, so that a stopped plan continues from there.
     client : dask.distributed.Client, optional
         Cluster in place of this machine's threads.
     threads : int, default 2

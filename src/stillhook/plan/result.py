@@ -60,7 +60,7 @@ class PlanResult:
     - counts (alternative, phase, heading, period): tier whose limits count, "" where there is none
     - n_seeds (alternative, phase, heading, period): runs behind it
     - inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
-      NaN where nothing takes one: phases without compensation, and alternatives that are no twin
+      NaN where nothing takes one: phases without compensation, and alternatives without a twin
 
     facts: plain data for JSON: the request (name, crane, vessel, payload, place, phases, rules, limited,
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
@@ -87,7 +87,7 @@ class PlanResult:
 
     @property
     def alternatives(self) -> tuple[Alternative, ...]:
-        """Alternatives that stand side by side."""
+        """Alternatives that are compared."""
         return tuple(Alternative(str(name)) for name in self.data["alternative"].values)
 
     @property

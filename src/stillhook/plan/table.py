@@ -329,7 +329,7 @@ class Certified:
 
 def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     """What the crane's certificate covers of a full table of seas. Phases that nothing compensates need no certificate,
-    and alternatives that are no twin have none to need."""
+    and alternatives without a twin have none to need."""
     heights = np.unique(seas.Hs)
     covers = np.ones((len(axes.alternatives), len(axes.phases), *axes.columns, len(heights)), dtype=np.bool_)
     heading, period = axes.place(seas.Tp, seas.beta)

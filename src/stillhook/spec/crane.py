@@ -441,7 +441,9 @@ def _tables() -> dict[str, type[Spec]]:
         for name, model in winch.tables.items():
             where = f'{winch.file.name}: TABLES: "{name}"'
             if model is None and name not in ("active", "passive", *models):
-                raise SpecError(f"{where} is no table of a winch. Choose {', '.join(('active', 'passive', *models))}.")
+                raise SpecError(
+                    f"{where} is not a table of a winch. Choose {', '.join(('active', 'passive', *models))}."
+                )
             if model is not None and (name in Crane.model_fields or models.setdefault(name, model) is not model):
                 raise SpecError(f"{where} is a table of crane files already. Choose another name.")
     return models

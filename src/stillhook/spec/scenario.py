@@ -259,7 +259,7 @@ class Scenario(Record):
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
-        """The scenario that `to_dict` wrote. Errors: ScenarioError where it is none."""
+        """The scenario that `to_dict` wrote. Errors: ScenarioError for any other."""
         try:
             return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
         except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:

@@ -62,7 +62,7 @@ class SensorTables(Spec):
         if isinstance(data, Mapping) and (unknown := [name for name in data if name not in fields]):
             choose = f"Choose {', '.join(fields)}, or name" if fields else "Name"
             raise ValueError(
-                f"{unknown[0]} is no sensor that is loaded. {choose} the file of its module in {VARIABLE}."
+                f"{unknown[0]} is not a sensor that is loaded. {choose} the file of its module in {VARIABLE}."
             )
         return data
 

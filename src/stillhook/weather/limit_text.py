@@ -116,7 +116,7 @@ def _range(part: str, text: str, where: str) -> Range:
         return Range(name, low, high)
     match = _BOUND.fullmatch(part)
     if match is None:
-        raise WeatherError(f"{where} {quote(text)}: is no limit. Write one such as {EXAMPLES}.")
+        raise WeatherError(f"{where} {quote(text)}: is not a limit. Write one such as {EXAMPLES}.")
     name, sign = _column(match[1], text, where), match[2]
     if sign in ("<", ">", "=", "=="):
         raise WeatherError(f"{where} {quote(text)}: limits are inclusive. Write <= or >=.")

@@ -131,8 +131,8 @@ def linearise(point: OperatingPoint) -> Linear:
     Notes
     -----
     The drum's layer and effective radius stay constant, as within a PLC cycle. Valid for motions so small that no valve
-    opens or closes, no stop is met, and a sliding winch goes on sliding: near standstill, where the bristle may stick,
-    that is a few micrometres of wire.
+    opens or closes, no stop is met, and a sliding winch continues to slide: near standstill, where the bristle may
+    stick, that is a few micrometres of wire.
     """
     p, u_0 = _free_stops(point.params), point.command
     commands = tuple(n for n in u_0._fields if n.startswith("u_"))

@@ -70,7 +70,7 @@ def monte_carlo_map(
     threads : int, default 2
         Threads that share the runs.
     store : str or Path, optional
-        Folder in which statistics are kept as they finish, so that a run that was killed goes on; as in
+        Folder in which statistics are kept as they finish, so that an interrupted run continues; as in
         `stillhook.simulate`.
     client : dask.distributed.Client, optional
         Cluster that shares the runs, with the same numbers.

@@ -58,7 +58,7 @@ def envelope(
     reserve: float = RESERVE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    r"""Load-speed operating range: highest wire speed of every controller, and of the machine whatever the controller.
+    r"""Load-speed operating range: highest wire speed of every controller, and of the machine with any controller.
 
     Parameters
     ----------

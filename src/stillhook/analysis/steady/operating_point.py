@@ -244,7 +244,7 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
         root = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
         if root is None:
             raise NoSteadyOperation(
-                "the boost pump does not make up for what leaks and what the relief valves let go, p_a - p_b"
+                "the boost pump does not compensate what leaks and what the relief valves discharge, p_a - p_b"
                 f" {show(dp, 'pressure', 3)}. Go slower, lower the load or raise alpha_m."
             )
         p_b, near = root, P_NEXT

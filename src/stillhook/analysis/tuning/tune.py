@@ -66,7 +66,7 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True)
 class Tuned:
-    """A controller at its best. `met`: a setting that keeps all limits was found; else `controller` is the one that
+    """A tuned controller. `met`: a setting that keeps all limits was found; else `controller` is the one that
     breaks least and `stops` names the limits in its way. `active`: limits and ends of search that the optimum leans on.
     `trials`: all that was run.
     """

@@ -294,7 +294,7 @@ def attribute(
         Default every factor of the table that changes something in one of the runs, also those that are not drawn by
         default unless they count a thing twice.
     pairs : bool, default True
-        False leaves the pairs out; two alternatives that make no crane together are no pair.
+        False leaves the pairs out; two alternatives that do not make a crane together are left out.
     evaluate : callable, optional
         Numbers of each run; default its summary.
 

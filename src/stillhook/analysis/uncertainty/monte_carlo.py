@@ -71,7 +71,7 @@ def monte_carlo(
     threads : int, default 2
         Threads that share the runs.
     store : str or Path, optional
-        Folder in which statistics are kept as they finish, so that a run that was killed goes on; as in
+        Folder in which statistics are kept as they finish, so that an interrupted run continues; as in
         `stillhook.simulate`.
     client : dask.distributed.Client, optional
         Cluster that shares the runs, with the same numbers.
@@ -89,7 +89,7 @@ def monte_carlo(
     Raises
     ------
     SpecError, ScenarioError
-        One line before anything runs, also where an end of a distribution is no crane.
+        One line before anything runs, also where an end of a distribution is not a crane.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""`stillhook tune`: controllers at their best under limits, side by side."""
+"""`stillhook tune`: tuned controllers under limits, side by side."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def tune(
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Tune controllers on the full twin and compare each at its best, also on waves and winches that it was not tuned
+    """Tune controllers on the full twin and compare each as tuned, also on waves and winches that it was not tuned
     on.
 
     Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief,
@@ -188,7 +188,7 @@ class _Report:
         self.remarks = [*self._stability_remarks(), *self._load_remarks(load), *self.notes]
 
     def _stability_remarks(self) -> list[str]:
-        """What the one margin says of each tuned controller, whatever the limits that it was tuned within."""
+        """What the one margin says of each tuned controller, regardless of the limits of the tuning."""
         out = []
         for t, margins in zip(self.tuned, self.stable, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
@@ -314,7 +314,7 @@ def _scenario(case: Scenario) -> dict[str, Any]:
 def _outcome_table(
     crane: Crane, available: Sequence[str], tuned: list[Tuned], held_out: list[tuple[Outcome, Outcome]]
 ) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: every controller before and at its best, on the scenarios and on waves that it never saw;
+    """Header and rows: every controller before and after tuning, on the scenarios and on waves that it never saw;
     available: numbers of its runs."""
     errors = [f"{text}\np-p" for text in ("mean error", "worst error")]
     pressure = ["highest\npressure"] if "p_max" in available else []

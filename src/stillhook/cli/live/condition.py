@@ -40,7 +40,7 @@ def condition(
         raise typer.Exit(0 if _pass(campaigns, out, json=json) else 1)
     refuse({"--json": json}, "prints one answer, and --watch continues. Leave one of the two out.")
     if out is None:
-        raise CommandError("--watch: it keeps what it knows in a folder. Give --out FOLDER.")
+        raise CommandError("--watch: it keeps its state in a folder. Give --out FOLDER.")
     every = parse(watch, "time", "--watch")
     if not every >= 1.0:
         raise CommandError(f"--watch {watch}: look at most once a second, such as 10 min.")

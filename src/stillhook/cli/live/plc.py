@@ -107,7 +107,7 @@ def plc_compare(
 ) -> None:
     """Compare a PLC with the library, cycle by cycle: the inputs that it saw go through the same controller.
 
-    Rounding of the log and of the bus is told apart from real differences. A log of another PLC has its columns in the
+    Rounding of the log and of the bus is separated from real differences. A log of another PLC has its columns in the
     table [signals] of the PLC file. Exit code 1 if they differ.
 
     Example: stillhook plc compare plc-log.csv plc.toml

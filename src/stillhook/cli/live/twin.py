@@ -29,7 +29,7 @@ USUAL = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 9 s", "mode": "ssc"}
 """What a twin runs where a case file says nothing else."""
 CRANE = "nov-250t"
 LINE_EVERY = 5.0
-"""Time between two lines of the demonstration where nobody watches on a terminal [s]."""
+"""Time between two lines of the demonstration without a terminal [s]."""
 SHOWN_EVENTS = 6
 HALF_KINDS = {"temperature": "temperature_rise"}
 """Kinds whose differences have another unit."""
@@ -98,7 +98,7 @@ def run(
     ],
     duration: Annotated[str | None, typer.Option(help="Length of the run; without it until it is stopped.")] = None,
     allow_writes: Annotated[
-        bool, typer.Option("--allow-writes", help="Take inputs over Modbus and UDP, which know no security.")
+        bool, typer.Option("--allow-writes", help="Take inputs over Modbus and UDP, which have no security.")
     ] = False,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="OPC UA also without security, on this machine alone.")
@@ -156,7 +156,7 @@ def ending(duration: str | None) -> float:
 
 
 class _EventLines:
-    """A sink that prints events on standard error; where that is a full pipe that nobody reads, they are left out and
+    """A sink that prints events on standard error; where that is a full pipe without a reader, they are left out and
     counted, and hold up no server."""
 
     def __init__(self) -> None:
@@ -324,7 +324,7 @@ def demo(
     duration: Annotated[str, typer.Option(help="Length of the demonstration.")] = "60 s",
     json: Json = False,
 ) -> None:
-    """A soft PLC with its crane, the twin beside it, and an alarm when the crane's friction grows: in the terminal,
+    """A soft PLC with its crane, the twin next to it, and an alarm when the crane's friction grows: in the terminal,
     without a network. What is not a terminal gets lines. Exit code 1 if no alarm came.
 
     Example: stillhook live demo --duration "20 s"
@@ -350,7 +350,7 @@ def demo(
 
 @contextmanager
 def _watched(*, quiet: bool) -> Iterator[Callable[[Moment], None]]:
-    """What shows a moment: a table that is drawn again, or lines where nobody watches."""
+    """What shows a moment: a table that is drawn again, or lines without a terminal."""
     from rich.console import Console
     from rich.live import Live
 

@@ -90,7 +90,7 @@ class LoweringType(CaseType):
         _each_lift(cranes, cases, check)
 
     def default_steps(self, cranes: Sequence[Crane], cases: Sequence[Case], *, series: bool) -> int:
-        """A shorter one where a stiff winch asks for it."""
+        """A shorter one where a stiff winch needs it."""
         return substeps(cranes[0].control.t_cycle, lift_step(min(_each_lift(cranes, cases, longest_step))))
 
     def ready(

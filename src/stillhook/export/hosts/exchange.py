@@ -250,7 +250,7 @@ def _unsealed(text: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise SimulationError(f"The stored state is damaged: it is no JSON of names and values. {AGAIN}")
+        raise SimulationError(f"The stored state is damaged: it is not JSON of names and values. {AGAIN}")
     return found
 
 

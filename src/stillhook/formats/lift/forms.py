@@ -220,7 +220,7 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
     these = changes(data)
     if not these and "stage" not in data:
         if not _rows(data, "phase"):
-            raise ConvertError("is no lift file of an older version: it has no [[stage]] and no [[phase]].")
+            raise ConvertError("is not a lift file of an older version: it has no [[stage]] and no [[phase]].")
         raise ConvertError("is in the words of today already. Leave it as it is.")
     lines, said = text.splitlines(keepends=True), []
     if "stage" in data:

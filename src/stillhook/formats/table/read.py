@@ -59,7 +59,7 @@ def read_workbook(path: Path, error: type[StillhookError], start: str) -> TextTa
         cells = read_binary(_parquet_cells if content == "Parquet" else _excel_cells, path)
     except UnreadableError as problem:
         raise error(f"{path.name}: not a readable {content} file ({problem}). Save it again.") from None
-    first = 0 if content == "Parquet" else 1  # the headings of Parquet are no row
+    first = 0 if content == "Parquet" else 1  # the headings of Parquet are not a row
     numbered = [(number, line) for number, line in enumerate(cells, start=first) if any(line)]
     comments = tuple(line[0] for _, line in numbered if line[0].startswith(COMMENT))
     body = [(number, line) for number, line in numbered if not line[0].startswith(COMMENT)]

@@ -185,7 +185,7 @@ def find_table(
     try:
         text = data.decode(dialect.encoding).removeprefix("\ufeff")
     except UnicodeDecodeError as problem:
-        where = f"byte {problem.start} is no text in {dialect.encoding}"
+        where = f"byte {problem.start} is not text in {dialect.encoding}"
         raise error(f"{name}: {where}. Save the {noun} as CSV UTF-8.") from None
     if not dialect.header_line:
         raise error(f"{name}: has no line of headings. {start}")

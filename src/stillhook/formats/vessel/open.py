@@ -49,7 +49,8 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
     Raises
     ------
     SeaError
-        One line, for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
+        One line, for a file that cannot be read, or whose motions are not those of a floating body in the
+        convention it declares.
 
     Examples
     --------

@@ -136,7 +136,7 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
             re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0]
             for h in headings
         ]
-        parts = ("u10",) if "v10" in names else ()  # next to v10 it is no speed but its part towards the east
+        parts = ("u10",) if "v10" in names else ()  # next to v10 it is not a speed but its part towards the east
         row = HEADINGS["columns"][key]
         places = [i for i, n in enumerate(names) if n in row["headings"] and n not in parts]
         places = places or [i for i, n in enumerate(names) if n in row.get("otherwise", ())]
@@ -176,7 +176,7 @@ def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bo
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         do = f"Correct the line or empty the cell{_in_another_unit(float(x[i]), column)}."
-        raise WeatherError(f"{place(i)} is no {kind} of weather. {do}")
+        raise WeatherError(f"{place(i)}: not a possible {kind}. {do}")
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
     return np.asarray(sign * x), marks + noughts

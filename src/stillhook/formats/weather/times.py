@@ -179,7 +179,7 @@ def stamped(
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         do = "Correct the line, or give date_order = ymd, mdy or dmy."
-        raise WeatherError(f"{name}: line {lines[i]}: {quote(texts[i])} is no date. {do}")
+        raise WeatherError(f"{name}: line {lines[i]}: {quote(texts[i])} is not a date. {do}")
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 
 
@@ -190,7 +190,7 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     if match is None:
         known = "2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00"
         do = "Correct the line, or name the column of times by time."
-        raise WeatherError(f"{where}: {quote(text)} is no time such as {known}. {do}")
+        raise WeatherError(f"{where}: {quote(text)} is not a time such as {known}. {do}")
     part = match.groupdict()
     second, a, sign = _second(part, where, text), part["a"], part.get("sign") or "iso"
     if "days" in part:
@@ -207,12 +207,12 @@ def _second(part: Mapping[str, str | None], where: str, text: str) -> int:
     h, m, s = (int(part.get(name) or 0) for name in ("hour", "minute", "second"))
     if half is not None and not 1 <= h <= 12:
         raise WeatherError(
-            f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
+            f"{where}: {quote(text)} is not a time: hours before AM and PM run from 1 to 12. Correct the line."
         )
     if half is not None:
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
-        raise WeatherError(f"{where}: {quote(text)} is no time of the day. Correct the line.")
+        raise WeatherError(f"{where}: {quote(text)} is not a time of the day. Correct the line.")
     ahead = 0.0
     if zone is not None and zone != "Z":
         stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
@@ -226,7 +226,7 @@ def calendar_of(year: int, day_of_year: int, where: str) -> tuple[int, int]:
     """Month and day of a day of the year, from 1. Errors: WeatherError."""
     last = 366 if (year % 4 == 0 and year % 100 != 0) or year % 400 == 0 else 365
     if not 1 <= day_of_year <= last or not FIRST_YEAR <= year <= LAST_YEAR:
-        raise WeatherError(f"{where}: day {day_of_year} of {year} is no date. Correct the line.")
+        raise WeatherError(f"{where}: day {day_of_year} of {year} is not a date. Correct the line.")
     date = np.datetime64(f"{year:04d}-01-01", "D") + (day_of_year - 1)
     return int(str(date)[5:7]), int(str(date)[8:10])
 
@@ -302,5 +302,5 @@ def parse_zone(text: str, where: str) -> Zone:
     """A zone that the user states. Errors: WeatherError."""
     zone = zone_in(text)
     if zone is None or zone.ahead is None:
-        raise WeatherError(f'{where} {quote(text)}: is no time zone that is known. Write it as "UTC+3" or "CET".')
+        raise WeatherError(f'{where} {quote(text)}: is not a time zone that is known. Write it as "UTC+3" or "CET".')
     return zone

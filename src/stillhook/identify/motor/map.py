@@ -328,7 +328,7 @@ def mapped_loss(m: LossMap) -> MappedLoss:
 
     Notes
     -----
-    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
+    Held, not continued: a straight line through the last two cells may cross zero or give a loss that was not measured.
     With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
     (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
     those the nearest cell counts.

@@ -27,14 +27,14 @@ class WindowSettings(BaseModel):
     """Engineering limits of a steady stretch. Times are text with a unit; shares are plain numbers. Errors:
     IdentifyError.
 
-    A trend is held against a stretch only where it is larger than its tolerance *and* larger than the noise explains;
+    A trend counts against a stretch only where it is larger than its tolerance *and* larger than the noise explains;
     the defaults are therefore limits of what matters for friction, not of what a certain log's noise allows to be seen.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     least_length: u.Time = Field(
-        default=2.0, gt=0, description="shortest stretch: two periods of a load that swings on its wire at 1 Hz"
+        default=2.0, gt=0, description="shortest stretch: two periods of a load that oscillates on its wire at 1 Hz"
     )
     least_samples: int = Field(
         default=3, ge=3, description="fewest bins: below three drift cannot be distinguished from noise"

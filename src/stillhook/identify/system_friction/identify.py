@@ -88,7 +88,7 @@ class Friction:
 
     @property
     def usable(self) -> bool:
-        """Nothing severe speaks against using the set."""
+        """Whether no severe finding excludes the set from use."""
         return not any(s.severe for s in self.statements)
 
 

@@ -44,8 +44,8 @@ def _column(column: str | Variable, place: str) -> Variable:
         row = BY_NAME.get(column)
         if row is None:
             raise LiveError(
-                f"{place}: column {quote(column)} is no variable of Stillhook. Choose one of the nomenclature, or give"
-                " a Variable with its unit."
+                f"{place}: column {quote(column)} is not a variable of Stillhook. Choose one of the nomenclature, or"
+                " give a Variable with its unit."
             )
     elif isinstance(column, Variable):
         row, own = column, BY_NAME.get(column.name)

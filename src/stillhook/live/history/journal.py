@@ -64,7 +64,7 @@ REASONS = {
     "SQLITE_FULL": "the disk is full. Free some space: what was acknowledged is safe",
     "SQLITE_BUSY": "another process holds it. Try again",
     "SQLITE_CORRUPT": "it is damaged. Move it away, and keep the files in hours",
-    "SQLITE_NOTADB": "it is no journal of a history. Choose another folder",
+    "SQLITE_NOTADB": "it is not a journal of a history. Choose another folder",
     "SQLITE_CANTOPEN": "it cannot be opened. Check the folder and its rights",
     "SQLITE_READONLY": "it cannot be written. Check the folder and its rights",
     "SQLITE_IOERR": "the disk does not take it. Check its space and its health: what was acknowledged is safe",
@@ -129,7 +129,7 @@ def _check_version(connection: sqlite3.Connection, path: Path) -> None:
     (application,) = connection.execute("PRAGMA application_id").fetchone()
     (version,) = connection.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION:
-        raise LiveError(f"{path}: it is no journal of a history. Choose another folder.")
+        raise LiveError(f"{path}: it is not a journal of a history. Choose another folder.")
     if version != VERSION:
         raise LiveError(
             f"{path}: version {version}, and this Stillhook reads {VERSION}. Use the Stillhook that wrote it, or"

@@ -44,7 +44,7 @@ STATUS = {
     "cycle_flags": Column("1", "sum of 1 late, 2 overrun, 4 missed, 8 stale input, 16 partial, 32 refused, 64 reset"),
     "late_cycles": Column("1", "cycles that began more than 2 ms after their deadline"),
     "overrun_cycles": Column("1", "cycles that were not complete when the next one was due"),
-    "missed_cycles": Column("1", "cycles that were left out after a stall too long to make up for"),
+    "missed_cycles": Column("1", "cycles that were left out after a stall too long to catch up with"),
     "worst_lateness": Column("s", "largest lateness since the start"),
     "stale_inputs": Column("1", "inputs that are older than their time-out"),
     "refused_inputs": Column("1", "values of inputs that were refused since the start"),

@@ -55,7 +55,7 @@ class LiveState(NamedTuple):
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
             good = False
         if not good:
-            raise LiveError(f"{label}: damaged: its inputs are no numbers with ages. Start without it: move it away.")
+            raise LiveError(f"{label}: damaged: its inputs are not numbers with ages. Start without it: move it away.")
         return cls(session, inputs, number)
 
 

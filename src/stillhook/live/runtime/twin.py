@@ -115,7 +115,7 @@ class LiveTwin:
         """
         for name, value in values.items():
             if name not in self.inputs:
-                raise LiveError(f"{source}: {name} is no input. Choose one of {', '.join(self.inputs)}.")
+                raise LiveError(f"{source}: {name} is not an input. Choose one of {', '.join(self.inputs)}.")
             if not math.isfinite(value):
                 raise LiveError(f"{source}: {name} = {value}: give a finite number in SI units.")
         self._inputs.write(values, time.monotonic(), stamp)

@@ -316,7 +316,7 @@ async def _write(session: Any, owner: OpcUaServer, params: Any, user: str | None
             value = math.nan  # a sensor that is not known, which is left out by whoever measures
         if name is None or item.AttributeId != ua.AttributeIds.Value:
             results[i] = ua.StatusCode(codes.BadUserAccessDenied)
-            refused.append(f"{item.NodeId.Identifier!s:.60} is no input")
+            refused.append(f"{item.NodeId.Identifier!s:.60} is not an input")
         elif value is None:
             results[i] = ua.StatusCode(codes.BadTypeMismatch)
             refused.append(f"{name} is one finite number")

@@ -199,7 +199,7 @@ def _factor(place: TomlTable, row: RegisterRow) -> float:
 
 EXAMPLE: Mapping[str, tuple[tuple[str, str, str, float, str], ...]] = {
     "read": (
-        ("cycle_number", "uint32", "1", 1.0, "counts cycles: a client sees that the twin lives"),
+        ("cycle_number", "uint32", "1", 1.0, "counts cycles: shows a client that the twin runs"),
         (
             "cycle_flags",
             "uint16",

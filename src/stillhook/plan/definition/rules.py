@@ -191,7 +191,7 @@ ROUNDING = 1e-9
 
 class Alternative(StrEnum):
     """One way to account for the winch; the limits of all of them are listed side by side: no compensation, the
-    flat cap, a passive heave compensator below a winch that stands, and one for each controller."""
+    flat cap, a passive heave compensator below a winch at rest, and one for each controller."""
 
     NONE = "none"
     CAP = "cap-80"

@@ -121,7 +121,7 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
     Raises
     ------
     PlanError
-        One line that names file, rule, what came, what is allowed; SpecError where it is no TOML, UnitError for a
+        One line that names file, rule, what came, what is allowed; SpecError where it is not TOML, UnitError for a
         limit.
     """
     name = str(name_or_path)

@@ -247,7 +247,7 @@ class Systems:
 def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
     """Weather as a table of wind seas beside a swell wants it; swell: of the plan, by name [SI], None without one.
 
-    Where the weather gives wind sea and swell apart, the wind sea is held against the table, and the swell must stay
+    Where the weather gives wind sea and swell apart, the wind sea is compared with the table, and the swell must stay
     within the plan's: its height within the forecast height of the plan's (alpha times it, as for the table), its
     period and direction within the tolerances. Where it does not, the whole record counts as wind sea, and the plan's
     swell comes on top of it.
@@ -258,7 +258,7 @@ def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
     columns = weather.columns
     if not {"H_m0_wind_sea", "H_m0_swell"} <= columns.keys():
         note = (
-            f"the weather does not give wind sea and swell apart: the whole height of a record is held against the"
+            f"the weather does not give wind sea and swell apart: the whole height of a record is compared with the"
             f" limits of the wind sea, and the plan's {beside}, comes on top of it; two periods and directions in one"
             " record are not seen"
         )

@@ -132,7 +132,7 @@ def spectral_persistence(
 def _records(waves: Waves) -> SpectrumSeries | SeaStates:
     """Waves over time. Errors: PlanError for one sea alone."""
     if isinstance(waves.of, Sea):
-        raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+        raise PlanError("hindcast: one sea is not a hindcast. Give a file of spectra or sea states over time.")
     return waves.of
 
 

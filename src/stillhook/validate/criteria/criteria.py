@@ -192,7 +192,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     Raises
     ------
     ValidateError
-        One line that names file, row, value and what is allowed; SpecError where it is no TOML.
+        One line that names file, row, value and what is allowed; SpecError where it is not TOML.
     """
     name = str(name_or_path)
     if name in criteria_sets():

@@ -50,7 +50,7 @@ class CarryingChamber(Spec):
     A: u.Area = Field(gt=0, description="area on which the accumulator's oil pushes the rod out")
     accumulator: tables.Accumulator
     p_min: u.Pressure = Field(gt=0, description="lowest gas pressure that is set; highest accumulator.gas.p_0")
-    Q_make_up: u.Flow = Field(ge=0, description="flow of the pump that makes up for leakage")
+    Q_make_up: u.Flow = Field(ge=0, description="flow of the pump that compensates leakage")
     relief: tables.Relief
     line: tables.Line
 

@@ -65,7 +65,7 @@ class SpeedControl(Spec):
     """PI speed loop of the drive."""
 
     K: u.ViscousTorque = Field(gt=0, description="torque of all machines over missing speed")
-    T_i: u.Time = Field(gt=0, description="integral time, and time in which it lets go at the torque limit")
+    T_i: u.Time = Field(gt=0, description="integral time, and time in which it is released at the torque limit")
     tau_ref: u.Time = Field(gt=0, description="time constant in which the PLC's set-points are smoothed")
 
 

@@ -53,7 +53,7 @@ def check_module(module: ModuleType) -> None:
     if some and len(some) < len(BODY):
         raise fault(module, f"{' and '.join(some)} alone", f"A unit with a body of its own needs {', '.join(BODY)}")
     if not (isinstance(module.Unit, type) and issubclass(module.Unit, JointUnit)):
-        raise fault(module, "Unit is no JointUnit", "Write class Unit(JointUnit)")
+        raise fault(module, "Unit is not a JointUnit", "Write class Unit(JointUnit)")
     if getattr(module.Unit.model_fields.get("type"), "default", None) != module.NAME:
         do = f'Write type: Literal["{module.NAME}"] = "{module.NAME}" in it'
         raise fault(module, f"Unit.type is not {quote(module.NAME)}", do)
@@ -61,7 +61,7 @@ def check_module(module: ModuleType) -> None:
         raise fault(module, f"Unit.{open_} is missing", "A unit says what the statics ask of it: see JointUnit")
     numbers = module.NUMBERS
     if not (isinstance(numbers, Mapping) and all(isinstance(row, Row) for row in numbers.values())):
-        raise fault(module, "NUMBERS is no table of Rows", 'Write NUMBERS = {"name": Row(...)}')
+        raise fault(module, "NUMBERS is not a table of Rows", 'Write NUMBERS = {"name": Row(...)}')
     stats = module.Stats._fields
     check_values(
         module,

@@ -273,5 +273,5 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
         ]
     if held.manual and crane.brake is None:  # else the brake holds at rest
         sinks = show(leak / D * r_eff, "speed", 2)
-        out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
+        out.append(f"nothing compensates leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
     return out
