@@ -79,7 +79,7 @@ class Summary(Mapping[str, Any]):
         return f"{table(rows[:n])}<details><summary>{len(rows) - n} more numbers</summary>{table(rows[n:])}</details>"
 
 
-@xarray.register_dataset_accessor("stillhook")
+@xarray.register_dataset_accessor("stillhook")  # type: ignore[no-untyped-call]
 class Accessor:
     """A Dataset of Stillhook: its summary, its series, its figure."""
 

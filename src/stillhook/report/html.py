@@ -31,6 +31,12 @@ def html(document: Document) -> str:
     return "".join(_page(document))
 
 
+def fragment(document: Document) -> str:
+    """Title and parts for a notebook, without style and page."""
+    parts = "".join(text for part in (*document.front, *document.sections) for text in _part(part, 4))
+    return f"<div><b>{_escaped(document.heading)}</b>{parts}</div>"
+
+
 def _page(document: Document) -> Iterator[str]:
     title = _escaped(document.heading)
     yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
