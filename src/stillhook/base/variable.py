@@ -21,8 +21,8 @@ class Variable(NamedTuple):
 
 
 def flags(meaning: str) -> dict[str, Any]:
-    """Attributes of the CF conventions for a number that is a code, from the list that ends its meaning: "holding brake:
-    0 open, 1 closed" as values, "sum of 1 late, 2 overrun" as masks; none for another meaning."""
+    """Attributes of the CF conventions for a code, from the list that ends its meaning: "holding brake: 0 open,
+    1 closed" as values, "sum of 1 late, 2 overrun" as masks; none for another meaning."""
     found = _LIST.search(meaning)
     if found is None:
         return {}

@@ -19,7 +19,7 @@ from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
 from stillhook.formats.results import save_json, to_json
 from stillhook.plan.definition.rules import Alternative, Tier
-from stillhook.report.document import Document, Table, Text
+from stillhook.report.document import Document, Part, Table, Text
 from stillhook.report.formatting import EMPTY, percent
 from stillhook.report.html import fragment
 from stillhook.units import quote
@@ -117,7 +117,7 @@ class PlanResult:
             rows.append([name, *spans, governs, share])
         remarks = f"{len(self.facts['remarks'])} remarks"
         heads = ("alternative", "limiting Hs,\ncredited", "as simulated", "governs most cells", "operability")
-        parts = [Table(heads, rows), Text(f"Tiers: {', '.join(self.facts['tiers'])}. {remarks}.")]
+        parts: list[Part] = [Table(heads, rows), Text(f"Tiers: {', '.join(self.facts['tiers'])}. {remarks}.")]
         return fragment(Document(self.name, front=parts))
 
     def __getitem__(self, block: str) -> xarray.Dataset:

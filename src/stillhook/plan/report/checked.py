@@ -75,7 +75,7 @@ class PlanCheck:
         answer = Verdict("possible" if self.possible else "not possible in any sea", self.possible)
         remarks = [[each.severity.value, each.place, each.text] for each in self.remarks]
         phases = Table(PHASES, [_phase_row(row) for row in self.facts["phases"]])
-        parts = [answer, phases, Text(_times(self.facts)), Table(("severity", "place", "remark"), remarks)]
+        parts: list[Part] = [answer, phases, Text(_times(self.facts)), Table(("severity", "place", "remark"), remarks)]
         return fragment(Document(str(self.facts["name"]), front=parts))
 
 
@@ -169,7 +169,7 @@ def possible(answer: Mapping[str, Any]) -> bool:
 
 def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
     """What there is to say, errors first; answer: of `checked`, without remarks."""
-    remarks = list(_beyond_at_rest(answer))
+    remarks = list(beyond_at_rest(answer))
     seas, rules, weather = answer["seas"], answer["rules"], answer["weather"]
     if seas["steep"]:
         text = f"{seas['steep']} seas are steeper than wind raises waves (DNV-RP-C205)"
@@ -185,7 +185,7 @@ def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
     return remarks
 
 
-def _beyond_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
+def beyond_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
     """Rules that still water is beyond, a remark for each."""
     rows_of = grouped(((row["rule"], tuple(row["alternatives"])), row) for row in answer["beyond"])
     severity = Severity.WARNING if possible(answer) else Severity.ERROR
