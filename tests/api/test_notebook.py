@@ -16,15 +16,15 @@ from tests.commands import answer
 import stillhook
 from stillhook.base.variable import flags
 from stillhook.errors import PlanError, StillhookError
-from stillhook.plan.report.checked import Severity, beyond_at_rest
+from stillhook.plan.report.checked import Severity, remarks_at_rest
 from stillhook.report import kit
 from stillhook.report.document import Document, Table, Text
-from stillhook.sea.spectra.text import parse_spectrum
 from stillhook.validate import Certificate
 
 HOSTILE = '<script>alert("x")</script>&<img src=x onerror=y>'
 CRANE = stillhook.load_crane("nov-250t")
 CASE = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="30 s", warm_up="10 s")
+SEA = stillhook.parse_sea("jonswap Hs=2 m Tp=9 s", heading="180 deg")
 LEAST_INK = 0.003
 """Part of the points of a figure that are not white, at least: an empty frame with its axes has fewer."""
 VOID = {"img", "br", "meta", "input", "hr"}
@@ -77,7 +77,7 @@ DRAWN: dict[str, Callable[[], Any]] = {
     "plan": lambda: stillhook.plot.plan(planned(), "limits-credited"),
     "payload": lambda: stillhook.plot.payload(stillhook.read_payload("template-120t")),
     "vessel": lambda: stillhook.plot.vessel(stillhook.read_vessel("supply-vessel-82m"), (10.0, 5.0)),
-    "spectrum": lambda: stillhook.plot.spectrum(parse_spectrum("jonswap Hs=2 m Tp=9 s")),
+    "spectrum": lambda: stillhook.plot.spectrum(SEA.trains[0].spectrum),
 }
 
 
@@ -311,7 +311,7 @@ def test_a_lift_that_is_never_possible_is_an_error_with_its_phases_and_rule() ->
     row = {"phase": "landing", "rule": "static-load", "quantity": "F_w_max", "value": 2e6, "limit": 1e6, "basis": "SWL"}
     every = [{**row, "alternatives": list(facts["alternatives"])}]
     some = [{**row, "alternatives": list(facts["alternatives"])[:1]}]
-    (error,), (warning,) = (list(beyond_at_rest({**facts, "beyond": beyond})) for beyond in (every, some))
+    (error,), (warning,) = (list(remarks_at_rest({**facts, "beyond": beyond})) for beyond in (every, some))
     assert (error.code, error.severity, warning.severity) == ("beyond-at-rest", Severity.ERROR, Severity.WARNING)
     assert error.place == 'landing: rule "static-load"'
     assert error.text.startswith("NOT POSSIBLE in any sea with any alternative")

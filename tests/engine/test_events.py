@@ -106,7 +106,7 @@ def test_a_plan_that_is_cancelled_gives_the_limits_of_the_tier_below() -> None:
     with pytest.raises(stillhook.Cancelled) as stopped:
         stillhook.plan.plan("template-to-1500m", tier="frequency", progress=Monitor(listen, cancel=token))
     check_order(events)
-    assert [e.stage for e in events][0] == "preparation"
+    assert events[0].stage == "preparation"
     partial = stopped.value.partial
     assert partial.facts["tiers"] == ["closed-form"]
     assert partial.workable

@@ -169,7 +169,7 @@ def possible(answer: Mapping[str, Any]) -> bool:
 
 def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
     """What there is to say, errors first; answer: of `checked`, without remarks."""
-    remarks = list(beyond_at_rest(answer))
+    remarks = list(remarks_at_rest(answer))
     seas, rules, weather = answer["seas"], answer["rules"], answer["weather"]
     if seas["steep"]:
         text = f"{seas['steep']} seas are steeper than wind raises waves (DNV-RP-C205)"
@@ -185,7 +185,7 @@ def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
     return remarks
 
 
-def beyond_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
+def remarks_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
     """Rules that still water is beyond, a remark for each."""
     rows_of = grouped(((row["rule"], tuple(row["alternatives"])), row) for row in answer["beyond"])
     severity = Severity.WARNING if possible(answer) else Severity.ERROR
