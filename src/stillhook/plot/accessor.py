@@ -47,7 +47,8 @@ class Summary(Mapping[str, Any]):
 
     def meaning(self, name: str) -> str:
         """What a number is."""
-        return BY_NAME[name].meaning if name in BY_NAME else ""
+        words = BY_NAME[name].meaning if name in BY_NAME else ""
+        return words.partition(":")[0] if name == "status" else words
 
     def _rows(self) -> tuple[tuple[str, ...], list[list[str]]]:
         """Head and rows: a row for each number of one run, for each case of several."""
