@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["counted", "e_c_pp", "eta_c", "s_tip_pp", "settling_time", "time_step"]
 
+__dir__ = lambda: sorted(__all__)
+
 DEFAULT_WINDOW = f"{WINDOW:g} s"
 
 

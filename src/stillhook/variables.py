@@ -7,10 +7,13 @@ sensors and of what joins hook and payload are with their modules.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from stillhook.base.variable import Variable as Variable
+from stillhook.base.variable import coded, flags
+from stillhook.control.registry import CONTROLLERS
 from stillhook.control.sensors import sensor_rows
 from stillhook.winches.load_path.registry import joint_rows
 from stillhook.winches.registry import winch_rows
@@ -49,9 +52,13 @@ VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
 
 
-def attributes(name: str) -> dict[str, str]:
-    """Unit, meaning, sign and source of a variable, for a Dataset."""
+CODES: Mapping[str, Iterable[str]] = {"mode": CONTROLLERS, "validated": ("not validated", "validated")}
+"""Words of the codes 0, 1, ... whose meaning does not list them."""
+
+
+def attributes(name: str) -> dict[str, Any]:
+    """Unit, meaning, sign and source of a variable, and the words of a code, for a Dataset."""
     v = BY_NAME[name]
-    return {
-        k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x
-    }
+    texts = (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source))
+    words = coded(enumerate(CODES[name])) if name in CODES else flags(v.meaning)
+    return {**{k: str(x) for k, x in texts if x}, **words}

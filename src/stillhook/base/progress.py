@@ -93,8 +93,8 @@ RUNS = "runs"
 class Event(NamedTuple):
     """What long work reports of itself.
 
-    In a stage neither done nor total counts anything until the first of its parts is finished (0 of 0); total may be an
-    estimate that changes. Neither done within a stage nor share ever falls.
+    A stage whose parts are not counted has 0 of 0; total may be an estimate that changes. Neither done within a stage
+    nor share ever falls.
     """
 
     stage: str  # what is being done, such as "runs", "map", "time domain"

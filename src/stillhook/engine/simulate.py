@@ -152,6 +152,7 @@ def _run(
     ]
     running = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     try:
+        meter.finish("", 0)
         meter.tell()
         with closing(running) as answers:
             for task, made in answers:

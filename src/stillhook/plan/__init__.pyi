@@ -4,6 +4,8 @@ from stillhook.plan.definition.rules import Tier as Tier
 from stillhook.plan.definition.rules_file import load_rules as load_rules
 from stillhook.plan.file import load_plan as load_plan
 from stillhook.plan.planning import plan as plan
+from stillhook.plan.report.checked import PlanCheck as PlanCheck
+from stillhook.plan.report.checked import check as check
 from stillhook.plan.report.document import save_report as save_report
 from stillhook.plan.result import PlanResult as PlanResult
 from stillhook.plan.result import load_plan_result as load_plan_result

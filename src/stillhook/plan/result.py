@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +19,9 @@ from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
 from stillhook.formats.results import save_json, to_json
 from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.report.document import Document, Part, Table, Text
+from stillhook.report.formatting import EMPTY, percent
+from stillhook.report.html import fragment
 from stillhook.units import quote
 from stillhook.variables import attributes
 
@@ -111,12 +115,33 @@ class PlanResult:
         """Remarks of these causes."""
         return [each for each in self.facts["remarks"] if isinstance(each, Mapping) and each["cause"] in codes]
 
+    def _repr_html_(self) -> str:
+        """Limits of every alternative with what governs most of them, for a notebook."""
+        rows = []
+        for name, of in self.facts["summary"]["alternatives"].items():
+            credited, most = of["credited"], float(self.data.attrs["Hs_highest"])
+            spans = [_between(each["least"], each["most"], most) for each in (credited, of["twin"])]
+            governs = ", ".join(f"{each['phase']}: {each['rule']}" for each in credited["governs"][:1])
+            share = percent((credited.get("weather") or {}).get("operability"))
+            rows.append([name, *spans, governs, share])
+        remarks = f"{len(self.facts['remarks'])} remarks"
+        heads = ("alternative", "limiting Hs,\ncredited", "as simulated", "governs most cells", "operability")
+        parts: list[Part] = [Table(heads, rows), Text(f"Tiers: {', '.join(self.facts['tiers'])}. {remarks}.")]
+        return fragment(Document(self.name, front=parts))
+
     def __getitem__(self, block: str) -> xarray.Dataset:
         """A block by its name. Errors: KeyError where it was not made."""
         return self.blocks[block]
 
     def __contains__(self, block: str) -> bool:
         return block in self.blocks
+
+
+def _between(low: float | None, high: float | None, most: float) -> str:
+    """A range of limiting heights [m], up to the highest that was analysed."""
+    if low is None or high is None or math.isnan(low) or math.isnan(high):
+        return EMPTY
+    return f"{min(low, most):.2f} to {'> ' if high > most else ''}{min(high, most):.2f} m"
 
 
 def grouped(pairs: Iterable[tuple[Key, Member]]) -> dict[Key, list[Member]]:

@@ -47,7 +47,8 @@ class Summary(Mapping[str, Any]):
 
     def meaning(self, name: str) -> str:
         """What a number is."""
-        return BY_NAME[name].meaning if name in BY_NAME else ""
+        words = BY_NAME[name].meaning if name in BY_NAME else ""
+        return words.partition(":")[0] if name == "status" else words
 
     def _rows(self) -> tuple[tuple[str, ...], list[list[str]]]:
         """Head and rows: a row for each number of one run, for each case of several."""
@@ -79,7 +80,7 @@ class Summary(Mapping[str, Any]):
         return f"{table(rows[:n])}<details><summary>{len(rows) - n} more numbers</summary>{table(rows[n:])}</details>"
 
 
-@xarray.register_dataset_accessor("stillhook")
+@xarray.register_dataset_accessor("stillhook")  # type: ignore[no-untyped-call]
 class Accessor:
     """A Dataset of Stillhook: its summary, its series, its figure."""
 

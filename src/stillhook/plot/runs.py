@@ -59,12 +59,10 @@ def run(data: xarray.Dataset, *, title: str | None = None, start: float = 0.0, e
 
 def _labels(data: xarray.Dataset) -> list[str]:
     """Names of the cases; where they have none and differ in their controller, the controllers."""
-    names = data["case"].values.tolist()
-    cases = origin(data)[1]
-    if all(isinstance(name, int) and name < len(cases) for name in names):
-        modes = [cases[name].mode.value.upper() for name in names]
-        return modes if len(set(modes)) == len(modes) else [f"case {name}" for name in names]
-    return [str(name) for name in names]
+    names = [str(name) for name in data["case"].values]
+    cases = {str(i): case for i, case in enumerate(origin(data)[1]) if not case.name}
+    modes = [cases[name].mode.value.upper() for name in names if name in cases]
+    return modes if len(set(modes)) == len(names) else [f"case {name}" if name in cases else name for name in names]
 
 
 def lowering(data: xarray.Dataset, *, case: int = 0, title: str | None = None) -> Figure:

@@ -26,7 +26,7 @@ def spectrum(wave: WaveSpectrum) -> Figure:
     Parameters
     ----------
     wave : WaveSpectrum
-        Such as `stillhook.parse_sea("jonswap Hs=2 m Tp=9 s", beta="180 deg").trains[0].spectrum`.
+        Such as that of a train of `stillhook.parse_sea`.
 
     Returns
     -------

@@ -41,6 +41,12 @@ def html(document: Document) -> str:
     return "".join(_page(document))
 
 
+def fragment(document: Document) -> str:
+    """Title and parts for a notebook, without style and page."""
+    parts = "".join(text for part in (*document.front, *document.sections) for text in _part(part, 4))
+    return f"<div><b>{_escaped(document.heading)}</b>{parts}</div>"
+
+
 def _page(document: Document) -> Iterator[str]:
     title, (style, script) = _escaped(document.heading), _style_and_script()
     allowed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()

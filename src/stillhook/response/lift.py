@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, fill
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Progress, begin
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import LiftFile
 from stillhook.kernels.cache import cache_root
@@ -213,6 +213,7 @@ def lift_response(
         raise LiftError(f"depth {show(below, 'length')}: the water is {water} deep. Choose a smaller depth.")
     load = suspended_load(file.crane, file.lift, -below)
     forcing = forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
+    begin(progress, "winch residual")
     steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
     residual = identify_residual(file.crane, duty, mode, progress=steps)

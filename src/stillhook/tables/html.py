@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from enum import Enum
 from html import escape
 from typing import Any
@@ -15,6 +15,8 @@ from stillhook.units import Quantity, show
 
 HIDDEN = ("name", "title", "sources", "source")
 """Fields that are in the heading, or too long for a table."""
+SHORT = 24
+"""Characters of a cell that is not folded."""
 LONGEST = 200
 """Characters of a text that are shown."""
 
@@ -23,22 +25,29 @@ def table(rows: Sequence[Sequence[object]], header: Sequence[str] = (), title: s
     """A table as HTML; without a header the first cell of each row is its name."""
     caption = f"<caption><b>{_shown(title)}</b></caption>" if title else ""
     head = f"<tr>{''.join(f'<th>{_shown(cell)}</th>' for cell in header)}</tr>" if header else ""
-    style = ' style="text-align:left"'
-    body = "".join(f"<tr>{''.join(f'<td{style}>{_shown(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
     return f"<table>{caption}{head}{body}</table>"
 
 
-def record_html(record: BaseModel, more: Sequence[tuple[str, str]] = ()) -> str:
-    """A record as its numbers with their units, and its tables folded; more: rows that follow from it."""
+def _cell(text: object) -> str:
+    wrap = ";white-space:nowrap" if len(str(text)) <= SHORT else ""
+    return f'<td style="text-align:left;vertical-align:top{wrap}">{_shown(text)}</td>'
+
+
+def record_html(record: BaseModel, more: Sequence[tuple[str, str]] = (), without: Container[str] = ()) -> str:
+    """A record as its numbers with their units, and its tables folded; more: rows that follow from it; without: fields
+    that these rows replace."""
     sources = getattr(record, "sources", None)
     kinds = Counter(str(each.kind) for each in sources.values()) if sources else {}
     of = f"<p>Sources: {_shown(', '.join(f'{n} {kind}' for kind, n in kinds.items()))}.</p>" if kinds else ""
-    return f"<div>{_body(record, ' '.join(_named(record)), more)}{of}</div>"
+    return f"<div>{_body(record, ' '.join(_named(record)), more, without)}{of}</div>"
 
 
-def _body(record: BaseModel, title: str = "", more: Sequence[tuple[str, str]] = ()) -> str:
+def _body(
+    record: BaseModel, title: str = "", more: Sequence[tuple[str, str]] = (), without: Container[str] = ()
+) -> str:
     inner = (f"<details><summary>{_shown(name)}</summary>{_body(part)}</details>" for name, part in _tables(record))
-    return table([*_rows(record), *more], title=title) + "".join(inner)
+    return table([*_rows(record, without), *more], title=title) + "".join(inner)
 
 
 def _named(record: BaseModel) -> Iterator[str]:
@@ -49,10 +58,10 @@ def _named(record: BaseModel) -> Iterator[str]:
         yield f"({title})"
 
 
-def _rows(record: BaseModel) -> Iterator[tuple[str, str]]:
+def _rows(record: BaseModel, without: Container[str]) -> Iterator[tuple[str, str]]:
     for name, field in type(record).model_fields.items():
         value = record.__dict__.get(name)
-        if name in HIDDEN or value is None or value == ():
+        if name in HIDDEN or name in without or value is None or value == ():
             continue
         every = (*field.metadata, *marks(field.annotation))
         kind = next((mark.kind for mark in every if isinstance(mark, Quantity)), "")

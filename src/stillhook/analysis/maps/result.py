@@ -97,7 +97,7 @@ class Map:
             crane=crane_from_toml(str(data.attrs["crane"]), "stored crane"),
             labels=labels,
             modes=tuple(None if label == BEST_CLASSIC else modes.get(label) for label in labels),
-            axes=Axes(*(tuple(full[name].values.tolist()) for name in ("load", "speed")), layers, s_w, periods),
+            axes=Axes(tuple(full["load"].values.tolist()), tuple(full["speed"].values.tolist()), layers, s_w, periods),
             values={
                 str(name): x.values
                 for name, x in full.data_vars.items()

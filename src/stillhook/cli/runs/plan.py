@@ -107,14 +107,14 @@ def _workers(text: str) -> tuple[int, str | None]:
 
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
     """What the plan requests; nothing is run. Whether still water keeps all rules under some alternative."""
-    from stillhook.plan.report.checked import checked, checked_plan, possible
+    from stillhook.plan.report.checked import check
 
-    answer = checked(lift_plan)
+    result = check(lift_plan)
     if json:
-        print_json(answer)
+        print_json(result.facts)
     else:
-        print_document(checked_plan(answer))
-    return possible(answer)
+        print_document(result.document())
+    return result.possible
 
 
 def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from stillhook.base.variable import coded
 from stillhook.engine.arguments import labelled, substeps, summary_columns
 from stillhook.engine.inputs import is_ideal
 from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
@@ -182,7 +183,10 @@ class LoweringType(CaseType):
         attrs = {"title": title, **_cranes(crane), "sampled": self.sampled, "short": int(self.short)}
         if text := lowerings_text(cases):
             attrs["lowerings"] = text
-        return labelled(columns, coords, attrs, step=step, single=single, runs=runs)
+        data = labelled(columns, coords, attrs, step=step, single=single, runs=runs)
+        if "phase_number" in data:
+            data["phase_number"].attrs |= coded(enumerate(coords["phase"]))
+        return data
 
 
 def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:

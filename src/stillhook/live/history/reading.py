@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
-from stillhook.base.variable import Variable
+from stillhook.base.variable import Variable, flags
 from stillhook.errors import LiveError
 from stillhook.formats.out import of_run, write_table
 from stillhook.live.history.columns import ROW, STATUS, TIME, heading
@@ -232,9 +232,9 @@ def _spread(x: NDArray[Any], at: NDArray[Any], n: int) -> NDArray[Any]:
     return spread
 
 
-def _attributes(column: Variable) -> dict[str, str]:
+def _attributes(column: Variable) -> dict[str, Any]:
     facts = {"units": column.unit, "long_name": column.meaning, "sign": column.sign, "source": column.source}
-    return {name: text for name, text in facts.items() if text}
+    return {**{name: text for name, text in facts.items() if text}, **flags(column.meaning)}
 
 
 def save(run: xarray.Dataset, file: str | Path) -> Path:

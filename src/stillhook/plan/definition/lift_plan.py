@@ -37,6 +37,7 @@ from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSetti
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
 from stillhook.spec.scenario import Number, Record, Sensors
+from stillhook.tables.html import table
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
 from stillhook.winches.load_path.interface import JointUnit
@@ -256,6 +257,24 @@ class LiftPlan:
     digest: str = ""
     notes: tuple[str, ...] = ()
     memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def _repr_html_(self) -> str:
+        """What is lifted, where and how long, for a notebook."""
+        env = self.environment
+        rows = [
+            ("crane", self.crane.name),
+            ("vessel", self.vessel.name),
+            ("payload", f"{self.payload.name}, {show(self.payload.mass, 'mass')}"),
+            ("water depth", show(self.depth, "length")),
+            ("phases", ", ".join(phase.name for phase in self.phases)),
+            ("planned operation period T_POP", f"{self.T_POP / 3600.0:.4g} h"),
+            ("contingency T_C", "not assessed" if self.T_C is None else f"{self.T_C / 3600.0:.4g} h"),
+            ("sea states", f"Hs {min(env.Hs):g} to {max(env.Hs):g} m, Tp {min(env.Tp):g} to {max(env.Tp):g} s"),
+            ("alternatives", ", ".join(self.alternatives)),
+            ("rules", f"{self.rules.name} version {self.rules.version}"),
+            ("weather", "none" if self.weather is None else self.weather.file),
+        ]
+        return table(rows, title=f'Lift plan "{self.name}"')
 
     def once(self, function: Callable[Concatenate[LiftPlan, P], Value], *arguments: P.args, **none: P.kwargs) -> Value:
         """What a function says of this plan and further arguments, calculated once as long as the plan lives."""

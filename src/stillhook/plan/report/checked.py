@@ -4,29 +4,109 @@ plain data and as text."""
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse, described
+from stillhook.plan.file import load_plan
 from stillhook.plan.limits import ROUNDING, as_row, limited, utilisation
 from stillhook.plan.report.basis import LIMITS, limits_of_rules
 from stillhook.plan.result import grouped, picked
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
-from stillhook.report.document import Document, Part, Table, Text
+from stillhook.report.document import Document, Part, Table, Text, Verdict
 from stillhook.report.formatting import fixed, fmt, hours, variable
+from stillhook.report.html import fragment
 from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.spec.lift.phase import Phase
 from stillhook.weather.alpha import load_alpha_table, reference_period
 
 
-def checked(plan: LiftPlan) -> dict[str, Any]:
-    """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
-    their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
-    raises waves; depths of resonance; rules that still water is beyond; notes.
+class Severity(StrEnum):
+    """How much a remark weighs."""
+
+    ERROR = "error"  # no sea of the plan is workable under any alternative
+    WARNING = "warning"  # it takes seas or alternatives away, or limits are low because of it
+    NOTE = "note"  # to be known
+
+
+class CheckRemark(NamedTuple):
+    """What the check of a plan has to say."""
+
+    code: str  # such as "beyond-at-rest", the same for the same cause
+    severity: Severity
+    place: str  # phases, rule or part of the plan that it is about
+    text: str  # a sentence, with units
+
+
+@dataclass(frozen=True)
+class PlanCheck:
+    """What a plan requests, before anything is run.
+
+    facts: plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules
+    with their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
+    raises waves; depths of resonance; rules that still water is beyond; notes; remarks.
     """
+
+    facts: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def possible(self) -> bool:
+        """Whether still water keeps all rules under some alternative."""
+        return possible(self.facts)
+
+    @property
+    def remarks(self) -> tuple[CheckRemark, ...]:
+        """Errors first, then warnings and notes."""
+        return tuple(CheckRemark(**each | {"severity": Severity(each["severity"])}) for each in self.facts["remarks"])
+
+    def document(self) -> Document:
+        """What `stillhook plan --check` prints."""
+        return checked_plan(self.facts)
+
+    def _repr_html_(self) -> str:
+        """Verdict, phases and remarks, for a notebook."""
+        answer = Verdict("possible" if self.possible else "not possible in any sea", self.possible)
+        remarks = [[each.severity.value, each.place, each.text] for each in self.remarks]
+        phases = Table(PHASES, [_phase_row(row) for row in self.facts["phases"]])
+        parts: list[Part] = [answer, phases, Text(_times(self.facts)), Table(("severity", "place", "remark"), remarks)]
+        return fragment(Document(str(self.facts["name"]), front=parts))
+
+
+def check(lift: LiftPlan | str | Path) -> PlanCheck:
+    """What a lift plan requests, and what there is to remark on it; nothing is run.
+
+    Parameters
+    ----------
+    lift : LiftPlan, str or Path
+        A plan, the path of a plan file, or a name of the library.
+
+    Returns
+    -------
+    PlanCheck
+        `possible`, `remarks` (code, severity, place, text) and `facts` in SI.
+
+    Raises
+    ------
+    StillhookError
+        One line, for a plan that cannot be read.
+    """
+    return PlanCheck(checked(lift if isinstance(lift, LiftPlan) else load_plan(lift)))
+
+
+def checked(plan: LiftPlan) -> dict[str, Any]:
+    """Facts of a `PlanCheck`."""
+    facts = _facts(plan)
+    return facts | {"remarks": [each._asdict() for each in _remarks(facts)]}
+
+
+def _facts(plan: LiftPlan) -> dict[str, Any]:
     T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
     env = plan.environment
     steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
@@ -82,25 +162,53 @@ def beyond_at_rest(plan: LiftPlan) -> list[dict[str, Any]]:
     return [{**dict(zip(names, key, strict=True)), "alternatives": under} for key, under in rows.items()]
 
 
-def possible(answer: dict[str, Any]) -> bool:
+def possible(answer: Mapping[str, Any]) -> bool:
     """Whether still water keeps all rules under some alternative; answer: of `checked`."""
     return bool(set(answer["alternatives"]) - {name for row in answer["beyond"] for name in row["alternatives"]})
 
 
-def _beyond(answer: dict[str, Any]) -> list[str]:
-    """Rules that still water is beyond, a sentence for each."""
+def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
+    """What there is to say, errors first; answer: of `checked`, without remarks."""
+    remarks = list(remarks_at_rest(answer))
+    seas, rules, weather = answer["seas"], answer["rules"], answer["weather"]
+    if seas["steep"]:
+        text = f"{seas['steep']} seas are steeper than wind raises waves (DNV-RP-C205)"
+        remarks.append(CheckRemark("steep-seas", Severity.WARNING, "seas", text))
+    if answer["resonance"]:
+        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
+        text = f"the load on its wire is in resonance with peak periods of {where} depth"
+        remarks.append(CheckRemark("resonance", Severity.WARNING, "phases", text))
+    notes = (("rule-changed", "rules", rules["changes"]), ("note", "plan", answer["notes"]))
+    of_weather = (("weather-note", "weather", [] if weather is None else weather["notes"]),)
+    for code, place, lines in (*notes, *of_weather):
+        remarks += [CheckRemark(code, Severity.NOTE, place, line) for line in lines]
+    return remarks
+
+
+def remarks_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
+    """Rules that still water is beyond, a remark for each."""
     rows_of = grouped(((row["rule"], tuple(row["alternatives"])), row) for row in answer["beyond"])
-    lines = []
+    severity = Severity.WARNING if possible(answer) else Severity.ERROR
     for (rule, under), rows in rows_of.items():
         row = max(rows, key=lambda row: row["value"])
         who = "any alternative" if len(under) == len(answer["alternatives"]) else ", ".join(under)
         value, limit = (variable(row["quantity"], row[key]) for key in ("value", "limit"))
-        lines.append(
+        phases = ", ".join(each["phase"] for each in rows)
+        text = (
             f'NOT POSSIBLE in any sea with {who}, by "{rule}":'
-            f" {', '.join(each['phase'] for each in rows)}; {row['phase']}: {value} at rest, limit {limit}"
-            f" ({row['basis']})"
+            f" {phases}; {row['phase']}: {value} at rest, limit {limit} ({row['basis']})"
         )
-    return lines
+        yield CheckRemark("beyond-at-rest", severity, f'{phases}: rule "{rule}"', text)
+
+
+def _beyond(answer: Mapping[str, Any]) -> list[str]:
+    """Rules that still water is beyond, a sentence for each."""
+    return _texts(answer, "beyond-at-rest")
+
+
+def _texts(answer: Mapping[str, Any], *codes: str) -> list[str]:
+    """Sentences of the remarks with these codes."""
+    return [each["text"] for each in answer["remarks"] if each["code"] in codes]
 
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
@@ -133,7 +241,7 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
 PHASES = ("phase", "kind", "winch", "depth\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
 
 
-def checked_plan(answer: dict[str, Any]) -> Document:
+def checked_plan(answer: Mapping[str, Any]) -> Document:
     """answer: of `checked`."""
     rules = answer["rules"]
     parts: list[Part] = [
@@ -144,13 +252,11 @@ def checked_plan(answer: dict[str, Any]) -> Document:
     parts.append(Text(_seas(answer)))
     if answer["weather"] is not None:
         parts.append(Text(_weather_of(answer["weather"])))
-    if answer["resonance"]:
-        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
-        parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
+    parts += map(Text, _texts(answer, "resonance"))
     facts = {"rules": rules, "phases": answer["phases"], "limited": _limited(answer)}
     facts["alternatives"] = [{"name": name} for name in answer["alternatives"]]
     parts.append(Table(LIMITS, limits_of_rules(facts), f"{rules['name']} version {rules['version']}"))
-    parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
+    parts += map(Text, _texts(answer, "rule-changed", "note"))
     subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
     return Document(answer["name"], name=subject, front=parts)
 
@@ -168,14 +274,14 @@ def _phase_row(row: dict[str, Any]) -> list[str]:
     ]
 
 
-def _times(answer: dict[str, Any]) -> str:
+def _times(answer: Mapping[str, Any]) -> str:
     keys = ("T_phases", "T_POP", "T_C", "T_R")
     times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
     restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
     return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
 
 
-def _seas(answer: dict[str, Any]) -> str:
+def _seas(answer: Mapping[str, Any]) -> str:
     seas = answer["seas"]
     Hs, Tp = ([min(seas[key]), max(seas[key])] for key in ("Hs", "Tp"))
     headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
@@ -198,7 +304,7 @@ def _weather_of(weather: dict[str, Any]) -> str:
     return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
 
 
-def _limited(answer: dict[str, Any]) -> list[dict[str, Any]]:
+def _limited(answer: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Limits of each phase and alternative, a row each."""
     return [
         {"phase": at["phase"], "alternative": at["alternative"], **row}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Progress, begin
 from stillhook.errors import PlanError
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
@@ -54,6 +54,7 @@ def utilisations(
     phases = [(phase, thinned(parts)) for phase, parts in every]
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
     forcing = {place: forcing_of_waves(waves, plan.vessel, *place) for place in places}
+    begin(progress, "winch residuals")
     H = np.asarray(of.H_m0, dtype=np.float64)
     beta = math.nan if waves.beta is None else waves.beta
     seas = Seas(H, np.asarray(of.T_p, dtype=np.float64), np.full(len(H), beta))

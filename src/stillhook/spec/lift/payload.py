@@ -198,7 +198,7 @@ class Payload(Record):
             ("added mass in heave", u.show(under.A33, "mass", 4)),
             ("projected area", u.show(under.A_p, "area", 4)),
         ]
-        return record_html(self, rows)
+        return record_html(self, rows, without=("volume",))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain SI data that `from_dict` turns into the same payload."""

@@ -31,7 +31,7 @@ from stillhook.library.certificate import FORMAT, certified_of, read_certificate
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.document import Document
-from stillhook.report.html import html
+from stillhook.report.html import fragment, html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.crane import Crane, content
@@ -201,6 +201,10 @@ class Certificate:
     def summary(self) -> Document:
         """In short, for a terminal."""
         return certificate_summary(self.data, self.digest, self.short.envelope)
+
+    def _repr_html_(self) -> str:
+        """The same, for a notebook."""
+        return fragment(self.summary())
 
     def pdf(self) -> bytes:
         """The document; letters that the fonts lack print as boxes. Errors: ValidateError where it cannot be set."""
