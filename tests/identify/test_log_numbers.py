@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stillhook.logs.formats.csv import EXACT_DIGITS, open_csv
 from stillhook.formats.table.stamps import stamps_to_seconds
+from stillhook.logs.formats.csv import EXACT_DIGITS, open_csv
 from stillhook.logs.formats.source import Want
 
 COLUMNS = 6

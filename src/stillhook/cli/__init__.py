@@ -51,6 +51,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "convert": Entry("export", "convert"),
     "external": Entry("export", "external"),
     "example": Entry("library", "example"),
+    "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
     "condition": Entry("live.condition", "condition"),

@@ -16,7 +16,7 @@ from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, spl
 from stillhook.formats.table.corrections import ColumnRow, apart
 from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
 from stillhook.formats.table.text import TextTable
-from stillhook.units import KINDS, number, show
+from stillhook.units import number, show
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,8 @@ class Understood:
     head: tuple[str, ...] = ()
     problem: str = ""
     """Why a command would refuse the file as it is; "" where none would."""
+    fixed: bool = False
+    """Whether no mapping file can describe it: a matrix, or a format that names its own columns."""
 
     def facts(self) -> dict[str, Any]:
         """By name, for JSON."""
@@ -127,8 +129,8 @@ def ends(x: FloatArray) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
 
 
-def mapping_text(found: Understood, file: str) -> str:
-    """The mapping file of what was understood, with remarks. file: its name as it is given to a command."""
+def mapping_text(found: Understood) -> str:
+    """The mapping file of what was understood, with remarks."""
     lines = [
         f"# What Stillhook reads of {found.source} as a {found.noun}. Correct a row, and give this file by --mapping.",
         '# A row: heading, unit in brackets, and "down" where the file counts the other way.',
@@ -148,16 +150,11 @@ def mapping_text(found: Understood, file: str) -> str:
 
 def row_text(row: ReadColumn) -> str:
     """A column as a row of a mapping file."""
-    heading = split_heading(row.heading)[1] is not None
+    stated = split_heading(row.heading)[1]
     if row.scale == 1.0 and row.offset == 0.0:
         plain = row.heading.replace("\n", " ")
-        unit = (
-            ""
-            if not row.unit
-            or heading
-            and our_unit(split_heading(row.heading)[1] or "", row.quantity) == our_unit(row.unit, row.quantity)
-            else f" [{row.unit}]"
-        )
+        same = stated is not None and our_unit(stated, row.quantity) == our_unit(row.unit, row.quantity)
+        unit = "" if same or not row.unit else f" [{row.unit}]"
         name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
         return json.dumps(f"{name}{unit}{' down' if row.sign < 0 else ''}", ensure_ascii=False)
     parts = [f"column = {json.dumps(row.heading, ensure_ascii=False)}"]

@@ -210,7 +210,7 @@ class WeatherUse:
     file: str
     ship: float | None = None
     sense: str | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
     time: str | None = None
     date_order: str | None = None
     time_zone: str | None = None
