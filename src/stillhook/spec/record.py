@@ -6,7 +6,7 @@ from pydantic import ConfigDict, ValidationError
 
 from stillhook.errors import ScenarioError
 from stillhook.tables.plausible import Ranged
-from stillhook.tables.table import first_problem
+from stillhook.tables.table import refused_by
 
 
 class Record(Ranged):
@@ -18,4 +18,4 @@ class Record(Ranged):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
+            raise refused_by(e, type(self), data, type(self).__name__, ScenarioError) from None

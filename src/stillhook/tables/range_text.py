@@ -26,6 +26,8 @@ def values_of(text: str, kind: str, most: int) -> tuple[str, ...]:
     """
     tidy = " ".join(text.split())
     if (match := _RANGE.fullmatch(tidy)) is not None:
+        if match[5] is None:
+            raise ValueError(_without_step(match, kind))
         return _range([match[i] for i in (1, 3, 5)], [match[i] for i in (2, 4, 6)], kind, most)
     parts = _BETWEEN.split(tidy)
     if len(parts) == 1 and _VALUE.fullmatch(tidy):
@@ -41,11 +43,6 @@ def values_of(text: str, kind: str, most: int) -> tuple[str, ...]:
 
 
 def _range(numbers: list[str], units: list[str | None], kind: str, most: int) -> tuple[str, ...]:
-    if numbers[2] is None:
-        unit = next((u for u in reversed(units) if u), KINDS[kind].display)
-        first, last = _point(numbers[0]), _point(numbers[1])
-        step = _usual_step(float(last) - float(first))
-        raise ValueError(f'a range needs its step: write "{first} {unit} to {last} {unit} by {step:g} {unit}".')
     try:
         texts = zip(numbers, _filled(units, kind), strict=True)
         first, last, step = (parse(f"{_point(number)} {unit}", kind) for number, unit in texts)
@@ -62,6 +59,14 @@ def _range(numbers: list[str], units: list[str | None], kind: str, most: int) ->
     steps = round(count)
     values = [first + i * (last - first) / steps for i in range(steps + 1)] if steps else [first]
     return tuple(f"{x!r} {KINDS[kind].si}" for x in values)
+
+
+def _without_step(match: re.Match[str], kind: str) -> str:
+    """What to write in place of a range without a step."""
+    unit = match[4] or match[2] or KINDS[kind].display
+    first, last = _point(match[1]), _point(match[3])
+    step = _usual_step(float(last) - float(first))
+    return f'a range needs its step: write "{first} {unit} to {last} {unit} by {step:g} {unit}".'
 
 
 def _usual_step(span: float) -> float:

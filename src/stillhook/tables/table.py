@@ -115,8 +115,8 @@ _RECORD = re.compile(r"[A-Z]\w+(?=[.:])")
 
 
 class Problem(NamedTuple):
-    """The first problem of a validation. line: without the name of a file; kind: its type; total of all problems;
-    cause: the error of Stillhook that it was, if any."""
+    """A problem of a validation. line: without the name of a file; kind: its type; total of all problems; cause: the
+    error of Stillhook that it was, if any."""
 
     line: str
     kind: str
@@ -126,11 +126,29 @@ class Problem(NamedTuple):
 
 def first_problem(error: ValidationError, model: type[BaseModel], data: Any, name: str = "") -> Problem:
     """The first problem of a validation of `data` by `model`; name: of the model, where no file names it."""
-    problems = sorted(_real(error), key=lambda p: _ORDER.get(p["type"], _OTHER))
-    first = problems[0]
-    cause = first.get("ctx", {}).get("error")
-    cause = cause if isinstance(cause, StillhookError) else None
-    return Problem(_line(first, model, data, name, cause), first["type"], len(problems), cause)
+    return problems_of(error, model, data, name)[0]
+
+
+def problems_of(error: ValidationError, model: type[BaseModel], data: Any, name: str = "") -> list[Problem]:
+    """Every problem of a validation of `data` by `model`, the likeliest cause of the others first."""
+    found = sorted(_real(error), key=lambda p: _ORDER.get(p["type"], _OTHER))
+    problems = []
+    for each in found:
+        cause = each.get("ctx", {}).get("error")
+        cause = cause if isinstance(cause, StillhookError) else None
+        problems.append(Problem(_line(each, model, data, name, cause), each["type"], len(found), cause))
+        for line in () if cause is None else cause.lines[1:]:  # of a record inside
+            placed = line if name else with_place(line, place_of(each["loc"], data))
+            problems.append(Problem(placed, each["type"], len(found), cause))
+    return problems
+
+
+def refused_by(
+    error: ValidationError, model: type[BaseModel], data: Any, name: str, raised: type[StillhookError]
+) -> StillhookError:
+    """The error for a record that is made from `data`, with a line for every problem."""
+    problems = problems_of(error, model, data, name)
+    return raised(problems[0].line).with_lines([problem.line for problem in problems])
 
 
 def _real(error: ValidationError) -> Iterator[Any]:

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import MotionError, StillhookError
+from stillhook.errors import MotionError, StillhookError, all_of
 from stillhook.formats.motion.psxn import raw_psxn
 from stillhook.formats.motion.ship_log import (
     DEFAULT_MAX_GAP,
@@ -69,21 +69,28 @@ def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, Colu
         raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
+    problems: list[StillhookError] = []
     for name in ("time", height, *(("roll", "pitch") if height == "heave" else ())):
         spec = COLUMNS[name]
         if (place := place_of(table, spec, chosen.get(name))) is None:
             if spec.required:
-                raise missing_column(table, spec, f'{START} Or say --column "{name}=HEADING [{spec.units[0]}]".')
+                do = f'{START} Or say --column "{name}=HEADING [{spec.units[0]}]".'
+                problems.append(missing_column(table, spec, do))
             continue
         unit = ""
         if name == "time" and _without_unit(table, place, chosen.get(name)):
             row = chosen.get(name) or ColumnRow(column=table.headings[place])
             chosen[name] = row.model_copy(update={"unit": "s"})
             unit = " (no unit in the file: taken as s, by its spacing)"
-        columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
+        try:
+            columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
+        except StillhookError as problem:
+            problems.append(problem)
         if unit or split_heading(table.headings[place])[0] != name:
             against = " counted the other way" if name in chosen and chosen[name].sign < 0 else ""
             notes.append(f"{name} from {quote(table.headings[place])}{unit}{against}")
+    if problems:
+        raise all_of(problems)
     t, cautions = evened(columns["time"])
     if (back := np.diff(t) <= 0.0).any():
         i = int(np.argmax(back))

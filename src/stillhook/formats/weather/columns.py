@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import WeatherError
+from stillhook.errors import StillhookError, WeatherError, all_of
 from stillhook.formats.table.corrections import ColumnRow, row_of
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.text import TextTable
@@ -189,9 +189,12 @@ def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bo
     x = FREQUENCIES[column.unit] / x if column.inverse else x * UNITS[kind][column.unit]
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
-        i = int(np.flatnonzero(wrong)[0])
-        do = f"Correct the line or empty the cell{_in_another_unit(float(x[i]), column)}."
-        raise WeatherError(f"{place(i)} is no {kind} of weather. {do}")
+        do = "Correct the line or empty the cell"
+        lines = [
+            f"{place(i)} is no {kind} of weather. {do}{_in_another_unit(float(x[i]), column)}."
+            for i in np.flatnonzero(wrong).tolist()
+        ]
+        raise WeatherError(lines[0]).with_lines(lines)
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
     return np.asarray(sign * x), marks + noughts
@@ -245,7 +248,7 @@ def weather_of(
     if not recognised:
         have = ", ".join(quote(heading) for heading in headings if heading)
         raise WeatherError(f"{name}: no column of weather among {have}. Name it: columns.Hs, columns.wind {WHERE}.")
-    values, more = assembled([(column, *read(column)) for column in recognised], comments, name, sense)
+    values, more = assembled(_each(recognised, read), comments, name, sense)
     plain = [bare(heading)[0] for heading in headings]
     pair = next((pair for pair in WIND_PARTS if set(pair) <= set(plain)), None)
     parts: list[Column] = []
@@ -262,6 +265,21 @@ def weather_of(
     }
     of |= {c.name: names[c.place] for c in recognised if KINDS[c.name] == "direction"}
     return Weather(time, values, step_of(time, step, name), name, (*comments, *notes, *more), of)
+
+
+def _each(
+    recognised: Sequence[Column], read: Callable[..., tuple[FloatArray, str]]
+) -> list[tuple[Column, FloatArray, str]]:
+    """Every column, read. Errors: those of all columns at once."""
+    done, problems = [], []
+    for column in recognised:
+        try:
+            done.append((column, *read(column)))
+        except StillhookError as problem:
+            problems.append(problem)
+    if problems:
+        raise all_of(problems)
+    return done
 
 
 def _plain(unit: str) -> str:

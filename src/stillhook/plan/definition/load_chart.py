@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
-from stillhook.errors import PlanError, StillhookError
+from stillhook.errors import PlanError, StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.corrections import corrections
 from stillhook.formats.table.read import Columns, chosen_rows, columns_of, open_table
@@ -224,8 +224,8 @@ def read_load_chart(
     unit, an empty cell, numbers that no crane has, radii of a height that do not rise, more SWL in a higher sea.
     """
     read, notes = _columns(path, mapping, columns)
-    for name in read.values:
-        _check_column(read, name)
+    if problems := [problem for name in read.values for problem in _wrong_numbers(read, name)]:
+        raise all_of(problems)
     chart = LoadChart(read.source, _rows(read), _digest(read), notes)
     _check_heights(chart)
     return chart
@@ -262,16 +262,18 @@ def understood_chart(
     return Understood(table.name, "load chart", tuple(read), unused, notes, problem=problem, fixed=table is not whole)
 
 
-def _check_column(columns: Columns, name: str) -> None:
+def _wrong_numbers(columns: Columns, name: str) -> Iterator[StillhookError]:
+    """What to refuse of a column, row by row."""
     values, unit = columns.values[name], KINDS[name]
     for number, value in zip(columns.numbers, values, strict=True):
         where = f"{columns.source}: row {number}: {columns.headings[name]}"
         if math.isnan(value):
-            raise PlanError(f"{where}: empty. Write a number; where the crane may not lift, SWL 0 or no row.")
+            yield PlanError(f"{where}: empty. Write a number; where the crane may not lift, SWL 0 or no row.")
+            continue
         low, high = LEAST.get(name, 0.0), LARGEST[name]
         if not low <= value <= high:
             ends = [show(x, unit) if unit else f"{x:g}" for x in (value, low, high)]
-            raise PlanError(f"{where} = {ends[0]}: not between {ends[1]} and {ends[2]}. Check number and unit.")
+            yield PlanError(f"{where} = {ends[0]}: not between {ends[1]} and {ends[2]}. Check number and unit.")
 
 
 def _rows(columns: Columns) -> tuple[tuple[tuple[float, ChartPoint], ...], ...]:
