@@ -124,7 +124,8 @@ def motion_of(text: str, duration: str | None = None) -> Motion:
     try:
         return stored_motion(text) or read_tip_motion(text, duration=duration)
     except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, CASE_POSITION)) from None
+        line, *lines = (line.replace(PYTHON_POSITION, CASE_POSITION) for line in (str(e), *e.lines))
+        raise MotionError(line).with_lines(lines) from None
 
 
 @contextmanager

@@ -198,6 +198,8 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
         return str(cause) if name else with_place(str(cause), place_of(loc, data))
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
+        if len(loc) == 1 and (meant := getattr(model, "MEANT", {}).get(str(loc[0]).lower())):
+            return f"{place_of(loc, data, name)}: unknown field. {meant}"
         near = nearest(str(loc[-1]), fields)
         return f"{place_of(loc, data, name)}: unknown field{near} Allowed: {', '.join(fields)}."
     if kind == "missing":

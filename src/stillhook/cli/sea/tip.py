@@ -207,7 +207,9 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
             columns=columns,
         )
     except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
+        at = '--at "x=-20 m, y=12 m, z=35 m"'
+        line, *lines = (line.replace(PYTHON_POSITION, at) for line in (str(e), *e.lines))
+        raise MotionError(line).with_lines(lines) from None
 
 
 def _print(summary: dict[str, Any]) -> None:

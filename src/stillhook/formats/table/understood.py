@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.errors import StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, split_heading, unit_in
 from stillhook.formats.table.corrections import ColumnRow, apart
 from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
@@ -91,7 +92,8 @@ def understood_columns(
     assumed: Mapping[str, str] | None = None,
 ) -> list[ReadColumn]:
     """The described columns that a table has; assumed: units by name where the file states none."""
-    rows = []
+    rows: list[ReadColumn] = []
+    problems: list[StillhookError] = []
     for spec in specs:
         row = chosen.get(spec.name)
         if (place := place_of(table, spec, row)) is None:
@@ -102,8 +104,11 @@ def understood_columns(
         if unit is None and assumed and spec.name in assumed:
             unit, remark = assumed[spec.name], "no unit in the file: assumed"
             row = (row or ColumnRow(column=table.headings[place])).model_copy(update={"unit": unit})
-        x = si_values(table, spec, place, MISSING, row)
-        low, high = ends(x)
+        try:
+            low, high = ends(si_values(table, spec, place, MISSING, row))
+        except StillhookError as problem:
+            problems.append(problem)
+            continue
         sign, scale, offset = (1, 1.0, 0.0) if row is None else (row.sign, row.scale, row.offset)
         stamps = unit is None
         rows.append(
@@ -120,6 +125,8 @@ def understood_columns(
                 offset,
             )
         )
+    if problems:
+        raise all_of(problems)
     return rows
 
 
