@@ -1,12 +1,13 @@
 """Every error that Stillhook raises on purpose, in one place.
 
-A message is one line: where, what came, what is allowed, what to do. The command line prints it and exits with 2.
+A message is one line: where, what came, what is allowed, what to do. The command line prints it and exits with 2. A
+file with several problems raises the first, which has a line for each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Self
 
 
 class StillhookError(Exception):
@@ -19,6 +20,27 @@ class StillhookError(Exception):
     ...     print(problem)
     Scenario.load = "100 kN": unit "kN" is not one of kg, t, te.
     """
+
+    _lines: tuple[str, ...] = ()
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Every problem of the file, a line for each; the message alone where there is one."""
+        return self._lines or (str(self),)
+
+    def with_lines(self, lines: Sequence[str]) -> Self:
+        """The same error, with a line for every problem."""
+        self._lines = tuple(lines) if len(lines) > 1 else ()
+        return self
+
+
+def all_of(problems: Sequence[StillhookError]) -> StillhookError:
+    """The first of several problems of a file, with the lines of all."""
+    first = problems[0]
+    lines = tuple(dict.fromkeys(line for problem in problems for line in problem.lines))
+    if len(problems) == 1 or len(lines) == 1:
+        return first
+    return type(first)(f"{first} (and {len(lines) - len(first.lines)} more)").with_lines(lines)
 
 
 class Cancelled(Exception):  # noqa: N818  # not an error

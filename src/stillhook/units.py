@@ -136,6 +136,8 @@ def text_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
     """What was written at a place of nested tables and lists: "-80 L", where a validator reports the -0.08 that it was
     read as."""
     for part in loc:
+        if isinstance(data, str):  # one text in place of a list
+            return otherwise
         try:
             data = data[part]
         except (KeyError, IndexError, TypeError):

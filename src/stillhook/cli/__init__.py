@@ -14,7 +14,7 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -52,6 +52,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "external": Entry("export", "external"),
     "example": Entry("library", "example"),
     "new": Entry("runs.starters", "new"),
+    "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
     "condition": Entry("live.condition", "condition"),
@@ -154,7 +155,7 @@ def run(arguments: list[str]) -> int:
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()
     except StillhookError as e:
-        return _refuse(str(e))
+        return _refuse_all(e.lines)
     except OSError as e:
         return _lost(e)
     except SystemExit as e:  # the argument parser's answer to a pipe that nobody reads
@@ -200,6 +201,19 @@ def _refuse(line: str, code: int = REFUSED) -> int:
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
     print(f"error: {shown}", file=sys.stderr)
     return code
+
+
+MOST_LINES = 10
+"""Problems of a file that are printed; further ones are counted."""
+
+
+def _refuse_all(lines: Sequence[str]) -> int:
+    """A line for each problem of a file, and how many more there are."""
+    for line in lines[:MOST_LINES]:
+        _refuse(line)
+    if len(lines) > MOST_LINES:
+        _refuse(f"{len(lines) - MOST_LINES} more problems. Correct these first.")
+    return REFUSED
 
 
 def _failed(problem: Exception) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import CraneArgument, Json, check_out, refuse, write_out
+from stillhook.cli.parser import Columns, CraneArgument, Json, MappingFile, check_out, refuse, write_out
 from stillhook.errors import CommandError, ConvertError, StillhookError
 from stillhook.report.terminal import print_json, say
 from stillhook.units import KINDS, quote, show
@@ -235,7 +235,8 @@ def convert(
     form: Annotated[
         str | None, typer.Option("--format", help="csv, parquet, mat, mdf, orcaflex or sima (default: by the ending).")
     ] = None,
-    mapping: Annotated[Path | None, typer.Option(help="Mapping of a log's columns (TOML).")] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     json: Json = False,
 ) -> None:
     """Write a run or a log as CSV, Parquet, MAT, MDF 4, or as a time series that OrcaFlex and SIMA read; or a lift file
@@ -256,7 +257,14 @@ def convert(
     if target.resolve() == source.resolve():
         raise ConvertError(f"{target}: is the source itself. Give another name.")
     if source.suffix.lower() == ".toml":
-        options = {"--signals": signals, "--case": case, "--every": every, "--format": form, "--mapping": mapping}
+        options = {
+            "--signals": signals,
+            "--case": case,
+            "--every": every,
+            "--format": form,
+            "--mapping": mapping,
+            "--column": column,
+        }
         refuse(options, "belongs to a run or a log, and this is a lift file. Leave it out.")
         changes = _lift_file(source, target)
         if json:
@@ -267,11 +275,11 @@ def convert(
     kind = format_of(target, form)
     names = [s.strip() for s in signals.split(",") if s.strip()] if signals is not None else []
     if source.suffix.lower() == ".nc":
-        refuse({"--mapping": mapping}, "belongs to a log, and this is a run. Leave it out.")
+        refuse({"--mapping": mapping, "--column": column}, "belongs to a log, and this is a run. Leave it out.")
         content = chosen(of_run(load_run(source)), signals=names, case=case, every=every)
     else:
         refuse({"--case": case}, "belongs to a run, and this is a log. Leave it out.")
-        content = chosen(_log(source, mapping, every), signals=names)
+        content = chosen(_log(source, mapping, column, every), signals=names)
     write_table(content, target, kind)
     rows, columns = sum(map(len, content.tables.values())), list(content.first.columns)
     if json:
@@ -303,16 +311,16 @@ def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
     return (*changes, *(("files that it names are seen from its new folder",) if moved else ()))
 
 
-def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
+def _log(source: Path, mapping: Path | None, column: list[str] | None, every: str | None) -> Content:
     import pandas as pd
 
     from stillhook.formats.out import TIME, Content
     from stillhook.logs.log import read_log
-    from stillhook.logs.mapping import read_mapping
+    from stillhook.logs.understood import signals_of
 
     if not source.is_file():
         raise StillhookError(f"{source}: no such file. Give a run (NetCDF) or a log.")
-    rows = read_mapping(mapping) if mapping is not None else None
+    rows = signals_of(source, mapping, column)
     log = read_log(source, rows) if every is None else read_log(source, rows, every=every)
     kinds = {name: log.kind(name) for name in log.signals}
     units = {name: KINDS[kind].si if kind else "1" for name, kind in kinds.items()}

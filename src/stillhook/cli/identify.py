@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Out, check_out, present, say_left_out, write_out
+from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
+from stillhook.formats.table.corrections import corrections_of
 from stillhook.report.terminal import print_document, print_table, progress_bar, say
 
 if TYPE_CHECKING:
@@ -42,9 +43,8 @@ MOST_REASONS = 8
 
 def motor(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help=MAP_HELP)],
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")
-    ] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     out: Out = None,
     like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
     model: Annotated[
@@ -71,7 +71,7 @@ def motor(
             f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1."
         )
     D_max = None if like is None else f"{load_losses(like).motor.D_max!r} m^3/rad"
-    m = read_map(map_file, mapping=mapping, D_max=D_max)
+    m = read_map(map_file, mapping=mapping, D_max=D_max, columns=corrections_of(column or ()))
     if m.synthetic and not json:
         say("SYNTHETIC map: made by a formula, measured on no motor.")
     result = identify_motor(m, model=model, threshold=threshold * PER_CENT, like=like)
@@ -175,9 +175,8 @@ def _log_figure(m: Measured) -> Figure:
 
 def curve(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the test: CSV, Parquet, MDF4, TDMS or MAT.")],
-    mapping: Annotated[
-        Path | None, typer.Option(help="Mapping file (TOML): which column is which signal, unit, sign.")
-    ] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     speed: Annotated[str, typer.Option(help="Signal whose sign is the direction.")] = "speed",
     effort: Annotated[
         str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")
@@ -193,14 +192,15 @@ def curve(
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
     from stillhook.identify.curve import CurveSettings, curve_figure, curve_settings, friction_curve
-    from stillhook.logs.log import describe, read_log, read_mapping
+    from stillhook.logs.log import describe, read_log
+    from stillhook.logs.understood import signals_of
 
     settings = CurveSettings() if mapping is None else curve_settings(mapping)
     position, command = settings.position, settings.command
     check_out(out, CURVE_FILES)
     with progress_bar(log.name) as bar:
         try:
-            read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
+            read = read_log(log, signals_of(log, mapping, column), progress=bar)
         except LogError as problem:
             line, mark, _ = str(problem).partition(" Give a mapping")
             if mapping is None and mark and "no heading names a signal" in line:

@@ -77,7 +77,6 @@ _LOG = {"heave": "scenario.tip.heave", "start": "scenario.tip.start"}
 _TABLE = _in(
     WEATHER,
     direction="sense",
-    column="columns",
     time="time",
     date_order="date_order",
     time_zone="time_zone",

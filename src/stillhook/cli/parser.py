@@ -47,6 +47,11 @@ PYTHON_POSITION = 'tip=("-20 m", "12 m", "35 m")'
 """How the readers of logs name the place of a crane tip."""
 CASE_POSITION = 'tip = { file = "...", position = ["-20 m", "12 m", "35 m"] } in a case file'
 CRANE_HELP = "Library crane, or path of a crane file."
+MAPPING_HELP = "Mapping file (TOML): which column is what, as stillhook inspect FILE --save MAPPING.toml writes it."
+COLUMN_HELP = (
+    'A column of the file, as often as needed: name=heading [unit], and "down" where it counts the other way:'
+    ' "heave=MRU_Heave_m [m] down".'
+)
 MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log, or the tip.json of stillhook tip.'
 
 CraneArgument = Annotated[str, typer.Argument(metavar="CRANE", help=CRANE_HELP)]
@@ -79,6 +84,8 @@ Record = Annotated[
     str | None,
     typer.Option(help="Of a file of measured waves: one record, its number from 0 or time, 1996-01-05T12:00 (UTC)."),
 ]
+MappingFile = Annotated[Path | None, typer.Option("--mapping", help=MAPPING_HELP)]
+Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)]
 Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
 
 
@@ -117,7 +124,8 @@ def motion_of(text: str, duration: str | None = None) -> Motion:
     try:
         return stored_motion(text) or read_tip_motion(text, duration=duration)
     except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, CASE_POSITION)) from None
+        line, *lines = (line.replace(PYTHON_POSITION, CASE_POSITION) for line in (str(e), *e.lines))
+        raise MotionError(line).with_lines(lines) from None
 
 
 @contextmanager

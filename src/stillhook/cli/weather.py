@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import nearest
-from stillhook.cli.parser import FACTORS_HELP, Json, Out, Spread, check_out, present, refuse
+from stillhook.cli.parser import FACTORS_HELP, Columns, Json, MappingFile, Out, Spread, check_out, present, refuse
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.errors import WeatherError
+from stillhook.formats.table.corrections import corrections_of
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.terminal import print_table, print_values, progress_bar
 from stillhook.sea.spectra.directions import parse_direction
@@ -68,6 +69,8 @@ def persistence(
     limit: Limits,
     window: Annotated[str, typer.Option(help=WINDOW_HELP)],
     ship: Ship = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     out: Out = None,
     json: Annotated[bool, typer.Option("--json", help=JSON_HELP)] = False,
 ) -> None:
@@ -91,7 +94,7 @@ def persistence(
         raise WeatherError(f"--window {quote(window)}: is not above 0 h. Give the duration of the operation.")
     heading, free = _heading(ship, limits)
     check_out(out, (PICTURE, NUMBERS))
-    result = weather_of_file(file)
+    result = weather_of_file(file, mapping, corrections_of(column or ()))
     answer = persistence_answer(result, limits, length, ship=heading, free=free)
 
     def pictures() -> dict[str, Any]:
@@ -146,6 +149,8 @@ def forecast(
         bool, typer.Option("--twin", help="With --plan: limits as simulated by the twin, not as credited.")
     ] = False,
     ship: Ship = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -176,7 +181,7 @@ def forecast(
     heading = _heading(ship, limits, plan is not None)
     check_out(out, (PICTURE, NUMBERS))
 
-    read = partial(weather_of_file, file)
+    read = partial(weather_of_file, file, mapping, corrections_of(column or ()))
     if plan is not None:
         refuse(
             {"--t-pop": t_pop, "--t-c": t_c, "--forecast-factors": table, "--out": out},
@@ -232,6 +237,8 @@ def lift(
 
 def show(
     file: File,
+    mapping: MappingFile = None,
+    column: Columns = None,
     json: Json = False,
 ) -> None:
     """What a weather file holds, and what was made of it: times, gaps, columns, units, directions, missing values.
@@ -241,7 +248,7 @@ def show(
     from stillhook.formats.weather.description import weather_of_file
     from stillhook.weather.persistence import show_answer
 
-    answer = show_answer(weather_of_file(file))
+    answer = show_answer(weather_of_file(file, mapping, corrections_of(column or ())))
     present(answer, lambda: print_show(answer), json=json)
 
 

@@ -13,6 +13,7 @@ from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError
 from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
+from stillhook.formats.table.corrections import corrections
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
@@ -46,6 +47,8 @@ class TipFile(Spec):
     max_gap: Any = Field(default=None, description="longest gap that is bridged")
     start: Any = Field(default=None, description="begin of the part that is used")
     duration: Any = Field(default=None, description="length of the part that is used")
+    mapping: Text | None = Field(default=None, description="mapping file of its columns, seen from this file")
+    columns: Mapping[str, Any] = Field(default_factory=dict, description="its columns, as in a mapping file")
 
 
 class Settings(Spec):
@@ -185,9 +188,10 @@ def read_tip(tip: Any, folder: Path) -> Motion:
             key = next(iter(options))
             raise ScenarioError(f"tip.{key}: {source.file} holds a tip's motion and takes no options. Leave it out.")
         return stored
-    position = options.pop("position", None)
+    position, mapping = options.pop("position", None), options.pop("mapping", None)
+    rows = corrections(None if mapping is None else folder / mapping) | dict(options.pop("columns", {}))
     return read_tip_motion(
-        folder / source.file, tip=tuple(position) if isinstance(position, list) else position, **options
+        folder / source.file, tip=tuple(position) if isinstance(position, list) else position, columns=rows, **options
     )
 
 

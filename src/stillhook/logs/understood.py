@@ -1,5 +1,5 @@
-"""What a log of a crane holds, in names of its own: which column is perhaps which signal, from its heading and its unit,
-and which counts the other way, from its run.
+"""What a log of a crane holds, in names of its own: which column is perhaps which signal, by its heading and unit, and
+which counts the other way, by its run.
 
 Nothing of this is taken when a log is read: it is what `stillhook inspect` proposes, to be checked and given back.
 """
@@ -17,27 +17,34 @@ from typing import Any
 import numpy as np
 
 from stillhook.errors import LogError, StillhookError
-from stillhook.formats.table.corrections import table_unit
+from stillhook.formats.table.corrections import corrections_of, table_unit
 from stillhook.formats.table.stamps import is_stamp
 from stillhook.formats.table.understood import ReadColumn, Understood, ends
 from stillhook.logs.formats.open import open_log
 from stillhook.logs.formats.source import Source
 from stillhook.logs.log import read_samples, unit_of
-from stillhook.logs.mapping import mapping_from, mapping_from_headings, place_of, resolved, split_heading
+from stillhook.logs.mapping import (
+    mapping_from,
+    mapping_from_headings,
+    place_of,
+    read_mapping,
+    resolved,
+    split_heading,
+)
 from stillhook.logs.signs import check_signs
 from stillhook.logs.types import Log, Signal
 from stillhook.variables import PHYSICAL
 
 WORDS: Mapping[str, str] = MappingProxyType(
     {
-        "time": r"t|time ?stamp|time|date ?time|date|zeit|zeitstempel|datum|tid|tidspunkt|utc",
+        "time": r"t\d?|time ?stamp|time|date ?time|date|zeit|zeitstempel|datum|tid|tidspunkt|utc",
         "p_a": r"(p|druck|pressure|press|trykk)( line| port| side| leitung)? ?(a|heben|hoist(ing)?|h(i|ei)v)( side)?",
         "p_b": r"(p|druck|pressure|press|trykk)( line| port| side| leitung)? ?(b|senken|lower(ing)?|fir)( side)?",
         "p_hp": r"(p|druck|pressure|trykk) ?(hp|acc|accumulator|speicher|akkumulator)",
         "omega_m": r"(m\d? |motor ?)?(drehzahl|speed|rpm|turtall|n)( motor| m\d?)?|omega( m)?",
         "u_p": r"(pump(e|en)?|stell\w*)( ?(soll|command|cmd|set ?point|ref|stellung|signal|p[aå]drag))*",
         "alpha_m": r"(motor )?(displacement|swash|schwenkwinkel|deplasement)( motor)?",
-        "F_w": r"(haken ?last|hook ?load|load ?cell|line ?(pull|tension)|(wire )?tension|krok ?last|last|load|kraft|force)",
+        "F_w": r"(haken ?last|hook ?load|load ?cell|line ?(pull|tension)|(wire )?tension|krok ?last|last|kraft)",
         "s_w": r"(seil|wire|rope|cable|line|ca?ble)( ?(l(ä|ae)nge|length|out|aus|lengde|ute))+|pay(ed)? ?out|utl(å|o)p",
         "v_w": r"(seil|wire|rope|line|hook|winch) ?(speed|geschwindigkeit|velocity|hastighet)",
         "s_tip": r"(tip|heave|hub|hiv)( (position|height|pos))?",
@@ -60,15 +67,20 @@ def understood_log(path: str | os.PathLike[str], rows: Mapping[str, Any] | None 
     signals = named | {name: resolved(signal, source.headings, source.name) for name, signal in mine.items()}
     guessed = dict(_guessed(source, signals))
     signals |= guessed
-    signals = {name: signals[name] for name in sorted(signals, key=lambda n: (n != "time", n in guessed))}
-    problem, turned, log = "", {}, None
+    order = ["time", *mine, *named, *WORDS]
+    signals = {name: signals[name] for name in sorted(signals, key=order.index)}
+    problem = ""
+    turned: dict[str, str] = {}
+    log: Log | None = None
+    if not any(name != "time" for name in signals):
+        problem = f'{source.name}: no heading is called as a signal is. Say which is: --column "p_a=HEADING [bar]".'
     try:
         log = read_samples(source, signals)
         turned = _turned(log, [name for name in signals if name not in mine])
         log = _flipped(log, tuple(turned))
         check_signs(log)
     except StillhookError as error:
-        problem = str(error)
+        problem = problem or str(error)
     read = tuple(_read(source, signal, log, name in guessed, turned.get(name, "")) for name, signal in signals.items())
     used = {place_of(s.column, source.headings, source.name) for s in signals.values() if " + " not in s.column}
     unused = tuple(h for i, h in enumerate(source.headings) if i not in used and h.strip())
@@ -77,15 +89,33 @@ def understood_log(path: str | os.PathLike[str], rows: Mapping[str, Any] | None 
     return Understood(source.name, "log of a crane", read, unused, (*head, *notes), problem=problem)
 
 
+def signals_of(
+    path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None, columns: Sequence[str] | None = None
+) -> dict[str, Signal] | None:
+    """The mapping of a log by a mapping file and texts such as "p_a=PT101 [bar]", which win over it or over the log's
+    headings; None where neither is given. Errors: LogError, UnitError of one line."""
+    rows = None if mapping is None else read_mapping(mapping)
+    if not columns:
+        return rows
+    if rows is None:
+        source = open_log(path)
+        rows = mapping_from_headings(source.headings, source.name)
+    return rows | mapping_from(corrections_of(columns), "--column")
+
+
 def _guessed(source: Source, signals: Mapping[str, Signal]) -> Iterator[tuple[str, Signal]]:
     """Signals that headings are called as, each once, in units of their kind."""
     taken = {place_of(s.column, source.headings, source.name) for s in signals.values() if " + " not in s.column}
-    for name, words in WORDS.items():
+    first = len(source.headings)
+    for name, words in reversed(list(WORDS.items())):  # the time last: the column of it before the signals
         if name in signals or (name == "time" and source.time_base) or (name != "time" and name not in PHYSICAL):
             continue
         kind = "time" if name == "time" else PHYSICAL[name].kind
-        for place, heading in enumerate(source.headings):
-            plain, unit = split_heading(heading)
+        places = list(range(len(source.headings)))
+        if name == "time":
+            places = sorted(places, key=lambda place: (place > first, -place if place < first else place))
+        for place in places:
+            plain, unit = split_heading(source.headings[place])
             unit = unit or source.units[place]
             if place in taken or not re.fullmatch(words, _plain(plain)):
                 continue
@@ -95,8 +125,9 @@ def _guessed(source: Source, signals: Mapping[str, Signal]) -> Iterator[tuple[st
                 unit = "s"
             elif (table_unit(unit, kind) is None) if kind else unit not in ("%", "1", "-", ""):
                 continue
-            yield name, Signal(name, heading.strip(), unit if name == "time" else None, quantity=kind)
+            yield name, Signal(name, source.headings[place].strip(), unit if name == "time" else None, quantity=kind)
             taken.add(place)
+            first = min(first, place)
             break
 
 
@@ -115,7 +146,7 @@ def _turned(log: Log, names: Sequence[str]) -> dict[str, str]:
     for size in range(1, min(MOST_TURNED, len(free)) + 1):
         for turned in combinations(free, size):
             if not _contradiction(_flipped(log, turned)):
-                return dict.fromkeys(turned, "counted the other way, by the other signals: check")
+                return dict.fromkeys(turned, "turned, to agree with the others")
     return {}
 
 
@@ -139,7 +170,7 @@ def _flipped(log: Log, names: Sequence[str]) -> Log:
 def _read(source: Source, signal: Signal, log: Log | None, guessed: bool, turned: str) -> ReadColumn:
     """A signal as a row."""
     final = signal if log is None or log.mapping is None else log.mapping.get(signal.name, signal)
-    remark = "; ".join(part for part in ("by its heading: check" if guessed else "", turned) if part)
+    remark = "; ".join(part for part in ("a guess" if guessed else "", turned) if part)
     if signal.name == "time":
         span = "" if log is None else f"{log.duration:.6g} s"
         unit = signal.unit or ("UTC" if " + " in signal.column else _unit(source, signal))

@@ -184,7 +184,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     try:
         rows = joined(file.phase, file.start_depth, Water(depth, payload.reach(rho)))
     except LiftError as problem:
-        raise PlanError(str(problem)) from None
+        raise PlanError(str(problem)).with_lines(problem.lines) from None
     phases = with_holds(rows, holds, depth, rules.of(PhaseKind.STAND_OFF))
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be

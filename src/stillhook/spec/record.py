@@ -7,7 +7,7 @@ from pydantic import ConfigDict, ValidationError
 from stillhook.errors import ScenarioError
 from stillhook.tables.html import record_html
 from stillhook.tables.plausible import Ranged
-from stillhook.tables.table import first_problem
+from stillhook.tables.table import refused_by
 
 
 class Record(Ranged):
@@ -19,7 +19,8 @@ class Record(Ranged):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
+            raise refused_by(e, type(self), data, type(self).__name__, ScenarioError) from None
+
 
     def _repr_html_(self) -> str:
         """Its numbers with their units, for a notebook."""

@@ -120,8 +120,8 @@ _RECORD = re.compile(r"[A-Z]\w+(?=[.:])")
 
 
 class Problem(NamedTuple):
-    """The first problem of a validation. line: without the name of a file; kind: its type; total of all problems;
-    cause: the error of Stillhook that it was, if any."""
+    """A problem of a validation. line: without the name of a file; kind: its type; total of all problems; cause: the
+    error of Stillhook that it was, if any."""
 
     line: str
     kind: str
@@ -131,11 +131,29 @@ class Problem(NamedTuple):
 
 def first_problem(error: ValidationError, model: type[BaseModel], data: Any, name: str = "") -> Problem:
     """The first problem of a validation of `data` by `model`; name: of the model, where no file names it."""
-    problems = sorted(_real(error), key=lambda p: _ORDER.get(p["type"], _OTHER))
-    first = problems[0]
-    cause = first.get("ctx", {}).get("error")
-    cause = cause if isinstance(cause, StillhookError) else None
-    return Problem(_line(first, model, data, name, cause), first["type"], len(problems), cause)
+    return problems_of(error, model, data, name)[0]
+
+
+def problems_of(error: ValidationError, model: type[BaseModel], data: Any, name: str = "") -> list[Problem]:
+    """Every problem of a validation of `data` by `model`, the likeliest cause of the others first."""
+    found = sorted(_real(error), key=lambda p: _ORDER.get(p["type"], _OTHER))
+    problems = []
+    for each in found:
+        cause = each.get("ctx", {}).get("error")
+        cause = cause if isinstance(cause, StillhookError) else None
+        problems.append(Problem(_line(each, model, data, name, cause), each["type"], len(found), cause))
+        for line in () if cause is None else cause.lines[1:]:  # of a record inside
+            placed = line if name else with_place(line, place_of(each["loc"], data))
+            problems.append(Problem(placed, each["type"], len(found), cause))
+    return problems
+
+
+def refused_by(
+    error: ValidationError, model: type[BaseModel], data: Any, name: str, raised: type[StillhookError]
+) -> StillhookError:
+    """The error for a record that is made from `data`, with a line for every problem."""
+    problems = problems_of(error, model, data, name)
+    return raised(problems[0].line).with_lines([problem.line for problem in problems])
 
 
 def _real(error: ValidationError) -> Iterator[Any]:
@@ -185,6 +203,8 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
         return str(cause) if name else with_place(str(cause), place_of(loc, data))
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
+        if len(loc) == 1 and (meant := getattr(model, "MEANT", {}).get(str(loc[0]).lower())):
+            return f"{place_of(loc, data, name)}: unknown field. {meant}"
         near = nearest(str(loc[-1]), fields)
         return f"{place_of(loc, data, name)}: unknown field{near} Allowed: {', '.join(fields)}."
     if kind == "missing":

@@ -15,6 +15,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -233,13 +234,16 @@ NAMED = (
 )
 
 
-def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
+def mapped(headings: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Names as users write them -> headings for `stillhook.formats.weather.file.read_weather`. Errors: WeatherError."""
-    columns = {}
+    columns: dict[str, Any] = {}
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())
         if key is None or key == BETA:
             raise WeatherError(f"{where} {quote(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
+        if isinstance(heading, Mapping):
+            columns[key] = heading
+            continue
         if not isinstance(heading, str) or not heading.strip():
             raise WeatherError(
                 f"{where} {name} = {quote(heading)}: write a heading of the file, with its unit in brackets if it has"

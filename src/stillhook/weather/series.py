@@ -6,6 +6,7 @@ waves every hour.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,7 +28,7 @@ class Weather:
     """n records of weather, one after the other, step [s] apart except at gaps.
 
     time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the
-    file; notes, what the reader had to say.
+    file; notes, what the reader had to say; headings, by name of `COLUMNS` and of "time", with units in brackets.
     """
 
     time: NDArray[np.datetime64] = field(repr=False)
@@ -35,6 +36,7 @@ class Weather:
     step: float
     source: str = "weather"
     notes: tuple[str, ...] = ()
+    headings: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return len(self.time)

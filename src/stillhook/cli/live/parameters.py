@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, Load
+from stillhook.cli.parser import Columns, Json, Load, MappingFile
 from stillhook.report.terminal import print_json, print_table
 
 if TYPE_CHECKING:
@@ -24,9 +24,8 @@ ROWS = 12
 def parameters(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a crane (CSV, Parquet, MDF4, TDMS, MAT).")],
     crane: Annotated[str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file that names it.")],
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
-    ] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     load: Load = None,
     json: Json = False,
 ) -> None:
@@ -40,12 +39,12 @@ def parameters(
     from stillhook.formats.case_file import load_subject
     from stillhook.live.estimate import FrictionEstimator, follow_friction
     from stillhook.logs.log import read_log
-    from stillhook.logs.mapping import read_mapping
+    from stillhook.logs.understood import signals_of
     from stillhook.units import parse
 
     of = load_subject(crane)
     weight = None if load is None else parse(load, "mass", "--load")
-    read = read_log(log, None if mapping is None else read_mapping(mapping))
+    read = read_log(log, signals_of(log, mapping, column))
     estimator = FrictionEstimator(of.crane, load=weight)
     states = follow_friction(estimator, {"time": read.t if read.at is None else read.at, **read.signals}, every=30.0)
     last = states[-1]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Columns, Json, MappingFile
 from stillhook.errors import CommandError
 from stillhook.report.terminal import print_json, print_table
 
@@ -23,9 +23,8 @@ def residual(
         typer.Argument(metavar="[MODEL] LOG...", help="Logs, each in the folder of its campaign; before them a model."),
     ],
     crane: Annotated[str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file that names it.")],
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
-    ] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     out: Annotated[Path | None, typer.Option(help="File for the model (JSON).")] = None,
     json: Json = False,
 ) -> None:
@@ -38,15 +37,14 @@ def residual(
     """
     from stillhook.formats.case_file import load_subject
     from stillhook.live.residual import learning_log, read_model, test_model, train, write_model
-    from stillhook.logs.mapping import read_mapping
+    from stillhook.logs.understood import signals_of
 
     of = load_subject(crane).crane
-    columns = None if mapping is None else read_mapping(mapping)
     file, paths = (logs[0], logs[1:]) if logs[0].suffix == ".json" else (None, logs)
     if not paths or (file is not None and out is not None):
         raise CommandError("live residual: give logs; with a model before them they test it, and --out has no meaning.")
     model = None if file is None else read_model(file, of)
-    read = [learning_log(path, of, columns) for path in paths]
+    read = [learning_log(path, of, signals_of(path, mapping, column)) for path in paths]
     if model is None:
         model, held = train(of, read)
         if out is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
-from stillhook.cli.parser import Json, Load, SubjectArgument, case_of
+from stillhook.cli.parser import Columns, Json, Load, MappingFile, SubjectArgument, case_of
 from stillhook.errors import LiveError
 from stillhook.report.terminal import print_json, print_table, say
 
@@ -192,9 +192,8 @@ def replay(
     crane: Annotated[
         str, typer.Option(metavar="CRANE|CASE", help="Crane, or case file with load, water and sensors.")
     ] = CRANE,
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML with [signals]; without it headings such as s_tip [m].")
-    ] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     load: Load = None,
     speed: Annotated[float, typer.Option(help="Times as fast as it happened, 0.1 to 20.")] = 1.0,
     live: Annotated[
@@ -214,14 +213,14 @@ def replay(
     from stillhook.live.live_file import read_live_file
     from stillhook.live.watch.replay import replay as run_replay
     from stillhook.logs.log import read_log
-    from stillhook.logs.mapping import read_mapping
+    from stillhook.logs.understood import signals_of
 
     of = load_subject(crane)
     if load is None and "load" not in of.scenario:
         raise LiveError('--load: missing: pressures follow from it. Give it, such as --load "82 t", or a case file.')
     usual = {"load": load or "0 t", "s_w": "100 m", "tip": "still"}
     base = case_of(of, usual, load=load)
-    read = read_log(log, None if mapping is None else read_mapping(mapping))
+    read = read_log(log, signals_of(log, mapping, column))
     plan = None if live is None else read_live_file(live)
     lines = _Lines(quiet=json)
     result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,9 @@ import typer
 
 from stillhook.cli.parser import (
     PYTHON_POSITION,
+    Columns,
     Json,
+    MappingFile,
     Out,
     Record,
     Ship,
@@ -25,6 +28,7 @@ from stillhook.cli.parser import (
     say_left_out,
 )
 from stillhook.errors import MotionError, SeaError
+from stillhook.formats.table.corrections import corrections
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.kit import can_draw
 from stillhook.report.terminal import print_json, print_table, print_values
@@ -77,6 +81,8 @@ def tip(
     record: Record = None,
     ship: Ship = None,
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
     seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
     seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
@@ -104,8 +110,9 @@ def tip(
         unused["--record"] = record
         unused |= {"--ship": ship, "--boom": boom, "--seeds": seeds, "--exact": exact, "--out": out}
         refuse(unused, "belongs to a vessel in waves, and --log holds a motion already. Leave it out.")
-        _of_log(log, at, length, json=json)
+        _of_log(log, at, length, corrections(mapping, column), json=json)
         return
+    refuse({"--mapping": mapping, "--column": column or None}, "describes the log of --log. Give it as well.")
     if vessel is None or wave is None:
         missing = "VESSEL" if vessel is None else "--wave"
         raise SeaError(f"{missing}: missing. Give a vessel, --at and --wave, or a log with --log. See --help.")
@@ -161,10 +168,10 @@ def _in_sea(
         say_left_out()
 
 
-def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
+def _of_log(log: Path, at: str | None, duration: float, columns: Mapping[str, Any], *, json: bool) -> None:
     from stillhook.sea.vessel.tip import motion_statistics
 
-    motion = _logged(log, at)
+    motion = _logged(log, at, columns)
     report = getattr(motion, "report", "")
     notes = [report] if report else []
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
@@ -175,7 +182,7 @@ def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
     _print(summary)
 
 
-def _logged(log: Path, at: str | None) -> Motion:
+def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
     """Motion of a tip in a log, at a place from its sensor; of a case file that of its scenario."""
     from stillhook.formats.case_file import load_subject
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
@@ -184,7 +191,9 @@ def _logged(log: Path, at: str | None) -> Motion:
     case = log.suffix == ".toml"
     known = load_subject(str(log)).scenario.get("tip") if case else stored_motion(log)
     if known is not None:
-        refuse({"--at": at}, f"{log.name} holds the motion of a tip already. Leave it out.")
+        refuse(
+            {"--at": at, "--column": columns or None}, f"{log.name} holds the motion of a tip already. Leave it out."
+        )
         return known
     if case:
         raise MotionError(f"{log.name}: scenario.tip: missing. Write the log there, and how it is read.")
@@ -193,10 +202,14 @@ def _logged(log: Path, at: str | None) -> Motion:
         raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
     try:
         return read_tip_motion(
-            log, tip=None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
+            log,
+            tip=None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m"),
+            columns=columns,
         )
     except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
+        at = '--at "x=-20 m, y=12 m, z=35 m"'
+        line, *lines = (line.replace(PYTHON_POSITION, at) for line in (str(e), *e.lines))
+        raise MotionError(line).with_lines(lines) from None
 
 
 def _print(summary: dict[str, Any]) -> None:

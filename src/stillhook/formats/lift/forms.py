@@ -172,7 +172,8 @@ def in_written_words(read: Callable[[TomlTable], Read]) -> Callable[[TomlTable],
         try:
             return read(table)
         except StillhookError as problem:
-            raise type(problem)(_in_old_words(str(problem), table.data)) from None
+            lines = [_in_old_words(line, table.data) for line in problem.lines]
+            raise type(problem)(_in_old_words(str(problem), table.data)).with_lines(lines) from None
 
     return reading
 

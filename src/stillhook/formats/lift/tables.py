@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -91,6 +92,22 @@ Tables = TypeVar("Tables", bound="LiftTables")
 
 class LiftTables(Spec):
     """A lift file. What a plan alone reads is kept as it is written."""
+
+    MEANT: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            **dict.fromkeys(
+                ("sling", "slings"),
+                "Slings are one spring in [rigging]: write height (hook to payload top) and stiffness, that of all legs"
+                " together (legs * E A / length * cos^2 of their angle from vertical).",
+            ),
+            **dict.fromkeys(
+                ("load-chart", "loadchart", "chart"),
+                'Write [load_chart] with file and pedestal, such as pedestal = "x=-10 m, y=-6 m".',
+            ),
+            **dict.fromkeys(("limits", "criteria"), "Limits of a phase belong to it: [[phase]] limits = { ... }."),
+        }
+    )
+    """Words that are no field, and what to write in their place."""
 
     name: Text | None = Field(default=None, description="name; default that of the file")
     crane: Text = Field(description="library name or crane file")

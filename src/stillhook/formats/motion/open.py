@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import MotionError
+from stillhook.errors import MotionError, StillhookError, all_of
 from stillhook.formats.motion.psxn import raw_psxn
 from stillhook.formats.motion.ship_log import (
     DEFAULT_MAX_GAP,
@@ -35,6 +35,7 @@ from stillhook.formats.table.corrections import ColumnRow, apart
 from stillhook.formats.table.dialect import dialect_of
 from stillhook.formats.table.read import chosen_rows
 from stillhook.formats.table.text import HEAD, TextTable, decoded, find_table, headed_table, numbers_of
+from stillhook.formats.table.understood import Understood, understood_columns
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.text import motion_from_json
@@ -68,21 +69,28 @@ def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, Colu
         raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
+    problems: list[StillhookError] = []
     for name in ("time", height, *(("roll", "pitch") if height == "heave" else ())):
         spec = COLUMNS[name]
         if (place := place_of(table, spec, chosen.get(name))) is None:
             if spec.required:
-                raise missing_column(table, spec, f'{START} Or say --column "{name}=HEADING [{spec.units[0]}]".')
+                do = f'{START} Or say --column "{name}=HEADING [{spec.units[0]}]".'
+                problems.append(missing_column(table, spec, do))
             continue
         unit = ""
         if name == "time" and _without_unit(table, place, chosen.get(name)):
             row = chosen.get(name) or ColumnRow(column=table.headings[place])
             chosen[name] = row.model_copy(update={"unit": "s"})
             unit = " (no unit in the file: taken as s, by its spacing)"
-        columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
+        try:
+            columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
+        except StillhookError as problem:
+            problems.append(problem)
         if unit or split_heading(table.headings[place])[0] != name:
             against = " counted the other way" if name in chosen and chosen[name].sign < 0 else ""
             notes.append(f"{name} from {quote(table.headings[place])}{unit}{against}")
+    if problems:
+        raise all_of(problems)
     t, cautions = evened(columns["time"])
     if (back := np.diff(t) <= 0.0).any():
         i = int(np.argmax(back))
@@ -308,3 +316,32 @@ def _chosen(name: str, form: str, columns: Mapping[str, Any] | None) -> dict[str
 def _only_seapath(name: str, time: str | None) -> None:
     if time is not None:
         raise MotionError(f"{name}: time chooses a clock of a Seapath log; a CSV has one. Leave time out.")
+
+
+def understood_motion(path: str | os.PathLike[str], columns: Mapping[str, Any] | None = None) -> Understood:
+    """What a file of motion holds. Errors: MotionError, LogError, UnitError where it has no table of motion."""
+    name, form = Path(path).name, motion_form(path)
+    chosen = _chosen(name, form, columns)
+    if form == "psxn":
+        ship = read_ship_motion(path)
+        return Understood(name, "log of $PSXN,23 sentences", notes=(ship.report.describe(),), fixed=True)
+    table, problem = motion_table(path, chosen), ""
+    assumed = {}
+    place = place_of(table, COLUMNS["time"], chosen.get("time"))
+    if place is not None and _without_unit(table, place, chosen.get("time")):
+        assumed["time"] = "s"
+    specs = [
+        spec for name, spec in COLUMNS.items() if name != "tip" or place_of(table, spec, chosen.get(name)) is not None
+    ]
+    rows = understood_columns(table, specs, chosen, assumed)
+    notes: tuple[str, ...] = ("heave up, roll port side up and pitch bow up are positive",)
+    try:
+        tip = any(row.name == "tip" for row in rows)
+        read = read_tip_motion(path, columns=columns) if tip else read_ship_motion(path, columns=columns)
+        notes = (*notes, read.report if isinstance(read, Recorded) else read.report.describe())
+    except StillhookError as error:
+        problem = str(error)
+    used = {row.heading for row in rows}
+    return Understood(
+        name, "log of motion", tuple(rows), tuple(h for h in table.headings if h not in used), notes, problem=problem
+    )

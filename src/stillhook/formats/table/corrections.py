@@ -22,22 +22,17 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.errors import LogError, SpecError, StillhookError
-from stillhook.formats.table.dialect import PURE, STAMPS, hint, our_unit
+from stillhook.formats.table.dialect import our_unit
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.tables.table import Number, Spec, first_problem
-from stillhook.units import KINDS, quote
+from stillhook.units import quote
 
 TABLES = ("columns", "signals")
 """Tables of a mapping file; a log's may be called signals."""
 SENSES = {"up": 1, "hoisting": 1, "down": -1, "lowering": -1, "reversed": -1}
 """Words behind a heading, and the sign that they are."""
 EXAMPLE = '--column "heave=MRU_Heave_m [m] down"'
-HELP = (
-    'Column of the file, as often as needed: name, heading, unit, "down" where it counts against Stillhook:'
-    ' "heave=MRU_Heave_m [m] down".'
-)
-MAPPING_HELP = "Mapping file (TOML) with rows as in --column; stillhook inspect FILE --save MAPPING.toml writes one."
 _TEXT = re.compile(r"(?P<column>.*\S)\s+(?P<sense>" + "|".join(SENSES) + r")\s*")
 _WITH_UNIT = re.compile(r"(?P<column>.*?\S)\s*\[(?P<unit>[^\[\]]+)\]\s*")
 WEIGHT = {"t": 9806.65, "te": 9806.65, "tonne": 9806.65, "tf": 9806.65, "kg": 9.80665, "kgf": 9.80665}
@@ -155,9 +150,3 @@ def table_unit(unit: str, kind: str) -> tuple[str, float] | None:
     if kind == "force" and (weight := WEIGHT.get(unit.strip().strip("[]()").strip())) is not None:
         return "N", weight
     return None
-
-
-def refuse_unit(where: str, unit: str, kind: str, *, stamps: bool = False) -> str:
-    """A line for a unit that is none of a kind."""
-    known = (*(KINDS[kind].allowed if kind else PURE), *((STAMPS,) if stamps else ()))
-    return f"{where}: unit {quote(unit)} is not one of {', '.join(known)}.{hint(unit, kind)}"

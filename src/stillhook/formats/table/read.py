@@ -25,7 +25,7 @@ from typing import Any
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
-from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError
+from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError, all_of
 from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
 from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of, table_unit
@@ -165,13 +165,21 @@ def open_table(path: str | os.PathLike[str], error: type[StillhookError]) -> Tex
 def columns_of(table: TextTable, specs: Sequence[ColumnSpec], chosen: Mapping[str, ColumnRow]) -> Columns:
     """The described columns of a table, in SI. Errors: as `read_columns`."""
     places = {spec.name: place for spec in specs if (place := place_of(table, spec, chosen.get(spec.name))) is not None}
-    for spec in specs:
-        if spec.required and spec.name not in places:
-            raise missing_column(table, spec, f'Name it so, or say --column "{spec.name}=HEADING [{spec.units[0]}]".')
+    missing = [spec for spec in specs if spec.required and spec.name not in places]
+    if missing:
+        do = 'Name it so, or say --column "{}=HEADING [{}]".'
+        raise all_of([missing_column(table, spec, do.format(spec.name, spec.units[0])) for spec in missing])
     _one_decimal_sign(table, sorted(places.values()))
     table = replace(table, comma=True, row="row")
     read = [spec for spec in specs if spec.name in places]
-    values = {s.name: si_values(table, s, places[s.name], MISSING, chosen.get(s.name)) for s in read}
+    values, problems = {}, []
+    for spec in read:
+        try:
+            values[spec.name] = si_values(table, spec, places[spec.name], MISSING, chosen.get(spec.name))
+        except StillhookError as problem:
+            problems.append(problem)
+    if problems:
+        raise all_of(problems)
     unused = tuple(h for i, h in enumerate(table.headings) if i not in places.values() and h)
     return Columns(table, values, {name: table.headings[i] for name, i in places.items()}, unused)
 

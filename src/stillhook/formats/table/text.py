@@ -74,11 +74,14 @@ class TextTable:
         self, bad: Sequence[int], place: int, expected: str, do: str = "Correct or remove the line."
     ) -> StillhookError:
         """What to raise for cells of a column in the rows `bad` that are not what is expected."""
-        i = bad[0]
-        cell = self.rows[i][place]
         more = f" ({len(bad)} such values)" if len(bad) > 1 else ""
+        lines = [self._wrong(i, place, f"{expected}.", do) for i in bad]
+        return self.error(self._wrong(bad[0], place, f"{expected}{more}.", do)).with_lines(lines)
+
+    def _wrong(self, i: int, place: int, expected: str, do: str) -> str:
+        cell = self.rows[i][place]
         cut = " The file seems cut off there." if not cell and i == len(self.rows) - 1 else ""
-        return self.error(f"{self.at(i)}: {self.headings[place]} = {quote(cell)} is not {expected}{more}.{cut} {do}")
+        return f"{self.at(i)}: {self.headings[place]} = {quote(cell)} is not {expected}{cut} {do}"
 
 
 def numbers_of(cells: Sequence[str]) -> FloatArray:
@@ -160,6 +163,7 @@ def fitted(
 ) -> tuple[list[list[str]], list[int]]:
     """Lines of cells that are not all empty, `width` to each, and their numbers."""
     filled = [(number, line) for number, line in cells if any(line)]
+    wrong: list[StillhookError] = []
     for i, (number, line) in enumerate(filled):
         last = i == len(filled) - 1
         if len(line) < width and last and pad_last:
@@ -169,7 +173,9 @@ def fitted(
             hint = "" if len(line) < width else hint
             hint = " The file seems cut off there." if last and len(line) < width else hint
             problem = f"{len(line)} fields where the header has {width}"
-            raise error(f"{name}: {row} {number}: {problem}.{hint} Correct the {row}.")
+            wrong.append(error(f"{name}: {row} {number}: {problem}.{hint} Correct the {row}."))
+    if wrong:
+        raise wrong[0].with_lines([str(each) for each in wrong])
     return [line[:width] for _, line in filled], [number for number, _ in filled]
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.errors import StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, split_heading, unit_in
 from stillhook.formats.table.corrections import ColumnRow, apart
 from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
@@ -57,6 +58,8 @@ class Understood:
     head: tuple[str, ...] = ()
     problem: str = ""
     """Why a command would refuse the file as it is; "" where none would."""
+    fixed: bool = False
+    """Whether no mapping file can describe it: a matrix, or a format that names its own columns."""
 
     def facts(self) -> dict[str, Any]:
         """By name, for JSON."""
@@ -89,7 +92,8 @@ def understood_columns(
     assumed: Mapping[str, str] | None = None,
 ) -> list[ReadColumn]:
     """The described columns that a table has; assumed: units by name where the file states none."""
-    rows = []
+    rows: list[ReadColumn] = []
+    problems: list[StillhookError] = []
     for spec in specs:
         row = chosen.get(spec.name)
         if (place := place_of(table, spec, row)) is None:
@@ -100,8 +104,11 @@ def understood_columns(
         if unit is None and assumed and spec.name in assumed:
             unit, remark = assumed[spec.name], "no unit in the file: assumed"
             row = (row or ColumnRow(column=table.headings[place])).model_copy(update={"unit": unit})
-        x = si_values(table, spec, place, MISSING, row)
-        low, high = ends(x)
+        try:
+            low, high = ends(si_values(table, spec, place, MISSING, row))
+        except StillhookError as problem:
+            problems.append(problem)
+            continue
         sign, scale, offset = (1, 1.0, 0.0) if row is None else (row.sign, row.scale, row.offset)
         stamps = unit is None
         rows.append(
@@ -118,6 +125,8 @@ def understood_columns(
                 offset,
             )
         )
+    if problems:
+        raise all_of(problems)
     return rows
 
 
@@ -127,8 +136,8 @@ def ends(x: FloatArray) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
 
 
-def mapping_text(found: Understood, file: str) -> str:
-    """The mapping file of what was understood, with remarks. file: its name as it is given to a command."""
+def mapping_text(found: Understood) -> str:
+    """The mapping file of what was understood, with remarks."""
     lines = [
         f"# What Stillhook reads of {found.source} as a {found.noun}. Correct a row, and give this file by --mapping.",
         '# A row: heading, unit in brackets, and "down" where the file counts the other way.',
@@ -148,16 +157,11 @@ def mapping_text(found: Understood, file: str) -> str:
 
 def row_text(row: ReadColumn) -> str:
     """A column as a row of a mapping file."""
-    heading = split_heading(row.heading)[1] is not None
+    stated = split_heading(row.heading)[1]
     if row.scale == 1.0 and row.offset == 0.0:
         plain = row.heading.replace("\n", " ")
-        unit = (
-            ""
-            if not row.unit
-            or (heading
-            and our_unit(split_heading(row.heading)[1] or "", row.quantity) == our_unit(row.unit, row.quantity))
-            else f" [{row.unit}]"
-        )
+        same = stated is not None and our_unit(stated, row.quantity) == our_unit(row.unit, row.quantity)
+        unit = "" if same or not row.unit else f" [{row.unit}]"
         name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
         return json.dumps(f"{name}{unit}{' down' if row.sign < 0 else ''}", ensure_ascii=False)
     parts = [f"column = {json.dumps(row.heading, ensure_ascii=False)}"]

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import WeatherError
+from stillhook.errors import StillhookError, WeatherError, all_of
+from stillhook.formats.table.corrections import ColumnRow, row_of
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.text import TextTable
 from stillhook.formats.weather.times import WHERE, step_of
@@ -67,7 +68,7 @@ _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 @dataclass(frozen=True)
 class Column:
     """A column that was recognised: name in `stillhook.weather.series.COLUMNS`, its place, heading and unit; stated:
-    the file gave the unit; by_user: the user did."""
+    the file gave the unit; by_user: the user did; scale: the user's factor on its numbers."""
 
     name: str
     place: int
@@ -75,6 +76,7 @@ class Column:
     unit: str
     stated: bool
     by_user: bool = False
+    scale: float = 1.0
 
     @property
     def inverse(self) -> bool:
@@ -94,12 +96,12 @@ def without_unit(heading: str) -> str:
     return _BRACKET.sub("", heading).strip()
 
 
-def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
+def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, Any], name: str) -> list[Column]:
     """Columns that are weather. columns_as: name -> heading of the file, or heading with a unit in brackets, before
     what is recognised."""
     recognised = []
     for key, kind in KINDS.items():
-        wanted = columns_as.get(key)
+        wanted, scale = _written(key, columns_as.get(key), name)
         place = _recognised(headings, key, name) if wanted is None else _requested(headings, wanted, key, name)
         if place is None:
             continue
@@ -115,8 +117,21 @@ def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[s
             )
         by_user = wanted is not None and bool(_BRACKET.search(wanted))
         usual = "hz" if frequency else PLAIN[kind]
-        recognised.append(Column(key, place, headings[place], tidy or usual, bool(tidy), by_user))
+        recognised.append(Column(key, place, headings[place], tidy or usual, bool(tidy), by_user, scale))
     return recognised
+
+
+def _written(key: str, row: Any, name: str) -> tuple[str | None, float]:
+    """A row of corrections as heading with its unit in brackets, and the factor on its numbers."""
+    if row is None:
+        return None, 1.0
+    read = row_of(row, ColumnRow, f"{name}: columns.{key}", WeatherError)
+    if read.sign != 1 or read.offset:
+        raise WeatherError(
+            f"{name}: columns.{key}: a height, a period or a speed is not counted the other way, and what a direction"
+            " means is said by sense. Leave sign and offset out."
+        )
+    return read.column if read.unit is None else f"{read.column} [{read.unit}]", read.scale
 
 
 def _requested(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
@@ -151,7 +166,7 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
 
 def numbers(table: TextTable, column: Column, *, signed: bool = False) -> tuple[FloatArray, str]:
     """A column (n,) of a table in SI, and marks of missing numbers, as `in_si`."""
-    return in_si(table.numbers(column.place, MISSING), column, table.at, signed=signed)
+    return in_si(column.scale * table.numbers(column.place, MISSING), column, table.at, signed=signed)
 
 
 def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bool = False) -> tuple[FloatArray, str]:
@@ -174,9 +189,12 @@ def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bo
     x = FREQUENCIES[column.unit] / x if column.inverse else x * UNITS[kind][column.unit]
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
-        i = int(np.flatnonzero(wrong)[0])
-        do = f"Correct the line or empty the cell{_in_another_unit(float(x[i]), column)}."
-        raise WeatherError(f"{place(i)}: not a possible {kind}. {do}")
+        do = "Correct the line or empty the cell"
+        lines = [
+            f"{place(i)}: not a possible {kind}. {do}{_in_another_unit(float(x[i]), column)}."
+            for i in np.flatnonzero(wrong).tolist()
+        ]
+        raise WeatherError(lines[0]).with_lines(lines)
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
     return np.asarray(sign * x), marks + noughts
@@ -211,7 +229,7 @@ def weather_of(
     headings: Sequence[str],
     units: Sequence[str],
     read: Callable[..., tuple[FloatArray, str]],
-    columns_as: Mapping[str, str],
+    columns_as: Mapping[str, Any],
     sense: DirectionSense | None,
     step: float | None,
     *,
@@ -230,19 +248,42 @@ def weather_of(
     if not recognised:
         have = ", ".join(quote(heading) for heading in headings if heading)
         raise WeatherError(f"{name}: no column of weather among {have}. Name it: columns.Hs, columns.wind {WHERE}.")
-    values, more = assembled([(column, *read(column)) for column in recognised], comments, name, sense)
+    values, more = assembled(_each(recognised, read), comments, name, sense)
     plain = [bare(heading)[0] for heading in headings]
     pair = next((pair for pair in WIND_PARTS if set(pair) <= set(plain)), None)
+    parts: list[Column] = []
     if pair is not None and "wind" not in values:
         parts = [Column("wind", i, headings[i], "m/s", False) for i in map(plain.index, pair)]
         east, north = (read(part, signed=True)[0] for part in parts)
         values |= {"wind": np.hypot(east, north), "wind_from": np.asarray(np.arctan2(-east, -north) % FULL)}
         more.append(f"wind from its parts {' and '.join(names[part.place] for part in parts)}")
-        recognised += parts
-    places = {column.place for column in recognised}
+    places = {column.place for column in (*recognised, *parts)}
     if unread := [names[i] for i, heading in enumerate(headings) if heading and i not in places]:
         more.append(f"not read: {', '.join(unread)}")
-    return Weather(time, values, step_of(time, step, name), name, (*comments, *notes, *more))
+    of = {
+        c.name: f"{without_unit(names[c.place])} [{_plain(c.unit)}]" for c in recognised if KINDS[c.name] != "direction"
+    }
+    of |= {c.name: names[c.place] for c in recognised if KINDS[c.name] == "direction"}
+    return Weather(time, values, step_of(time, step, name), name, (*comments, *notes, *more), of)
+
+
+def _each(
+    recognised: Sequence[Column], read: Callable[..., tuple[FloatArray, str]]
+) -> list[tuple[Column, FloatArray, str]]:
+    """Every column, read. Errors: those of all columns at once."""
+    done, problems = [], []
+    for column in recognised:
+        try:
+            done.append((column, *read(column)))
+        except StillhookError as problem:
+            problems.append(problem)
+    if problems:
+        raise all_of(problems)
+    return done
+
+
+def _plain(unit: str) -> str:
+    return "Hz" if unit == "hz" else unit
 
 
 def assembled(

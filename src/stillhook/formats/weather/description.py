@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,14 +13,18 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
-from stillhook.errors import WeatherError
+from stillhook.errors import SpecError, WeatherError
+from stillhook.formats.table.corrections import ColumnRow, row_of
+from stillhook.formats.table.understood import ReadColumn, Understood, ends
 from stillhook.formats.weather.columns import SENSES
 from stillhook.formats.weather.file import read_weather
 from stillhook.formats.weather.times import ORDERS
-from stillhook.library.toml.file import TomlTable, read_toml_raising
+from stillhook.library.toml.file import TomlTable, named, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.tables.table import Spec, Text
-from stillhook.weather.limit_text import mapped
+from stillhook.weather.limit_text import KIND, NAMED, SPELT, mapped
+from stillhook.weather.persistence import stamp
 from stillhook.weather.series import Weather
 
 
@@ -46,7 +53,15 @@ class Description(WeatherTable):
     step: u.Hours | None = Field(default=None, gt=0, description="what a record represents, if not the usual spacing")
 
 
-def weather_of_file(name: str) -> Weather:
+class MappingFile(Description):
+    """What a mapping file says of weather."""
+
+    file: Text | None = Field(default=None, description="weather that it was written for")  # type: ignore[assignment]
+
+
+def weather_of_file(
+    name: str, mapping: str | os.PathLike[str] | None = None, columns: Mapping[str, Any] | None = None
+) -> Weather:
     """Weather of the library, of a file, or as a description (TOML) says it::
 
         file = "site.csv"             # seen from this file
@@ -59,22 +74,77 @@ def weather_of_file(name: str) -> Weather:
         Hs = "waveheight (cm)"        # heading of the file, with a unit if it has none
         wind = "ws (kn)"
 
-    Every line but the first may be left out. Errors: WeatherError of one line.
+    Every line but the first may be left out. mapping: the same, without the first line, for the file `name`; columns:
+    rows of [columns] that win, "time" among them. Errors: WeatherError of one line.
     """
-    if not name.endswith(".toml"):
-        return read_weather(name)
-    return read_toml_raising(WeatherError, name, FileKind.WEATHER, _weather, start='Start it with file = "site.csv".')
+    file = name
+    said: dict[str, Any] = {}
+    if name.endswith(".toml"):
+        file, said = read_toml_raising(
+            WeatherError, name, FileKind.WEATHER, _described, start='Start it with file = "site.csv".'
+        )
+    if mapping is not None:
+        said |= _mapped(mapping)
+    rows = dict(said.pop("columns", {})) | dict(columns or {})
+    if "time" in rows:
+        said["time_column"] = row_of(rows.pop("time"), ColumnRow, "columns.time", WeatherError).column
+    return read_weather(file, columns_as=mapped(rows, "columns"), **said)
 
 
-def _weather(table: TomlTable) -> Weather:
+def _described(table: TomlTable) -> tuple[str, dict[str, Any]]:
     said = table.read(Description)
     neighbour = Path(table.path.parent, said.file)
-    return read_weather(
-        neighbour if neighbour.is_file() else said.file,
-        sense=None if said.sense is None else SENSES[said.sense],
-        columns_as=mapped(said.columns, "columns"),
-        time_column=said.time,
-        date_order=said.date_order,
-        time_zone=said.time_zone,
-        step=said.step,
+    return str(neighbour) if neighbour.is_file() else said.file, _options(said)
+
+
+def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Options of `read_weather` in a mapping file. Errors: WeatherError, one line."""
+    file = Path(path)
+    try:
+        data = parsed(toml_text(file), file.name, FileKind.MAPPING, FileKind.WEATHER, start="Write [columns].")
+    except SpecError as problem:
+        raise WeatherError(str(problem)) from None
+    return _options(named(TomlTable(file, data, WeatherError), lambda table: table.read(MappingFile)))
+
+
+def _options(said: WeatherTable) -> dict[str, Any]:
+    options = {
+        "sense": None if said.sense is None else SENSES[said.sense],
+        "time_column": said.time,
+        "date_order": said.date_order,
+        "time_zone": said.time_zone,
+        "step": getattr(said, "step", None),
+    }
+    return {name: value for name, value in options.items() if value is not None} | {"columns": said.columns}
+
+
+def understood_weather(
+    name: str, mapping: str | os.PathLike[str] | None = None, columns: Mapping[str, Any] | None = None
+) -> Understood:
+    """What a file of weather holds. Errors: WeatherError, one line."""
+    weather = weather_of_file(name, mapping, columns)
+    stamps = weather.headings.get("time", "")
+    rows = [ReadColumn("time", stamps, "", remark=_span(weather))] if stamps and " + " not in stamps else []
+    for key, heading in weather.headings.items():
+        if key == "time":
+            continue
+        low, high = ends(weather.columns[key]) if key in weather.columns else (math.nan, math.nan)
+        remark = "" if key in weather.columns else "not read: say what directions mean by sense"
+        rows.append(ReadColumn(WRITTEN.get(key, key), heading, "", 1, KIND[key], low, high, remark))
+    unread = next((note for note in weather.notes if note.startswith("not read: ")), "not read: ")
+    unused = tuple(h for h in unread.removeprefix("not read: ").split(", ") if h)
+    notes = tuple(note for note in weather.notes if note is not unread)
+    asked = any(row.remark.startswith("not read") for row in rows)
+    senses = f'# sense = "coming-from"  # what directions mean: {", ".join(SENSES)}'
+    head = (f"file = {json.dumps(str(name))}", *([senses] if asked else []))
+    return Understood(weather.source, "table of weather", tuple(rows), unused, notes, head, fixed=not weather.headings)
+
+
+WRITTEN = {SPELT[name.lower()]: name for name in NAMED}
+"""Names of columns as users write them."""
+
+
+def _span(weather: Weather) -> str:
+    return (
+        f"{stamp(weather.time[0])} to {stamp(weather.time[-1])}, {len(weather)} records every {weather.step / 3600:g} h"
     )

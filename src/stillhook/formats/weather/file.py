@@ -16,8 +16,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +65,7 @@ def read_weather(
     source: str | os.PathLike[str],
     *,
     sense: DirectionSense | None = None,
-    columns_as: Mapping[str, str] | None = None,
+    columns_as: Mapping[str, Any] | None = None,
     time_column: str | None = None,
     date_order: str | None = None,
     time_zone: str | None = None,
@@ -100,7 +102,9 @@ def read_weather(
     headings = ["" if i in used else h for i, h in enumerate(table.headings)]
     read = partial(numbers, table)
     more = {"comments": table.comments, "notes": notes}
-    return weather_of(path.name, time, headings, table.units, read, columns_as or {}, sense, step, **more)
+    weather = weather_of(path.name, time, headings, table.units, read, columns_as or {}, sense, step, **more)
+    stamps = " + ".join(table.headings[i] for i in sorted(used))
+    return replace(weather, headings={"time": stamps, **weather.headings})
 
 
 def _has_separators(head: bytes) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def is_netcdf(path: Path) -> bool:
 def read_netcdf(
     path: Path,
     sense: DirectionSense | None,
-    columns_as: Mapping[str, str],
+    columns_as: Mapping[str, Any],
     time_column: str | None,
     zone: Zone | None,
     step: float | None,
@@ -83,7 +83,7 @@ STANDARD = ("sea_surface_wave_", "sea_surface_wind_wave_", "sea_surface_swell_wa
 """Beginnings of standard names of waves, of wind sea and swell apart, and of the wind."""
 
 
-def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
+def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, Any]) -> str:
     """The name of a variable as it is requested, else its standard name where only it has a wave's or the wind's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.errors import LogError
+from stillhook.errors import LogError, StillhookError
 from stillhook.formats.table.columns import ColumnSpec
-from stillhook.formats.table.read import Columns, read_columns
+from stillhook.formats.table.read import Columns, chosen_rows, open_table, read_columns
+from stillhook.formats.table.understood import Understood, understood_columns
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.units import parse, quote, show
 
@@ -129,8 +130,26 @@ def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
     return label if count <= most else label * most // count
 
 
+def understood_map(path: str | os.PathLike[str], columns: Mapping[str, Any] | None = None) -> Understood:
+    """What a supplier's map holds. Errors: LogError, UnitError where it has no table."""
+    table, specs, problem = open_table(path, LogError), (*SETTINGS, *LOSSES), ""
+    read = understood_columns(table, specs, chosen_rows(columns or {}, specs, "columns"))
+    notes: tuple[str, ...] = ()
+    try:
+        notes = read_map(path, columns=columns).findings
+    except StillhookError as error:
+        problem = str(error)
+    used = {row.heading for row in read}
+    unused = tuple(h for h in table.headings if h and h not in used)
+    return Understood(table.name, "map of a motor", tuple(read), unused, notes, problem=problem)
+
+
 def read_map(
-    path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
+    path: str | os.PathLike[str],
+    *,
+    mapping: str | os.PathLike[str] | None = None,
+    D_max: str | None = None,
+    columns: Mapping[str, Any] | None = None,
 ) -> LossMap:
     """A supplier's map from CSV, Parquet or Excel in long form: a row a cell.
 
@@ -144,6 +163,8 @@ def read_map(
         Mapping file with columns and units (see `stillhook.formats.table.columns`); default the headings.
     D_max : str, optional
         Full displacement, such as "215 cm^3/rev"; default the largest of the map.
+    columns : mapping, optional
+        Columns by name, such as {"omega_m": "Drehzahl [1/min]"}, in place of those of the mapping file.
 
     Returns
     -------
@@ -162,7 +183,7 @@ def read_map(
     mapping file. Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are
     left out and reported in `findings`.
     """
-    table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
+    table = read_columns(path, (*SETTINGS, *LOSSES), mapping, columns=columns)
     _in_range(table)
     notes: list[str] = []
     loss = _loss(table, notes)

@@ -20,7 +20,7 @@ from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.spec.crane import Crane
-from stillhook.tables.table import Spec, Text, first_problem, place_of, pure_number, statement
+from stillhook.tables.table import Spec, Text, place_of, problems_of, pure_number, statement
 from stillhook.units import parse, quote, text_at
 
 _BASE = ", or start the file with base = <crane of the library>."
@@ -37,7 +37,8 @@ def explain(
 
     An error of the matching class: UnitError for a quantity, that of what a field names; `raised` for the rest.
     """
-    problem = first_problem(error, model, data)
+    problems = problems_of(error, model, data)
+    problem = problems[0]
     line = problem.line
     if problem.kind == "missing" and issubclass(model, Crane):
         line = line.removesuffix(".") + _BASE
@@ -46,7 +47,10 @@ def explain(
         raised = UnitError
     elif problem.cause is not None and not isinstance(problem.cause, ScenarioError):
         raised = type(problem.cause)
-    return raised(f"{where}: {line}{more}" if where else line + more)
+    lines = [line, *(other.line for other in problems[1:])]
+    return raised(f"{where}: {line}{more}" if where else line + more).with_lines(
+        [f"{where}: {each}" if where else each for each in lines]
+    )
 
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -131,7 +135,7 @@ def read_toml_raising(
     try:
         return read_toml(path, kind, error, read, start=start)
     except SpecError as problem:
-        raise error(str(problem)) from None
+        raise error(str(problem)).with_lines(problem.lines) from None
 
 
 def named(table: TomlTable, read: Callable[[TomlTable], Result]) -> Result:
@@ -139,8 +143,9 @@ def named(table: TomlTable, read: Callable[[TomlTable], Result]) -> Result:
     try:
         return read(table)
     except StillhookError as e:
-        name, line = table.path.name, str(e)
-        raise type(e)(line if line.startswith(f"{name}:") else f"{name}: {line}") from None
+        name = f"{table.path.name}:"
+        first, *lines = (line if line.startswith(name) else f"{name} {line}" for line in (str(e), *e.lines))
+        raise type(e)(first).with_lines(lines) from None
 
 
 class SetFile(Spec):

@@ -10,7 +10,6 @@ and headings as a plan file writes them: a list, or "0.5 m to 6 m by 0.5 m".
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import wraps
@@ -38,8 +37,9 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.html import table
+from stillhook.tables.range_text import values_of, with_point
 from stillhook.tables.table import Spec
-from stillhook.units import KINDS, parse, quote, show
+from stillhook.units import quote, show
 from stillhook.winches.load_path.interface import JointUnit
 
 P = ParamSpec("P")
@@ -55,35 +55,17 @@ LIKE = {
     "Tp": '"5 s to 14 s by 1 s", or ["6 s", "8 s"]',
     "headings": '["150 deg", "180 deg"], or "0 deg to 330 deg by 30 deg"',
 }
-_RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 
 
 def expanded(value: object, key: str) -> object:
-    """The texts of a range such as "1 m to 6 m by 0.5 m"; a list as it is. Errors: ValueError."""
+    """The texts of a range such as "1 m to 6 m by 0.5 m" or of a list (`stillhook.tables.range_text`). Errors:
+    ValueError."""
     kind = KIND[key]
     if isinstance(value, list | tuple) and value:
-        return tuple(value)
+        return tuple(with_point(text) for text in value)
     if not isinstance(value, str):
         raise ValueError(f"give {LIKE[key]}.")
-    match = _RANGE.fullmatch(value.strip())
-    if match is None:
-        if " to " in value:
-            raise ValueError(f"give {LIKE[key]}.")
-        return (value,)
-    try:
-        first, last, step = (parse(part, kind) for part in match.groups())
-    except UnitError as problem:
-        raise ValueError(str(problem)) from None
-    if step <= 0.0 or last < first:
-        raise ValueError(f"the range must increase, for example {LIKE[key]}.")
-    count = (last - first) / step
-    if count > MOST:
-        raise ValueError(f"{count:.0f} steps, and {MOST} are the most. Take larger steps.")
-    if abs(count - round(count)) > 1e-6:
-        raise ValueError(f"steps of {show(step, kind)} do not meet {show(last, kind)}. Choose a step that does.")
-    steps = round(count)
-    values = [first + i * (last - first) / steps for i in range(steps + 1)] if steps else [first]
-    return tuple(f"{x!r} {KINDS[kind].si}" for x in values)
+    return values_of(value, kind, MOST)
 
 
 def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
@@ -211,7 +193,7 @@ class WeatherUse:
     file: str
     ship: float | None = None
     sense: str | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
     time: str | None = None
     date_order: str | None = None
     time_zone: str | None = None

@@ -1,17 +1,18 @@
 """A crane's load chart: SWL and dynamic factor over radius and wave height, limits of side-lead and off-lead, from a
-table that users bring; and where the crane stands, so that a crane tip has a radius.
+table that users bring; and where the crane is, so that a crane tip has a radius.
 
-One row a point, with units in the headings (CSV or XLSX, `stillhook.formats.table`): `radius [m]` and `SWL [t]`;
-where the chart has them `Hs [m]`, `DAF [1]`, `side_lead [deg]` and `off_lead [deg]`. Between radii numbers are
-interpolated along straight lines. A row of a wave height holds up to and including that height: in a sea between two
-rows the next higher one applies, above the last the crane has no capacity.
+One row a point, or a matrix (`stillhook.plan.definition.chart_matrix`), with units in the headings (CSV or XLSX,
+`stillhook.formats.table`): `radius [m]` and `SWL [t]`; where the chart has them `Hs [m]`, `DAF [1]`, `side_lead [deg]`
+and `off_lead [deg]`. Between radii numbers are interpolated along straight lines. A row of a wave height holds up to
+and including that height: in a sea between two rows the next higher one applies, above the last the crane has no
+capacity.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -21,9 +22,12 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
-from stillhook.errors import PlanError
+from stillhook.errors import PlanError, StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec
-from stillhook.formats.table.read import Columns, read_columns
+from stillhook.formats.table.corrections import corrections
+from stillhook.formats.table.read import Columns, chosen_rows, columns_of, open_table
+from stillhook.formats.table.understood import Understood, understood_columns
+from stillhook.plan.definition.chart_matrix import long_form
 from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
@@ -64,11 +68,12 @@ class ChartPoint(NamedTuple):
 @dataclass(frozen=True)
 class LoadChart:
     """A load chart: for each wave height [m], rising, its points as (radius [m], point), radii rising. name: that of
-    its file; digest: SHA-256 of its numbers."""
+    its file; digest: SHA-256 of its numbers; notes: what was left out or made of a matrix."""
 
     name: str
     rows: tuple[tuple[tuple[float, ChartPoint], ...], ...] = field(repr=False)
     digest: str = field(default="", repr=False)
+    notes: tuple[str, ...] = ()
 
     def at(self, radius: float) -> tuple[ChartPoint, ...]:
         """The chart at a radius [m], a point for each height, rising. It ends below the first height whose rows do not
@@ -99,6 +104,8 @@ class LoadChartTable(Spec):
     """The table [load_chart]."""
 
     file: Text = Field(description="table of the chart, CSV or XLSX")
+    mapping: Text | None = Field(default=None, description="mapping file of its columns, seen from this file")
+    columns: Mapping[str, Any] = Field(default_factory=dict, description="its columns, as in a mapping file")
     pedestal: Text | None = Field(
         default=None, description="axis of slewing from the vessel's reference point, as text"
     )
@@ -156,7 +163,11 @@ class CraneChart:
         return self.pedestal is not None and phase.kind in IN_AIR
 
     def notes(self, phases: Sequence[Phase]) -> tuple[str, ...]:
-        """What a reader should know of side-lead and off-lead: where they are judged, and where not."""
+        """What a reader should know of the chart, and of side-lead and off-lead: where they are judged, and where
+        not."""
+        return (*(f"{self.chart.name}: {note}" for note in self.chart.notes), *self._of_leads(phases))
+
+    def _of_leads(self, phases: Sequence[Phase]) -> tuple[str, ...]:
         point = self.chart.rows[0][0][1]
         if point.side_lead is None and point.off_lead is None:
             return (f"side-lead and off-lead NOT JUDGED: {self.chart.name} has no limits of them",)
@@ -182,7 +193,7 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     Errors: PlanError, LogError, UnitError of one line: a chart that cannot be read, one that carries more than the
     crane, and an axis of slewing that is missing or given twice.
     """
-    chart = read_load_chart(file)
+    chart = read_load_chart(file, None if table.mapping is None else file.parent / table.mapping, table.columns)
     for radius, point in (each for row in chart.rows for each in row):
         if point.SWL > crane.SWL * (1.0 + SAME):
             raise PlanError(
@@ -204,30 +215,65 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping)
 
 
-def read_load_chart(path: str | Path) -> LoadChart:
-    """A load chart from a CSV or XLSX file.
+def read_load_chart(
+    path: str | Path, mapping: str | Path | None = None, columns: Mapping[str, Any] | None = None
+) -> LoadChart:
+    """A load chart from a CSV or XLSX file; mapping, columns: as in `stillhook.formats.table.corrections`.
 
     Errors: UnitError, PlanError of one line that names file and row: a column that is missing or has no
     unit, an empty cell, numbers that no crane has, radii of a height that do not rise, more SWL in a higher sea.
     """
-    columns = read_columns(path, COLUMNS, error=PlanError)
-    for name in columns.values:
-        _check_column(columns, name)
-    chart = LoadChart(columns.source, _rows(columns), _digest(columns))
+    read, notes = _columns(path, mapping, columns)
+    if problems := [problem for name in read.values for problem in _wrong_numbers(read, name)]:
+        raise all_of(problems)
+    chart = LoadChart(read.source, _rows(read), _digest(read), notes)
     _check_heights(chart)
     return chart
 
 
-def _check_column(columns: Columns, name: str) -> None:
+def _columns(
+    path: str | Path, mapping: str | Path | None, columns: Mapping[str, Any] | None
+) -> tuple[Columns, tuple[str, ...]]:
+    rows = corrections(mapping) | dict(columns or {})
+    chosen = chosen_rows(rows, COLUMNS, "columns" if mapping is None else f"{Path(mapping).name}: columns")
+    table, notes = long_form(open_table(path, PlanError), {spec.name: spec for spec in COLUMNS}, chosen)
+    return columns_of(table, COLUMNS, chosen), notes
+
+
+def understood_chart(
+    path: str | Path, mapping: str | Path | None = None, columns: Mapping[str, Any] | None = None
+) -> Understood:
+    """What a load chart holds. Errors: as `read_load_chart` where no table of a chart is found."""
+    rows = corrections(mapping) | dict(columns or {})
+    chosen = chosen_rows(rows, COLUMNS, "columns")
+    whole = open_table(path, PlanError)
+    table, notes = long_form(whole, {spec.name: spec for spec in COLUMNS}, chosen)
+    if table is whole:
+        read = understood_columns(table, COLUMNS, chosen)
+        used = {row.heading for row in read}
+        unused = tuple(h for h in table.headings if h and h not in used)
+    else:
+        read, unused = understood_columns(table, COLUMNS, {}), ()
+    problem = ""
+    try:
+        read_load_chart(path, mapping, columns)
+    except StillhookError as error:
+        problem = str(error)
+    return Understood(table.name, "load chart", tuple(read), unused, notes, problem=problem, fixed=table is not whole)
+
+
+def _wrong_numbers(columns: Columns, name: str) -> Iterator[StillhookError]:
+    """What to refuse of a column, row by row."""
     values, unit = columns.values[name], KINDS[name]
     for number, value in zip(columns.numbers, values, strict=True):
         where = f"{columns.source}: row {number}: {columns.headings[name]}"
         if math.isnan(value):
-            raise PlanError(f"{where}: empty. Write a number; where the crane may not lift, SWL 0 or no row.")
+            yield PlanError(f"{where}: empty. Write a number; where the crane may not lift, SWL 0 or no row.")
+            continue
         low, high = LEAST.get(name, 0.0), LARGEST[name]
         if not low <= value <= high:
             ends = [show(x, unit) if unit else f"{x:g}" for x in (value, low, high)]
-            raise PlanError(f"{where} = {ends[0]}: not between {ends[1]} and {ends[2]}. Check number and unit.")
+            yield PlanError(f"{where} = {ends[0]}: not between {ends[1]} and {ends[2]}. Check number and unit.")
 
 
 def _rows(columns: Columns) -> tuple[tuple[tuple[float, ChartPoint], ...], ...]:

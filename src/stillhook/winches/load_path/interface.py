@@ -30,7 +30,7 @@ from stillhook.errors import ScenarioError
 from stillhook.physics.load_path.payload import Heights, Water
 from stillhook.physics.load_path.rope import Pull, Sling
 from stillhook.physics.scalar import scalar
-from stillhook.tables.table import Source, Spec, first_problem
+from stillhook.tables.table import Source, Spec, refused_by
 from stillhook.winches.load_path.lift import Works
 from stillhook.winches.records import Geometry, Motion, Tick, Tip
 
@@ -130,7 +130,7 @@ class JointUnit(Spec):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
+            raise refused_by(e, type(self), data, type(self).__name__, ScenarioError) from None
 
     @property
     @abstractmethod

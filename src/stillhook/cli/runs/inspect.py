@@ -1,0 +1,200 @@
+"""`stillhook inspect`: what a file holds as Stillhook reads it, and the mapping file that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Columns, Json, MappingFile, present
+from stillhook.errors import CommandError, StillhookError
+from stillhook.formats.table.corrections import corrections
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import print_table
+from stillhook.units import quote
+
+if TYPE_CHECKING:
+    from stillhook.formats.table.understood import Understood
+
+Reader = Callable[[Path, Mapping[str, Any]], "Understood"]
+FORM_HELP = "What to read it as: motion, log, weather, chart, map, vessel, spectra; default: by its content."
+
+
+def inspect(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of motion, a log, weather, a chart, a vessel.")],
+    form: Annotated[str | None, typer.Option("--format", help=FORM_HELP)] = None,
+    mapping: MappingFile = None,
+    column: Columns = None,
+    save: Annotated[Path | None, typer.Option("--save", help="Mapping file to write, with remarks.")] = None,
+    json: Json = False,
+) -> None:
+    """What a file holds as Stillhook reads it: columns, units, signs, ranges, and what is not read.
+
+    The mapping file of --save says the same. Correct it, and give it to the command that reads the file, by --mapping.
+
+    Exit code 1 where a command would refuse the file as it is understood.
+
+    Example: stillhook inspect mru.csv --column "heave=MRU_Heave_m [m] down" --save mapping.toml
+    """
+    rows = corrections(mapping, column)
+    if form is not None and form not in READERS:
+        raise CommandError(f"--format {quote(form)}: is not one of {', '.join(READERS)}.")
+    found = READERS[form](file, rows) if form is not None else _by_content(file, rows)
+    if save is not None:
+        _save(found, file, save)
+    present(found.facts(), lambda: _print(found), json=json)
+    if save is not None and not json:
+        print(f"written: {save}")
+    raise typer.Exit(1 if found.problem else 0)
+
+
+def _save(found: Understood, file: Path, save: Path) -> None:
+    from stillhook.base.atomic import atomic_file
+    from stillhook.formats.table.understood import mapping_text
+
+    if found.fixed or not found.rows:
+        raise CommandError(
+            f"--save: a {found.noun} names its own columns, and takes no mapping file. Leave --save out."
+        )
+    with atomic_file(save) as part:
+        part.write_text(mapping_text(found), encoding="utf-8")
+
+
+def _print(found: Understood) -> None:
+    print(f"{found.source}: {found.noun}")
+    cells = [
+        [row.name, row.heading, row.unit, "down" if row.sign < 0 else "", row.range, row.remark] for row in found.rows
+    ]
+    if cells:
+        print_table(["read as", "column", "unit", "sign", "values", "remark"], cells)
+    if found.unused:
+        wrapped(f"not read: {', '.join(found.unused)}")
+    for note in found.notes:
+        wrapped(note)
+    if found.problem:
+        wrapped(f"refused as it is: {found.problem}")
+
+
+def _motion(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.formats.motion.open import understood_motion
+
+    return understood_motion(file, rows)
+
+
+def _log(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.logs.understood import understood_log
+
+    return understood_log(file, rows)
+
+
+def _weather(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.formats.weather.description import understood_weather
+
+    return understood_weather(str(file), columns=rows)
+
+
+def _chart(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.plan.definition.load_chart import understood_chart
+
+    return understood_chart(file, columns=rows)
+
+
+def _map(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.identify.motor.map import understood_map
+
+    return understood_map(file, rows)
+
+
+def _vessel(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.formats.table.understood import Understood
+    from stillhook.formats.vessel.open import read_untested
+    from stillhook.sea.vessel.floating_body import long_wave_test, remarks, verdict_of
+
+    _no_rows(file, rows, "a vessel file declares its conventions itself, or a vessel description does")
+    rao = read_untested(file)
+    tests = long_wave_test(rao)
+    word, line = verdict_of(rao, tests)
+    notes = tuple(dict.fromkeys((rao.origin, *rao.notes, *remarks(rao, tests), line)))
+    return Understood(rao.source, "vessel file", notes=notes, problem="" if word != "wrong" else line, fixed=True)
+
+
+def _spectra(file: Path, rows: Mapping[str, Any]) -> Understood:
+    from stillhook.formats.table.understood import Understood
+    from stillhook.formats.waves.wavespectra import read_sea
+
+    _no_rows(file, rows, "a file of spectra names its own variables")
+    sea = read_sea(file)
+    return Understood(file.name, "file of measured waves", notes=(f"{len(sea.time)} records", *sea.notes), fixed=True)
+
+
+def _no_rows(file: Path, rows: Mapping[str, Any], reason: str) -> None:
+    if rows:
+        raise CommandError(f"{file.name}: --column: {reason}. Leave it out.")
+
+
+READERS: Mapping[str, Reader] = {
+    "motion": _motion,
+    "log": _log,
+    "weather": _weather,
+    "chart": _chart,
+    "map": _map,
+    "vessel": _vessel,
+    "spectra": _spectra,
+}
+"""What a file may be read as."""
+
+
+def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
+    """What a file holds, by the first reader that finds in it what it looks for."""
+
+    refusals: dict[str, StillhookError] = {}
+    best: Understood | None = None
+    forms = _order(file, rows)
+    likeliest = forms[0] if len(forms) == 1 or forms[0] != "log" else ""
+    for form in forms:
+        try:
+            found = READERS[form](file, rows)
+        except StillhookError as problem:
+            refusals[form] = problem
+            continue
+        if not found.problem:
+            return found
+        best = best or found
+    if best is None or likeliest in refusals:
+        raise refusals.get(likeliest, next(iter(refusals.values())))
+    return best
+
+
+def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
+    """Readers to try, likeliest first: by the names of the rows that are given, then by the first bytes."""
+    from stillhook.formats.table.file import first_bytes
+
+    _, head = first_bytes(file, 1 << 16, "file", CommandError)
+    text = head.decode("latin-1").lower()
+    named = {"motion": {"heave", "roll", "pitch", "tip"}, "chart": {"radius", "SWL"}, "map": {"D_m"}}
+    asked = [form for form, names in named.items() if names & rows.keys()]
+    if asked:
+        return asked
+    if head.startswith((b"\x89HDF", b"CDF")):
+        return ["spectra", "weather", "vessel"]
+    if "vesseltypes:" in text or "transfer function" in text or "omega [rad/s]" in text or file.suffix in VESSELS:
+        return ["vessel"]
+    if "$psxn" in text:
+        return ["motion"]
+    if not head.isascii() and b"\0" in head:
+        return ["log"]
+    first = text[:4096]
+    likely = [
+        ("chart", ("swl", "capacity", "traglast"), ("radi", "outreach", "ausladung")),
+        ("map", ("d_m", "displacement"), ("t_f", "t_shaft", "eta_hm")),
+        ("motion", ("heave", "tip [", "tip;", "tip,"), ("",)),
+        ("weather", ("hs", "hm0", "swh", "wvht", "waveheight", "wave height"), ("",)),
+    ]
+    order = [form for form, one, other in likely if any(w in first for w in one) and any(w in first for w in other)]
+    return [*order, *(form for form in ("log", "weather", "motion") if form not in order)]
+
+
+VESSELS = (".re1", ".lis", ".4", ".rao", ".yml")
+"""Endings of vessel files."""
