@@ -18,6 +18,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -33,8 +34,10 @@ from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
+from stillhook.formats.table.workbook import no_sheet
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, toml_instead
+from stillhook.tables.sheet import sheet_of
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
 
@@ -52,14 +55,20 @@ READERS = {
 
 
 def read_workbook(path: Path, error: type[StillhookError], start: str) -> TextTable:
-    """The table of a Parquet file, or of the first sheet of an Excel file: lines of remarks that begin with #, a line
-    of headings, rows. Errors: one line."""
+    """The table of a Parquet file, or of a sheet of Excel (`stillhook.tables.sheet`): lines of remarks that begin with
+    #, a line of headings, rows. Errors: one line."""
+    path, sheet = sheet_of(path)
     library, content = READERS[path.suffix.lower()]
     if not installed(library):
         do = f"{how_to_get(library)}. Or save it as CSV."
         raise error(f"{path.name}: is {content}, which takes the reader {library}: {do}")
     try:
-        cells = read_binary(_parquet_cells if content == "Parquet" else _excel_cells, path)
+        if content == "Parquet":
+            cells = read_binary(_parquet_cells, path)
+        else:
+            cells, names = read_binary(_excel_cells, path, sheet)
+            if names:
+                raise error(no_sheet(path, sheet, names))
     except UnreadableError as problem:
         raise error(f"{path.name}: not a readable {content} file ({problem}). Save it again.") from None
     first = 0 if content == "Parquet" else 1  # the headings of Parquet are no row
@@ -77,7 +86,18 @@ def _text(cell: Any) -> str:
     if isinstance(cell, float):
         sign, digits, exponent = Decimal(repr(cell)).as_tuple()
         return f"{'-' * sign}{''.join(map(str, digits))}e{exponent}"
+    if isinstance(cell, datetime):  # Excel's clock is off by some microseconds
+        ms = round(cell.microsecond / 1000.0)
+        return (cell.replace(microsecond=0) + timedelta(milliseconds=ms)).isoformat(sep=" ")
     return str(cell).strip().strip('"').strip()
+
+
+def workbook_text(path: Path, error: type[StillhookError], start: str) -> bytes:
+    """A sheet of an Excel file as a table in text, with tabs. Errors: as `read_workbook`."""
+    table = read_workbook(path, error, start)
+    rows = [table.headings, *table.rows]
+    lines = [*table.comments, *("\t".join(" ".join(cell.split()) for cell in row) for row in rows)]
+    return "\n".join([*lines, ""]).encode()
 
 
 def _parquet_cells(path: Path) -> list[list[str]]:
@@ -90,8 +110,8 @@ def _parquet_cells(path: Path) -> list[list[str]]:
     return [list(frame.columns), *([_text(cell) for cell in row] for row in frame.rows())]
 
 
-def _excel_cells(path: Path) -> list[list[str]]:
-    """In the process that reads: rows of the first sheet."""
+def _excel_cells(path: Path, sheet: str) -> tuple[list[list[str]], list[str]]:
+    """In the process that reads: rows of a sheet, "" for the first; of one that is not there, the names of all."""
     import zipfile
 
     import openpyxl
@@ -99,13 +119,17 @@ def _excel_cells(path: Path) -> list[list[str]]:
     with zipfile.ZipFile(path) as archive:
         refuse_bomb(path, sum(part.file_size for part in archive.infolist()), allowed=LARGEST_UNPACKED)
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    names = [each.title for each in book.worksheets]
+    if sheet and sheet not in names:
+        book.close()
+        return [], names
     lines, count = [], 0
-    for row in book.worksheets[0].iter_rows(values_only=True):
+    for row in book.worksheets[names.index(sheet) if sheet else 0].iter_rows(values_only=True):
         count += max(1, len(row))
         _refuse_cells(count)
         lines.append([_text(cell) for cell in row])
     book.close()
-    return lines
+    return lines, []
 
 
 def _refuse_cells(count: int) -> None:
@@ -172,10 +196,8 @@ def read_columns(
     [columns]; error: what is raised.
     Errors: `error`, UnitError of one line with file, row, column, what came and what is allowed.
     """
-    if line := toml_instead(path, "a table of numbers"):
-        raise error(line)
+    table = open_table(path, error)
     chosen = _mapping(Path(mapping), specs) if mapping is not None else {}
-    table = _table(Path(path), error)
     places = {spec.name: place for spec in specs if (place := place_of(table, spec, chosen.get(spec.name))) is not None}
     for spec in specs:
         if spec.required and spec.name not in places:
@@ -188,13 +210,21 @@ def read_columns(
     return Columns(table, values, {name: table.headings[i] for name, i in places.items()}, unused)
 
 
+def open_table(path: str | os.PathLike[str], error: type[StillhookError]) -> TextTable:
+    """The table of a CSV, Parquet or Excel file. Errors: `error`, one line."""
+    if line := toml_instead(path, "a table of numbers"):
+        raise error(line)
+    return _table(Path(path), error)
+
+
 def _table(path: Path, error: type[StillhookError]) -> TextTable:
+    path, sheet = sheet_of(path)
     kind = path.suffix.lower()
     if kind in (".xls", ".ods"):
         raise error(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
     data = unpacked(path, "table in CSV, Parquet or Excel", error, LARGEST_TABLE)
     if kind in READERS:
-        return read_workbook(path, error, START)
+        return read_workbook(path.with_name(f"{path.name}#{sheet}") if sheet else path, error, START)
     return headed_table(path.name, decoded(path.name, data, error), error, START)
 
 

@@ -16,6 +16,7 @@ from stillhook.formats.weather.file import read_weather
 from stillhook.formats.weather.times import ORDERS
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
+from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Spec, Text
 from stillhook.weather.limit_text import mapped
 from stillhook.weather.series import Weather
@@ -70,7 +71,7 @@ def _weather(table: TomlTable) -> Weather:
     said = table.read(Description)
     neighbour = Path(table.path.parent, said.file)
     return read_weather(
-        neighbour if neighbour.is_file() else said.file,
+        neighbour if is_table(neighbour) else said.file,
         sense=None if said.sense is None else SENSES[said.sense],
         columns_as=mapped(said.columns, "columns"),
         time_column=said.time,
