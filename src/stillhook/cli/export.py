@@ -17,6 +17,7 @@ from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.formats.out import Content
+    from stillhook.formats.table.workbook import Sheet
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
@@ -224,7 +225,10 @@ def plc_check(
 
 def convert(
     source: Annotated[
-        Path, typer.Argument(metavar="RUN", help="NetCDF of a run (--out, save_run), a log, or an old lift file.")
+        Path,
+        typer.Argument(
+            metavar="RUN", help="Run (NetCDF), log, crane, weather, lift, folder of a plan, or crane sheet."
+        ),
     ],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its ending says the format.")],
     signals: Annotated[str | None, typer.Option(help="Signals by name, in this order (default: all).")] = None,
@@ -233,7 +237,8 @@ def convert(
         str | None, typer.Option(help='Every so much time, such as "0.1 s"; of a log the width of its means.')
     ] = None,
     form: Annotated[
-        str | None, typer.Option("--format", help="csv, parquet, mat, mdf, orcaflex or sima (default: by the ending).")
+        str | None,
+        typer.Option("--format", help="csv, xlsx, parquet, mat, mdf, orcaflex or sima (default: by the ending)."),
     ] = None,
     mapping: MappingFile = None,
     column: Columns = None,
@@ -245,17 +250,32 @@ def convert(
     A run with series gives its series, any other its numbers with a row for each case. Numbers are SI; OrcaFlex and
     SIMA get kN and t. A lift file keeps its comments, and every change is printed.
 
+    Tables for Excel (.xlsx or .csv): a crane's sheet, weather, the limits and rule check of a plan's folder, the rule
+    check of a lift file. A crane's sheet becomes a crane file again.
+
     Example: stillhook convert results/runs.nc runs.mf4
 
     Example: stillhook convert results/runs.nc tip.txt --format orcaflex --case SSC --signals s_tip,F_w
 
     Example: stillhook convert old.toml new.toml
+
+    Example: stillhook convert nov-250t crane.xlsx
     """
     from stillhook.formats.out import chosen, format_of, of_run, write_table
     from stillhook.formats.results import load_run
 
     if target.resolve() == source.resolve():
         raise ConvertError(f"{target}: is the source itself. Give another name.")
+    if written := _sheets(source, target):
+        refuse(
+            {"--signals": signals, "--case": case, "--every": every, "--format": form, "--mapping": mapping},
+            "belongs to a run or a log. Leave it out.",
+        )
+        if json:
+            print_json({"file": str(target), "tables": written})
+        else:
+            print(f"written: {target} ({', '.join(f'{name}: {rows} rows' for name, rows in written.items())})")
+        return
     if source.suffix.lower() == ".toml":
         options = {
             "--signals": signals,
@@ -286,6 +306,63 @@ def convert(
         print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
     else:
         print(f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)")
+
+
+def _sheets(source: Path, target: Path) -> dict[str, int]:
+    """Write what is no run and no log as tables for Excel, or a crane file of a sheet; rows by table, none written for
+    another source."""
+    from stillhook.base.atomic import atomic_file
+    from stillhook.formats.table.workbook import WRITTEN, write_sheets
+    from stillhook.tables.sheet import ENDINGS, sheet_of
+
+    sheet_file = sheet_of(source)[0].suffix.lower() in (*ENDINGS, ".csv")
+    if target.suffix.lower() == ".toml" and sheet_file:
+        from stillhook.formats.table.crane_sheet import crane_file_of_sheet
+
+        if target.exists():
+            raise ConvertError(f"{target}: is there already, and may be yours. Give another name.")
+        text = crane_file_of_sheet(source)
+        with atomic_file(target) as part:
+            part.write_text(text, encoding="utf-8")
+        return {"crane": text.count(" = ")}
+    if target.suffix.lower() not in WRITTEN:
+        return {}
+    sheets = _tables_of(source)
+    if not sheets:
+        return {}
+    write_sheets(sheets, target, ConvertError)
+    return {sheet.name: len(sheet.rows) for sheet in (sheets if target.suffix.lower() != ".csv" else sheets[:1])}
+
+
+def _tables_of(source: Path) -> list[Sheet]:
+    """Tables of a crane, weather, a lift's rules, or the folder of a plan; none for a run or a log."""
+    from stillhook.formats.table.crane_sheet import crane_sheet
+    from stillhook.formats.weather.description import weather_of_file
+    from stillhook.formats.weather.sheet import weather_sheet
+    from stillhook.library import cranes, load_crane
+    from stillhook.library.catalogue import weathers
+    from stillhook.library.toml.kinds import FileKind, kind_of_toml
+    from stillhook.library.toml.tree import toml_text
+    from stillhook.plan.result import PLAN_FILES, load_plan_result
+
+    name = str(source)
+    if source.is_dir() or source.name in PLAN_FILES:
+        from stillhook.plan.report.sheets import limits_sheet, rules_sheet
+
+        result = load_plan_result(source)
+        return [limits_sheet(result), rules_sheet(result.facts)]
+    kind = kind_of_toml(toml_text(source)) if source.suffix.lower() == ".toml" else None
+    if name in cranes() or kind is FileKind.CRANE:
+        return [crane_sheet(load_crane(name))]
+    if name in weathers() or kind is FileKind.WEATHER:
+        return [weather_sheet(weather_of_file(name))]
+    if kind is FileKind.LIFT:
+        from stillhook.plan.file import load_plan
+        from stillhook.plan.report.checked import checked
+        from stillhook.plan.report.sheets import rules_sheet
+
+        return [rules_sheet(checked(load_plan(source)))]
+    return []
 
 
 def _lift_file(source: Path, target: Path) -> tuple[str, ...]:

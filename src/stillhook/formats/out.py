@@ -28,6 +28,7 @@ from stillhook import units
 from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
 from stillhook.errors import ConvertError
+from stillhook.formats.table.workbook import Sheet, write_sheets
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -145,6 +146,12 @@ def _csv(content: Content, file: Path) -> None:
     _one_table(content).to_csv(file, index=False, lineterminator="\n")
 
 
+def _xlsx(content: Content, file: Path) -> None:
+    table = _one_table(content)
+    rows = table.itertuples(index=False, name=None)
+    write_sheets([Sheet("run", list(table.columns), list(rows))], file, ConvertError)
+
+
 def _parquet(content: Content, file: Path) -> None:
     import polars as pl
 
@@ -228,6 +235,7 @@ def _in_kilo(content: Content) -> pd.DataFrame:
 
 FORMATS = {
     "csv": Format(".csv", "text with commas", _csv),
+    "xlsx": Format(".xlsx", "Excel", _xlsx, library="openpyxl"),
     "parquet": Format(".parquet", "Parquet", _parquet, library="polars"),
     "mat": Format(".mat", "MATLAB", _mat),
     "mdf": Format(".mf4", "MDF 4", _mdf, series=True, library="asammdf"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -30,6 +29,7 @@ from stillhook.library.toml.tree import (
 )
 from stillhook.spec.crane import Source, SystemFriction
 from stillhook.spec.lift.payload import Payload
+from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
@@ -264,7 +264,7 @@ def weather_file(name_or_path: str) -> Path:
     if name_or_path in weathers():
         return LIBRARY / "weather" / f"{name_or_path}.csv.gz"
     path = Path(name_or_path)
-    if not isfile(path):
+    if not is_table(path):
         have = f"{', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
         raise WeatherError(f"{quote(name_or_path)}: no such file, and no weather of the library, which has {have}")
     return path

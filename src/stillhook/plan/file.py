@@ -9,7 +9,6 @@ import hashlib
 import json
 from dataclasses import replace
 from importlib.resources import as_file, files
-from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +53,7 @@ from stillhook.spec.lift.joining import Water, joined
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
+from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import number, quote
 from stillhook.weather.limit_text import mapped
@@ -340,7 +340,7 @@ def _doubts(plan: LiftPlan) -> tuple[str, ...]:
 
 def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     """Weather that waiting is calculated with."""
-    file, where = str(folder / weather.file) if isfile(folder / weather.file) else weather.file, "weather.file: "
+    file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
     try:
         weather_file(file)
         where = ""

@@ -21,7 +21,6 @@ class Record(Ranged):
         except ValidationError as e:
             raise refused_by(e, type(self), data, type(self).__name__, ScenarioError) from None
 
-
     def _repr_html_(self) -> str:
         """Its numbers with their units, for a notebook."""
         return record_html(self)

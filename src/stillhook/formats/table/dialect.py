@@ -179,14 +179,15 @@ def _encoding(head: bytes) -> str:
 
 
 def split_row(line: str, separator: str) -> list[str]:
-    """The cells of a line, without quotes and blanks around them."""
+    """The cells of a line, without quotes and blanks around them; two quotes within quotes are one."""
     if separator == " ":
         return line.split()
     if '"' not in line:
         return [cell.strip() for cell in line.split(separator)]
     cells, quoted, cell = [], False, ""
-    for sign in line:
+    for before, sign in zip(f" {line}", line, strict=False):
         if sign == '"':
+            cell += '"' if before == '"' and not quoted else ""
             quoted = not quoted
         elif sign == separator and not quoted:
             cells.append(cell.strip())

@@ -18,6 +18,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,9 @@ from stillhook.formats.table.corrections import ColumnRow, read_corrections, row
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
+from stillhook.formats.table.workbook import no_sheet
 from stillhook.library.toml.kinds import toml_instead
+from stillhook.tables.sheet import sheet_of
 from stillhook.units import quote
 
 LARGEST_CELLS = 5_000_000
@@ -49,14 +52,20 @@ READERS = {
 
 
 def read_workbook(path: Path, error: type[StillhookError], start: str) -> TextTable:
-    """The table of a Parquet file, or of the first sheet of an Excel file: lines of remarks that begin with #, a line
-    of headings, rows. Errors: one line."""
+    """The table of a Parquet file, or of a sheet of Excel (`stillhook.tables.sheet`): lines of remarks that begin with
+    #, a line of headings, rows. Errors: one line."""
+    path, sheet = sheet_of(path)
     library, content = READERS[path.suffix.lower()]
     if not installed(library):
         do = f"{how_to_get(library)}. Or save it as CSV."
         raise error(f"{path.name}: is {content}, which takes the reader {library}: {do}")
     try:
-        cells = read_binary(_parquet_cells if content == "Parquet" else _excel_cells, path)
+        if content == "Parquet":
+            cells = read_binary(_parquet_cells, path)
+        else:
+            cells, names = read_binary(_excel_cells, path, sheet)
+            if names:
+                raise error(no_sheet(path, sheet, names))
     except UnreadableError as problem:
         raise error(f"{path.name}: not a readable {content} file ({problem}). Save it again.") from None
     first = 0 if content == "Parquet" else 1  # the headings of Parquet are not a row
@@ -74,7 +83,18 @@ def _text(cell: Any) -> str:
     if isinstance(cell, float):
         sign, digits, exponent = Decimal(repr(cell)).as_tuple()
         return f"{'-' * sign}{''.join(map(str, digits))}e{exponent}"
+    if isinstance(cell, datetime):  # Excel's clock is off by some microseconds
+        ms = round(cell.microsecond / 1000.0)
+        return (cell.replace(microsecond=0) + timedelta(milliseconds=ms)).isoformat(sep=" ")
     return str(cell).strip().strip('"').strip()
+
+
+def workbook_text(path: Path, error: type[StillhookError], start: str) -> bytes:
+    """A sheet of an Excel file as a table in text, with tabs. Errors: as `read_workbook`."""
+    table = read_workbook(path, error, start)
+    rows = [table.headings, *table.rows]
+    lines = [*table.comments, *("\t".join(" ".join(cell.split()) for cell in row) for row in rows)]
+    return "\n".join([*lines, ""]).encode()
 
 
 def _parquet_cells(path: Path) -> list[list[str]]:
@@ -87,8 +107,8 @@ def _parquet_cells(path: Path) -> list[list[str]]:
     return [list(frame.columns), *([_text(cell) for cell in row] for row in frame.rows())]
 
 
-def _excel_cells(path: Path) -> list[list[str]]:
-    """In the process that reads: rows of the first sheet."""
+def _excel_cells(path: Path, sheet: str) -> tuple[list[list[str]], list[str]]:
+    """In the process that reads: rows of a sheet, "" for the first; of one that is not there, the names of all."""
     import zipfile
 
     import openpyxl
@@ -96,13 +116,17 @@ def _excel_cells(path: Path) -> list[list[str]]:
     with zipfile.ZipFile(path) as archive:
         refuse_bomb(path, sum(part.file_size for part in archive.infolist()), allowed=LARGEST_UNPACKED)
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    names = [each.title for each in book.worksheets]
+    if sheet and sheet not in names:
+        book.close()
+        return [], names
     lines, count = [], 0
-    for row in book.worksheets[0].iter_rows(values_only=True):
+    for row in book.worksheets[names.index(sheet) if sheet else 0].iter_rows(values_only=True):
         count += max(1, len(row))
         _refuse_cells(count)
         lines.append([_text(cell) for cell in row])
     book.close()
-    return lines
+    return lines, []
 
 
 def _refuse_cells(count: int) -> None:
@@ -185,12 +209,13 @@ def columns_of(table: TextTable, specs: Sequence[ColumnSpec], chosen: Mapping[st
 
 
 def _table(path: Path, error: type[StillhookError]) -> TextTable:
+    path, sheet = sheet_of(path)
     kind = path.suffix.lower()
     if kind in (".xls", ".ods"):
         raise error(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
     data = unpacked(path, "table in CSV, Parquet or Excel", error, LARGEST_TABLE)
     if kind in READERS:
-        return read_workbook(path, error, START)
+        return read_workbook(path.with_name(f"{path.name}#{sheet}") if sheet else path, error, START)
     return headed_table(path.name, decoded(path.name, data, error), error, START)
 
 

@@ -22,6 +22,7 @@ from stillhook.formats.weather.times import ORDERS
 from stillhook.library.toml.file import TomlTable, named, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
+from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Spec, Text
 from stillhook.weather.limit_text import KIND, NAMED, SPELT, mapped
 from stillhook.weather.persistence import stamp
@@ -94,7 +95,7 @@ def weather_of_file(
 def _described(table: TomlTable) -> tuple[str, dict[str, Any]]:
     said = table.read(Description)
     neighbour = Path(table.path.parent, said.file)
-    return str(neighbour) if neighbour.is_file() else said.file, _options(said)
+    return str(neighbour) if is_table(neighbour) else said.file, _options(said)
 
 
 def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:

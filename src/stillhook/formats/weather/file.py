@@ -1,5 +1,5 @@
-"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (CSV and its kin, gz too), NetCDF of one
-place, files of NDBC.
+"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (Excel; CSV and its kin, gz too), NetCDF
+of one place, files of NDBC.
 
 Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see
 `stillhook.formats.table.dialect`; times: see `stillhook.formats.weather.times`; columns and units: see
@@ -28,6 +28,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, WeatherError
 from stillhook.formats.table.dialect import COMMENTS
 from stillhook.formats.table.file import refuse_foreign, unpacked
+from stillhook.formats.table.read import workbook_text
 from stillhook.formats.table.text import HEAD, TextTable, find_table
 from stillhook.formats.waves.ndbc import SHORT_FILL, is_ndbc, read_records
 from stillhook.formats.waves.ndbc import numbers as ndbc_numbers
@@ -51,6 +52,7 @@ from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.tables.sheet import ENDINGS, sheet_of
 from stillhook.units import quote
 from stillhook.weather.series import Weather
 
@@ -85,8 +87,11 @@ def read_weather(
     if is_netcdf(path):
         zone = None if time_zone is None else parse_zone(time_zone, "time_zone")
         return read_netcdf(path, sense, columns_as or {}, time_column, zone, step)
-    data = unpacked(path, "file of weather", WeatherError)
-    refuse_foreign(path.name, data[:HEAD], WeatherError, "Export the place as CSV.")
+    if sheet_of(path)[0].suffix.lower() in ENDINGS:
+        data = workbook_text(path, WeatherError, START)
+    else:
+        data = unpacked(path, "file of weather", WeatherError)
+        refuse_foreign(path.name, data[:HEAD], WeatherError, "Export the place as CSV.")
     in_blanks = not _has_separators(data[:HEAD])
     if in_blanks and is_ndbc(data[:HEAD].decode("latin-1")):
         try:

@@ -20,6 +20,7 @@ from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.spec.crane import Crane
+from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Spec, Text, place_of, problems_of, pure_number, statement
 from stillhook.units import parse, quote, text_at
 
@@ -109,7 +110,7 @@ class TomlTable:
     def relative_file(self, name: str, *loc: int | str) -> Path:
         """A file that exists, seen from the folder of this one; loc: of its name."""
         path = self.path.parent / name
-        if not isfile(path):
+        if not is_table(path):
             raise self.wrong("no such file next to this file. Check the path.", *loc)
         return path
 
