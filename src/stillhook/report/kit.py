@@ -254,7 +254,8 @@ def svg(figure: Figure) -> str:
 
     memory = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "stillhook", "svg.fonttype": "none"}):
-        FigureCanvasSVG(figure).print_svg(memory, metadata={"Date": None, "Creator": None})
+        canvas = FigureCanvasSVG(figure)
+        canvas.print_svg(memory, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return memory.getvalue().decode()
 
 
