@@ -1,12 +1,16 @@
 """`stillhook lower` as a user meets it."""
 
+import base64
+import io
 import json
+import os
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
+from PIL import Image
 from tests.frozen.inputs import LID
 
 from stillhook.cli import run
@@ -15,9 +19,11 @@ from stillhook.engine.pack.programme import settings
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.formats.lift_file import load_lift
-from stillhook.report.plots.moments import save_animation, time_segments
+from stillhook.report.plots import film as filming
+from stillhook.report.plots.film import DOTS, MP4, PAGE, Film, hull_of, save_film
+from stillhook.report.plots.moments import time_segments
 from stillhook.report.plots.run import about_mean
-from stillhook.report.save import ANIMATION, LOWERING_FILES, static_tension
+from stillhook.report.save import LOWERING_FILES, static_tension
 from stillhook.variables import BY_NAME
 
 
@@ -91,15 +97,84 @@ def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp
         assert series["z_load"].values[-1] == pytest.approx(stored["z_load_end"], abs=0.01)
 
 
-@pytest.mark.thorough
-def test_an_animation_has_as_many_pictures_as_its_time_asks_for(landed, tmp_path):
-    from PIL import Image
-
+@pytest.fixture(scope="module")
+def film(landed) -> Film:
+    """The lift twice, in pictures of which there are few."""
     run_, file = landed
-    short = run_.sel(time=slice(2.0, 4.0))
-    path = save_animation(short, file.lift, tmp_path / ANIMATION, title="lid")
-    with Image.open(path) as picture:
-        assert picture.n_frames == 20
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(filming, "FRAMES", 3)
+        return Film({"ns": run_, "ssc": run_.isel(time=slice(None, -100))}, file, "lid <b>&</b>")
+
+
+def test_a_film_shows_the_passage_the_compensated_phase_and_the_landing_in_their_order(landed, film):
+    run_, file = landed
+    assert [stretch.name for stretch in film.stretches] == ["through the surface", "down", "landing"]
+    assert film.n_frames == 9
+    whole = Film({"ssc": run_}, file)
+    for stretch in whole.stretches:
+        shown = stretch.times[-1] - stretch.times[0]
+        assert len(stretch.times) == min(150, round(10.0 * shown))
+        assert stretch.faster == pytest.approx(max(1.0, 10.0 * shown / len(stretch.times)))
+    assert np.isclose(whole.stretches[-1].times, float(run_["t_landed"]), atol=0.6).any()
+
+
+def test_every_scene_of_a_film_has_one_scale_in_height_and_width(film):
+    figure = film.canvas()
+    width, height = figure.get_size_inches()
+    seen = 0
+    for _ in film.frames(figure):
+        scales = set()
+        for ax in figure.axes[:-2]:  # the last two hold curves
+            box, (left, right), (low, high) = ax.get_position(), ax.get_xlim(), ax.get_ylim()
+            scales |= {round((right - left) / (box.width * width), 6), round((high - low) / (box.height * height), 6)}
+        assert len(scales) == 1
+        seen += 1
+    assert seen == film.n_frames
+
+
+def test_a_payload_far_below_is_seen_in_a_second_window_of_the_same_scale(landed):
+    run_, file = landed
+    deep = file._replace(lift=file.lift.model_copy(update={"depth": 525.0}))
+    below = run_.assign(z_load=run_["z_load"].where(run_["z_load"] > -9.0, run_["z_load"] - 500.0))
+    (surface,) = Film({"ssc": below}, deep).stretches[0].windows
+    upper, lower = Film({"ssc": below}, deep).stretches[-1].windows
+    assert lower.high < upper.low < surface.high
+    assert lower.low < -525.0
+    assert (upper.left, upper.right) == (lower.left, lower.right)
+
+
+def test_the_hull_of_a_film_is_that_of_the_vessel_file_or_said_to_be_assumed(landed):
+    known = hull_of(load_lift("template-through-the-surface"))
+    assert known == (27.0, 7.2, -24.0, "")
+    assert hull_of(landed[1]).words in Film({"ssc": landed[0]}, landed[1], "lid").title
+
+
+@pytest.mark.slow
+def test_a_film_without_ffmpeg_is_a_page_with_every_picture_inside(film, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    path = save_film(film, tmp_path)
+    assert path.name == PAGE
+    page = path.read_text()
+    frames = json.loads(re.search(r"const frames = (\[.*?\]), rate", page, re.DOTALL)[1])
+    assert len(frames) == film.n_frames
+    sizes = {Image.open(io.BytesIO(base64.b64decode(frame))).size for frame in frames}
+    assert len(sizes) == 1
+    assert "<b>&</b>" not in page
+    assert not re.search(r"https?://|<link|src=\"(?!data)", page)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="the stand-in for ffmpeg is a shell script")
+def test_a_film_with_ffmpeg_gets_every_picture(film, tmp_path, monkeypatch):
+    """A stand-in for ffmpeg keeps the raw pictures that it is given."""
+    script = tmp_path / "ffmpeg"
+    script.write_text('#!/bin/sh\nfor last; do :; done\nexec cat > "$last"\n')
+    script.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    path = save_film(film, tmp_path)
+    assert path.name == MP4
+    width, height = (round(DOTS * side) for side in film.canvas().get_size_inches())
+    assert path.stat().st_size == pytest.approx(film.n_frames * 4 * width * height, rel=0.02)
 
 
 def test_surface_and_seabed_are_worth_a_picture(landed):
@@ -157,12 +232,16 @@ def test_a_load_above_the_swl_is_refused_before_the_run(capsys, lift_toml):
         (["nothing"], 'No lift "nothing": the library has anchor-to-3000m'),
         (["LIFT", "--duration", "5"], "--duration"),
         (["LIFT", "--seed", "3"], "--seed: belongs to waves"),
-        (["LIFT", "--animation"], "--animation: is written to a folder. Give --out as well."),
+        (["LIFT", "--film", "ssc"], "--film: is written to a folder. Give --out as well."),
+        (["LIFT", "--out", "OUT", "--film", "ns,ssk"], '--film: unknown controller "ssk". Choose of '),
+        (["LIFT", "--out", "OUT", "--film", "ns,,ssc"], '--film: unknown controller "". Choose of '),
+        (["LIFT", "--out", "OUT", "--film", "ns,hs,ssc,ssc-cubic"], "--film: 4 controllers. Give 3 at most."),
         (["LIFT", "--step", "7 ms"], "--step: moved. Write step in the lift file."),
     ],
 )
-def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, arguments, says):
-    assert says in refusal(capsys, *(str(lift_toml) if a == "LIFT" else a for a in arguments))
+def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, tmp_path, arguments, says):
+    places = {"LIFT": str(lift_toml), "OUT": str(tmp_path / "out")}
+    assert says in refusal(capsys, *(places.get(a, a) for a in arguments))
 
 
 def test_a_lift_that_this_crane_cannot_be_asked_names_the_file_and_its_fields(capsys, lift_toml):

@@ -1,5 +1,7 @@
 """One document gives the same texts on a terminal, as a page and on paper; nothing in it is taken for markup."""
 
+import base64
+import hashlib
 import io
 import math
 import re
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imsave
 
+from stillhook.report import kit
 from stillhook.report.document import Bullets, Column, Document, Figure, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import cell, change, days, direction, fixed, fmt, groups, hours, percent, percent_fixed
 from stillhook.report.html import html
@@ -69,6 +72,56 @@ def test_every_text_is_on_the_page_and_none_is_markup():
     assert '<span class="yes">shown</span>' in page
     assert [int(level) for level in re.findall(r"<h(\d)>", page)] == [1, 2, 3, 3, 2, 3]
     assert page.count("<img") == 1
+
+
+def test_contents_beside_the_text_lead_to_every_section():
+    page = html(DOCUMENT)
+    contents = page[page.index("<nav") : page.index("</nav>")]
+    links = re.findall(r'<a href="#([^"]+)">([^<]+)</a>', contents)
+    assert [title for _, title in links] == ["Report", "1. Limits", "Notes", "2. Inputs"]
+    anchors = re.findall(r'<section id="([^"]+)">', page)
+    assert [anchor for anchor, _ in links] == anchors
+    assert len(set(anchors)) == len(anchors)
+
+
+def test_a_page_runs_no_script_but_its_own_and_loads_nothing():
+    """A text that looks like markup stays a text; even if it did not, the policy of the page names its script alone."""
+    hostile = "</style><script>alert(1)</script><img src=x onerror=alert(2)> \"' \\1 \\g<0>"
+    sections = [Section(hostile, [Figure(dot(), hostile), Text(hostile), Bullets([hostile])])]
+    page = html(replace(DOCUMENT, title=hostile, name=hostile, marks=[hostile], sections=sections))
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", page, re.DOTALL)
+    assert len(scripts) == 1
+    assert f"'sha256-{base64.b64encode(hashlib.sha256(scripts[0].encode()).digest()).decode()}'" in page
+    assert "default-src 'none'" in page
+    assert "onerror=alert(2)>" not in page
+    assert not re.search(r"<link|https?://|@import|url\(", page)
+
+
+def test_lines_of_a_figure_are_part_of_the_page_and_follow_its_colours():
+    hostile = "<b>&amp; -->\\1</b>"
+
+    def draw() -> Figure:
+        figure, ax = kit.panel((3.0, 2.0))
+        ax.plot([0.0, 1.0], [0.0, 1.0], label=hostile)
+        kit.axis(ax, hostile, hostile)
+        kit.legend(ax)
+        return kit.printed({"one": kit.caption(figure, hostile)})["one"]
+
+    drawn = draw()
+    assert drawn == draw()
+    page = html(Document("Report", [Section("Figures", [drawn])]))
+    image = page[page.index("<svg") : page.index("</svg>")]
+    assert "<b>" not in image
+    assert image.count("&lt;b&gt;") >= 4  # axes, legend, and the label for those who cannot see it
+    assert "currentColor" in image
+    assert "#000000" not in image
+    assert not re.search(r"xmlns|<metadata|<!--|<\?xml", image)
+
+
+def test_what_does_not_vary_is_no_panel():
+    assert kit.varies([1.0, 1.02])
+    assert not kit.varies([1.0, 1.002], [0.5, 0.5], [np.nan, np.nan])
+    assert not kit.varies([0.0, 0.0], [])
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from stillhook.base.extras import EXTRAS
 REPORT = 'Install what makes them: pip install "stillhook[report]".'
 PICTURES = f"Pictures are left out. {REPORT}"
 PICTURES_AND_PDF = f"Pictures and the PDF are left out. {REPORT}"
-ANIMATION = '--animation: matplotlib is not installed. Get it with: pip install "stillhook[report]".'
+FILM = '--film: matplotlib is not installed. Get it with: pip install "stillhook[report]".'
 NO_FIGURES = '--figures: matplotlib is not installed. Get it with: pip install "stillhook[report]".'
 PARQUET = 'is Parquet, which takes the reader polars: pip install "stillhook[logs]".'
 EXCEL = 'is Excel, which takes the reader openpyxl: pip install "stillhook[logs]".'
@@ -29,7 +29,7 @@ ANSWERED = {  # command -> its line, and what it writes
     "plan template-to-1500m --tier closed-form": (PICTURES_AND_PDF, {"plan.nc", "plan.json", "report.html"}),
 }
 REFUSED = {  # before anything is computed
-    "lower anchor-to-3000m --out no --animation": ANIMATION,
+    "lower anchor-to-3000m --out no --film ssc": FILM,
     "report plan --figures": NO_FIGURES,
     "identify curve log.parquet": f"log.parquet: {PARQUET}",
     "identify motor map.parquet": f"map.parquet: {PARQUET} Or save it as CSV.",

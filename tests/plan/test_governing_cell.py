@@ -342,7 +342,7 @@ def test_where_a_calm_is_beyond_the_run_is_one_in_still_water(plan, tmp_path, mo
 
 @pytest.mark.slow
 def test_a_run_that_no_store_holds_is_made_once_and_written_with_what_lowers_it(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(cell_run, "can_draw", lambda: False)  # its animation takes a minute
+    monkeypatch.setattr(cell_run, "can_draw", lambda: False)  # its film takes a minute
     monkeypatch.chdir(tmp_path)
     planned(tmp_path)
     command = [

@@ -18,15 +18,16 @@ from stillhook.errors import PlanError
 from stillhook.plan.file import load_plan
 from stillhook.plan.report import document as writing
 from stillhook.plan.report import figures as drawing
+from stillhook.plan.report.actions import actions
 from stillhook.plan.report.document import document, save_report
-from stillhook.plan.report.figures import depth, figures, limit_tables, pictures
+from stillhook.plan.report.figures import ANSWER, answer, depth, figures, limit_tables, pictures
 from stillhook.plan.report.summary_page import verdict
 from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult, cause, load_plan_result, save_plan
-from stillhook.report.document import Document, Table
+from stillhook.report.document import Document, Figure, Section, Table, Verdict
 from stillhook.report.html import html
-from stillhook.report.kit import png
-from stillhook.report.pdf import pdf
+from stillhook.report.kit import png, printed
+from stillhook.report.pdf import pages, pdf
 from stillhook.spec.validity import UNSIGNED
 
 pytestmark = pytest.mark.slow
@@ -50,7 +51,8 @@ def result() -> PlanResult:
 @pytest.fixture(scope="module")
 def stems(result: PlanResult) -> tuple[str, ...]:
     behind = ("depth", "efficiency", "landing", "convergence")
-    return ("limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", *behind)
+    of_limits = ("limits-over-period", "limits-credited-1", "limits-credited-2", "limits-twin")
+    return ("answer", *of_limits, "waiting-by-month", *behind)
 
 
 @pytest.fixture(scope="module")
@@ -64,8 +66,8 @@ def saved(light: PlanResult, tmp_path_factory) -> Path:
     return save_plan(light, tmp_path_factory.mktemp("results") / "plan")
 
 
-def dots(stems: tuple[str, ...]) -> dict[str, bytes]:
-    return dict.fromkeys(stems, DOT)
+def dots(stems: tuple[str, ...]) -> dict[str, Figure]:
+    return {stem: Figure(DOT, f"Of {stem}.") for stem in stems}
 
 
 def texts(part: object) -> list[str]:
@@ -342,7 +344,88 @@ def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
 def test_the_page_needs_nothing_from_outside(result, stems):
     page = html(document(result, dots(stems)))
     assert all(source.startswith("data:image/png;base64,") for source in re.findall(r'src="([^"]{0,40})', page))
-    assert not re.search(r"<link|<script|https?://", page)
+    assert not re.search(r"<link|<script[^>]|https?://|@import|url\(", page)
+
+
+def pages_of(result: PlanResult) -> int:
+    """Pages of the front alone: figures as they are drawn, no section behind it."""
+    drawn = printed({ANSWER: answer(result)}) if answer(result) is not None else {}
+    return len(pages(replace(document(result, drawn), sections=[]), 30.0))
+
+
+def table_of(result: PlanResult, headings: int, periods: int) -> PlanResult:
+    """The made-up result as one of so many headings and periods."""
+    i, k = ([round(x) for x in np.linspace(0, n - 1, m)] for n, m in ((3, headings), (10, periods)))
+    data = result.data.isel(heading=i, period=k)
+    data = data.assign_coords(
+        heading=np.radians(np.linspace(0.0, 345.0, headings)), period=np.linspace(4.0, 18.0, periods)
+    )
+    return replace(result, data=data)
+
+
+@pytest.mark.parametrize(("headings", "periods"), [(3, 10), (24, 16), (1, 1)])
+def test_the_first_page_holds_answer_figure_basis_and_what_to_do_on_one_sheet(result, headings, periods):
+    one = table_of(result, headings, periods)
+    assert pages_of(one) == 1
+    front = written(one).front
+    assert isinstance(front[0], Verdict)
+    titles = [part.title for part in front if isinstance(part, Section | Table) and part.title]
+    assert titles[-2:] == ["It rests on", "To do next"]
+    assert all(len(line) < 130 for line in front[-1].parts[0].lines)
+
+
+def test_the_figure_of_the_first_page_names_what_governs_and_boxes_the_worst_heading(result):
+    figure = answer(result)
+    Hs = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
+    ax = figure.axes[0]
+    boxes = {(round(p.get_y() + 0.45), round(p.get_x() + 0.47)) for p in ax.patches}
+    assert boxes == {(int(Hs[:, k].argmin()), k) for k in range(Hs.shape[1])}
+    cells = {(round(t.get_position()[1]), round(t.get_position()[0])): t.get_text() for t in ax.texts}
+    assert float(cells[0, 0].split("\n")[0]) == pytest.approx(Hs[0, 0], abs=0.005)
+    caption = figure.get_label()
+    for code in {text.split("\n")[1] for text in cells.values()}:
+        assert re.search(rf"{code}: [a-z].*?, [a-z]", caption)
+
+
+def test_limits_that_are_alike_in_every_cell_are_a_sentence_and_no_figure(result):
+    data = result.data.copy(deep=True)
+    data["Hs_limit"][:] = 2.0
+    flat = replace(result, data=data)
+    assert answer(flat) is None
+    told_of = texts(document(flat, dots(("depth",))).front)
+    assert any(text.startswith("In every cell of heading and period the credited limit") for text in told_of)
+
+
+def test_panels_that_do_not_vary_become_sentences_of_the_caption(result):
+    block = result["depth"].copy(deep=True)
+    drawn = depth(block)
+    assert len(drawn.axes) == 4
+    block["DAF"][:] = 1.0
+    flat = depth(block)
+    assert len(flat.axes) == 3
+    assert "Daf" not in flat.get_label()
+    assert "DAF: 1.00 at every depth, not drawn." in flat.get_label()
+
+
+@pytest.mark.thorough
+def test_every_figure_has_a_caption_of_its_own(result):
+    captions = [figure.get_label() for figure in figures(result).values()]
+    assert all(len(caption) > 40 and caption.endswith(".") for caption in captions)
+    assert len(set(captions)) == len(captions)
+
+
+def test_what_to_do_next_follows_from_what_is_missing(result):
+    lines = actions(result)
+    assert any(line.startswith("Validate the twin by sea trials") for line in lines)
+    assert any(line.startswith("Replace the SYNTHETIC weather") for line in lines)
+    assert any(line.startswith("Assess the contingency time T_C") for line in lines)
+    certain = made_up(synthetic=False, certificate=True)
+    known = {**certain.facts, "operation": {**certain.facts["operation"], "T_C": 3600.0}}
+    fewer = actions(replace(certain, facts=known))
+    assert not any(word in line for line in fewer for word in ("Validate", "SYNTHETIC", "T_C"))
+    remark = cause("not-assessed", phases=["splash zone"], alternatives=["none"])
+    odd = actions(replace(result, facts={**result.facts, "remarks": [remark]}))
+    assert odd[0].startswith("Complete the analysis. NOT ASSESSED")
 
 
 def test_names_in_any_letters_are_set(result):
@@ -380,7 +463,7 @@ def test_a_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
 
 
 def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, "pictures", lambda r: {"depth": b"no picture"})
+    monkeypatch.setattr(writing, "pictures", lambda r: {"depth": Figure(b"no picture", "Of the depth.")})
     with pytest.raises(PlanError, match="cannot be set"):
         save_report(result, tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -258,5 +258,8 @@ def test_figures_carry_the_mark_and_are_few():
     r = record(own_log())
     e, c = own_step().estimates, campaign(r)
     drawn = figures.compensation(e, c) | figures.windows(e, c)
+    captions = [figure.get_label() for figure in drawn.values()]
+    assert all(len(caption) > 60 and caption.endswith(".") for caption in captions)
+    assert len(set(captions)) == len(captions)
     assert list(drawn) == ["tip-wire-speed-and-error", "windows"]
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())

@@ -17,12 +17,13 @@ from stillhook import load_crane
 from stillhook.base.sealed import canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
-from stillhook.report.document import Bullets, Table
+from stillhook.report.document import Bullets, Figure, Table, Text
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate.certificate.certificate import content_of
 from stillhook.validate.certificate.document import annex, document
+from stillhook.validate.certificate.utilisation import most_used
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
 from stillhook.validate.report.figures import pictures
@@ -89,6 +90,42 @@ def test_a_certificate_has_twelve_pages_at_most_and_its_annex_has_the_rest(campa
         assert any("crane file" in title for title in titles)
         rows = [row for part in main.parts if isinstance(part, Table) for row in part.rows]
         assert {line["key"] for line in data["lines"]} <= {row[0] for row in rows if isinstance(row[0], str)}
+
+
+@pytest.mark.slow
+def test_a_certificate_of_many_tests_keeps_twelve_pages_and_its_annex_lists_every_one(campaign):
+    data = certificate_of(staged(campaign)).data
+    n = 200
+    cases = [[f"t{i}", *data["load_cases"]["rows"][0][1:]] for i in range(n)]
+    logs = [{**data["campaign"]["logs"][0], "test": f"t{i}", "sha256": f"{i:064x}"} for i in range(n)]
+    tests = [{**data["data"][0], "test": f"t{i}", "file": f"logs/t{i}.csv"} for i in range(n)]
+    many = {
+        **data,
+        "data": tests,
+        "load_cases": {**data["load_cases"], "rows": cases},
+        "campaign": {**data["campaign"], "logs": logs},
+    }
+    main, rest = document(many), annex(many, {})
+    assert len(pages(main, 30.0)) <= 12
+    rows = [row for part in rest.section("E: the data").parts if isinstance(part, Table) for row in part.rows]
+    assert {log["sha256"] for log in logs} <= {row[1] for row in rows}
+    assert {test["file"] for test in tests} <= {row[2] for row in rows if len(row) > 2}
+    last = next(part for part in rest.section("Load cases").parts if isinstance(part, Table))
+    assert [row[0] for row in last.rows] == [f"t{i}" for i in range(n)]
+    text = " ".join(part.text for part in main.parts if isinstance(part, Text))
+    assert "20 of 200 logs and 20 of 200 load cases; annex E has all of them." in text
+    assert not any(part.title.startswith("E:") for part in annex(data, {}).sections)
+
+
+def test_the_first_page_of_a_certificate_shows_how_much_of_its_limits_the_twin_uses(campaign):
+    data = certificate_of(staged(campaign)).data
+    lines = most_used(data)
+    used = [line["used"] for line in lines]
+    assert used == sorted(used, reverse=True)
+    assert all(line["judged"] and line["step"] > 0 for line in lines)
+    figures = [part for part in document(data).front if isinstance(part, Figure)]
+    assert [f"the {len(lines)} judged lines" in figure.caption for figure in figures] == [True]
+    assert len(pages(replace(document(data), sections=[]), 30.0)) == 1
 
 
 def test_a_certificate_explains_the_three_kinds_of_line_in_a_sentence_each(campaign):

@@ -55,6 +55,7 @@ OLD_OPTIONS: Mapping[tuple[str, ...], Mapping[str, str]] = {
     ("demo",): {"--quick": "quick"},
     ("tip",): {"--vessel": AS_ARGUMENT},
     ("fmu",): {"--ssp": "--contents=ssp"},
+    ("lower",): {"--animation": "--film=ssc"},
     ("weather", "alpha"): {"--table": "--forecast-factors"},
     ("weather", "forecast"): {"--table": "--forecast-factors"},
     ("weather", "lift"): {"--table": "--forecast-factors"},

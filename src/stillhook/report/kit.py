@@ -34,6 +34,8 @@ RESOLUTION = 120
 """Of pictures [dots per inch]."""
 ON_LIGHT, ON_DARK = "#111111", "#fefefe"
 """Inks of letters on coloured cells; unlike black and white they stay as they are on a dark page."""
+HEAVY = 400_000
+"""Letters of an SVG from which on the picture is lighter: a page has that."""
 WRAP = 110
 """Characters of a line of a title."""
 
@@ -267,15 +269,19 @@ def svg(figure: Figure) -> str:
 
     memory = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "stillhook", "svg.fonttype": "none"}):
-        FigureCanvasSVG(figure).print_svg(memory, metadata={"Date": None, "Creator": None})
+        canvas = FigureCanvasSVG(figure)
+        canvas.print_svg(memory, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return memory.getvalue().decode()
 
 
 def printed(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, document.Figure]:
     """Figures with their captions as parts of a document, by name: the same whatever the settings of matplotlib
     here."""
+    lines = {name: svg(each) for name, each in figures.items()}
     return {
-        name: document.Figure(png(each, resolution), str(each.get_label()), svg=svg(each))
+        name: document.Figure(
+            png(each, resolution), str(each.get_label()), svg=lines[name] * (len(lines[name]) <= HEAVY)
+        )
         for name, each in figures.items()
     }
 

@@ -23,7 +23,7 @@ ARCHIVE = "a-2u"
 searched."""
 
 
-MOST_ROWS, MOST_LETTERS = 14, 1500
+MOST_ROWS, MOST_LETTERS = 9, 1500
 """Of a table that is not parted by the end of a page."""
 
 

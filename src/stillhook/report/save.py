@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,8 @@ from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
 from stillhook.report import kit
 from stillhook.report.kit import draw_if_possible
-from stillhook.report.plots.moments import save_animation, strip
+from stillhook.report.plots.film import MP4, PAGE, Film, save_film
+from stillhook.report.plots.moments import strip
 from stillhook.report.plots.run import Limits, lowering_panels
 from stillhook.report.plots.sea import tip_figure
 from stillhook.sea.motion.text import motion_to_json
@@ -36,7 +37,8 @@ if TYPE_CHECKING:
 
 
 LOWERING_FILES = ("lowering.png", "strip.png", "lowering.nc", "summary.json")
-ANIMATION = "lowering.gif"
+FILMS = (MP4, PAGE)
+"""Names that a film can have."""
 
 
 def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
@@ -80,9 +82,12 @@ def lowering_figures(run: xarray.Dataset, crane: Crane, lift: Lowering, title: s
 
 
 def write_lowering(
-    out: Path, run: xarray.Dataset, file: LiftFile, answer: dict[str, Any], *, animation: bool
+    out: Path, run: xarray.Dataset, file: LiftFile, answer: dict[str, Any], *, film: Mapping[str, xarray.Dataset]
 ) -> tuple[str, ...]:
-    """Write the files of a lowering; all of them or none. Gives their names."""
+    """Write the files of a lowering; all of them or none. Gives their names.
+
+    film: runs of this lift that are filmed side by side, by their controllers; none: no film.
+    """
     crane, lift = file.crane, file.lift
     title = f"{lift.name}: {crane.name}, {file.place}"
     _, _, series, numbers = LOWERING_FILES
@@ -92,9 +97,8 @@ def write_lowering(
             kit.save(figure, part / name)
         save_run(run, part / series)
         save_json(answer, part / numbers)
-        if animation:
-            save_animation(run, lift, part / ANIMATION, title=lift.name)
-    return (*figures, series, numbers, *((ANIMATION,) if animation else ()))
+        filmed = (save_film(Film(film, file, lift.name), part).name,) if film else ()
+    return (*figures, series, numbers, *filmed)
 
 
 RESPONSE_FILES = ("response.png", "response.nc", "summary.json")

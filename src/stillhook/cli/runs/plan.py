@@ -29,7 +29,7 @@ STORE_HELP = (
 )
 CELL_HELP = (
     'The run that governs a cell, "Tp=9 s, heading=165 deg" (and Hs=, alternative=, phase=), as a lift file with its'
-    " animation in a folder of --out. A plan that --out holds is not computed again."
+    " film in a folder of --out. A plan that --out holds is not computed again."
 )
 WORKERS_HELP = 'Cores of this machine to use, or the address of a Dask scheduler, "tcp://10.0.0.1:8786".'
 MOST_THREADS = 256
@@ -118,7 +118,7 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
 
 
 def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> None:
-    """The run that governs a cell: its lift file, lowered, with pictures and animation, in a folder of `out`."""
+    """The run that governs a cell: its lift file, lowered, with pictures and film, in a folder of `out`."""
     from stillhook.plan.answer.cell_run import answer_in, governing, governing_run, lowered, wanted
     from stillhook.plan.tiers.time_domain.cells import Execution
 

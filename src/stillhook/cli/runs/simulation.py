@@ -32,14 +32,15 @@ from stillhook.cli.parser import (
 from stillhook.errors import LiftError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
-from stillhook.report.terminal import print_table, print_twin, progress_bar, started
-from stillhook.units import show
+from stillhook.report.terminal import print_table, print_twin, progress_bar, say, started
+from stillhook.units import quote, show
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
     from stillhook.formats.lift_file import LiftFile
     from stillhook.spec.crane import Crane
+    from stillhook.spec.lift.lowering import Lowering
 
 DRIVES = ", ".join(WINCH_TYPES)
 """Drives as help lists them."""
@@ -220,6 +221,13 @@ OF_LOWERING = {
 """Numbers of a phase of a lowering, with their heads."""
 
 
+MOST_FILMED = 3
+"""Controllers side by side in one film at most."""
+FILM_HELP = (
+    "Film to scale of these controllers side by side, such as ns,ssc; with --out (MP4, or a page without ffmpeg)."
+)
+
+
 def lower(
     lift: LiftArgument,
     out: Out = None,
@@ -227,7 +235,7 @@ def lower(
     duration: Annotated[
         str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
     ] = None,
-    animation: Annotated[bool, typer.Option("--animation", help="An animation (GIF) as well; with --out.")] = False,
+    film: Annotated[str | None, typer.Option("--film", help=FILM_HELP)] = None,
     json: Json = False,
 ) -> None:
     """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
@@ -237,44 +245,63 @@ def lower(
 
     Example: stillhook lower anchor-to-3000m --out anchor
 
+    Example: stillhook lower template-through-the-surface --out template --film ns,ssc
+
     Example: stillhook lower anchor/lowering.nc, to run a stored lowering again
     """
     from stillhook.engine.lowering.run import setup_of
     from stillhook.engine.simulate import simulate
     from stillhook.formats.lift_file import load_lift, stored_lift
-    from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
+    from stillhook.report.save import FILMS, LOWERING_FILES, lowering_answer, write_lowering
 
-    if animation and out is None:
-        raise LiftError("--animation: is written to a folder. Give --out as well.")
-    if animation:
-        need("matplotlib", "--animation", LiftError)
-    check_out(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
+    if film is not None and out is None:
+        raise LiftError("--film: is written to a folder. Give --out as well.")
+    if film is not None:
+        need("matplotlib", "--film", LiftError)
+    check_out(out, LOWERING_FILES if film is None else (*LOWERING_FILES, *FILMS))
     if lift.endswith(".nc"):
         refuse({"--seed": seed, "--duration": duration}, "a stored run is run again as it was. Leave it out.")
         file = stored_lift(lift)
     else:
         file = load_lift(lift, seed=seed, duration=duration)
+    wanted = {} if film is None else _filmed(file, film)
+    runs: dict[str, Any] = {}
     try:
-        with progress_bar(file.lift.name) as bar:
-            progress = started(file.crane, bar, series=True, setup=setup_of(file.lift))
-            run = simulate(
-                file.crane,
-                file.lift,
-                step=file.step,
-                every=file.every,
-                sampling=file.sampling,
-                end=file.end,
-                progress=progress,
-            )
+        for name, case in {file.lift.controller.value: file.lift, **wanted}.items():
+            with progress_bar(f"{file.lift.name}, {name}" if wanted else file.lift.name) as bar:
+                runs[name] = simulate(
+                    file.crane,
+                    case,
+                    step=file.step,
+                    every=file.every,
+                    sampling=file.sampling,
+                    end=file.end,
+                    progress=started(file.crane, bar, series=True, setup=setup_of(case)),
+                )
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
+    run = runs[file.lift.controller.value]
     answer = lowering_answer(run, file)
-    written = write_lowering(out, run, file, answer, animation=animation) if out is not None else ()
+    if wanted:
+        say("drawing the film ...")
+    films = {name: runs[name] for name in wanted}
+    written = write_lowering(out, run, file, answer, film=films) if out is not None else ()
     present(answer, lambda: _print_lowering(file, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
     raise typer.Exit(0 if answer["status"] == "ok" else 1)
+
+
+def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
+    """The lift under each controller that is to be filmed, in the order given."""
+    known = {mode.value: mode for mode in WINCH_TYPES[file.crane.plant].modes}
+    names = list(dict.fromkeys(each.strip().lower() for each in text.split(",")))
+    if unknown := [name for name in names if name not in known]:
+        raise LiftError(f"--film: unknown controller {quote(unknown[0])}. Choose of {', '.join(known)}.")
+    if len(names) > MOST_FILMED:
+        raise LiftError(f"--film: {len(names)} controllers. Give {MOST_FILMED} at most.")
+    return {name: file.lift.model_copy(update={"controller": known[name]}) for name in names}
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:

@@ -31,7 +31,7 @@ from stillhook.plan.tiers.time_domain.measures import Measure, measures
 from stillhook.plan.tiers.time_domain.placing import FINE, Search, snapped
 from stillhook.report.formatting import cell as shown
 from stillhook.report.kit import can_draw
-from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
+from stillhook.report.save import FILMS, LOWERING_FILES, lowering_answer, write_lowering
 from stillhook.spec.lift.phase import Phase
 from stillhook.units import number, parse, quote, show
 
@@ -198,16 +198,16 @@ class Lowered(NamedTuple):
 
 def lowered(governing: GoverningRun, folder: Path) -> Lowered:
     """Write the run as a lift file, lower that, and write pictures, series, summary and, where pictures can be drawn,
-    its animation beside it."""
-    check_folder(folder, (*FILES, *LOWERING_FILES, ANIMATION))
+    its film beside it."""
+    check_folder(folder, (*FILES, *LOWERING_FILES, *FILMS))
     with atomic_folder(folder) as part:
         names = write_lift(
             governing.run, part, remarks=[governing.line, f"Repeat it: stillhook lower {LIFT} --out again"]
         )
     file = load_lift(folder / LIFT)
     data = simulate(file.crane, file.lift, step=file.step, every=file.every, sampling=file.sampling, end=file.end)
-    animation = can_draw()
-    pictures = write_lowering(folder, data, file, lowering_answer(data, file), animation=animation)
+    film = {file.lift.controller.value: data} if can_draw() else {}
+    pictures = write_lowering(folder, data, file, lowering_answer(data, file), film=film)
     numbers = run_numbers(data.expand_dims("case"), [governing.counts])
     value = float(governing.measure.of_x(governing.measure.values(numbers))[0])
     name = governing.rule.rule.quantity

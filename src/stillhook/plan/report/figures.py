@@ -21,7 +21,6 @@ from stillhook.plan.report.words import (
     codes,
     differs,
     few,
-    governs,
     height,
     highest,
     leading,
@@ -105,7 +104,7 @@ def answer(result: PlanResult) -> Figure | None:
     cells = part.data.sel(credit=CREDITED, alternative=name)
     pairs = zip(*(map(str, cells[f"governing_{key}"].values.ravel()) for key in ("phase", "rule")), strict=True)
     counted = Counter(pair for pair in pairs if all(pair))
-    words = [f"{codes(result, *pair)} {governs(*pair)}" for pair, _ in counted.most_common()]
+    words = [f"{codes(result, *pair)}: {pair[0]}, {pair[1].replace('-', ' ')}" for pair, _ in counted.most_common()]
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
     return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
@@ -304,7 +303,7 @@ def depth(block: xarray.Dataset) -> Figure:
     axes[0, 0].set_ylim(float(z.max()), float(z.min()))
     kit.legend_below(figure, axes[0], 7)
     same = [
-        f"{DEPTH[key].split(' [')[0].split(':')[0].capitalize()}: {fixed(float(np.nanmean(block[key].values)), 2)} at"
+        f"{DEPTH[key].partition(' [')[0]}: {fixed(float(np.nanmean(block[key].values)), 2)} at"
         " every depth, not drawn.".replace("\n", " ")
         for key in DEPTH
         if key not in drawn

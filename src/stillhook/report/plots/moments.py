@@ -1,16 +1,15 @@
-"""Moments of a lowering drawn to scale: side by side as a strip, and as an animation next to the tensions."""
+"""Moments of a lowering drawn to scale, side by side as a strip."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stillhook.base.atomic import atomic_file
+from stillhook.base.arrays import FloatArray
 from stillhook.report import kit
-from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS
 from stillhook.report.plots.run import SEABED, STEEL, WATER
 from stillhook.spec.lift.lowering import Lowering
 
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 MOMENTS = 8
 """Pictures in a row of the strip."""
-FRAMES_PER_SECOND, FRAMES = 10, 150
-"""Of an animation; a stretch longer than fifteen seconds runs faster than it did."""
 
 
 class TimeSegment(NamedTuple):
@@ -56,7 +53,7 @@ def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
     the seabed."""
     rows = time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)]
     views = [_bounds(run, lift, row) for row in rows]
-    heights = [1.5 * 0.5 * (b.high - b.low) / b.half for b in views]
+    heights = [1.5 * 0.5 * (b.high - b.low) / b.left for b in views]
     size = 13.0, sum(heights) + 0.7 * len(rows) + 0.5
     text = f"{title} (below each time: tension of the slings)"
     figure, grid = kit.panels(len(rows), MOMENTS, size, text, grid="", height_ratios=heights)
@@ -72,11 +69,12 @@ def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
 
 
 class Bounds(NamedTuple):
-    """Heights that a row of pictures shows [m], and half its width."""
+    """Heights that a picture shows [m], and how far to the left and to the right of the payload."""
 
     low: float
     high: float
-    half: float
+    left: float
+    right: float
 
 
 def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
@@ -86,7 +84,8 @@ def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
     unit = lift.compensator
     link = 0.0 if unit is None else unit.shortest + unit.travel
     high = float(z.max()) + H + rig + link + 0.3 * H + 1.0
-    return Bounds(low, high, max(0.25 * (high - low), 0.75 * _width(lift)))
+    half = max(0.25 * (high - low), 0.75 * _width(lift))
+    return Bounds(low, high, half, half)
 
 
 def _width(lift: Lowering) -> float:
@@ -94,20 +93,32 @@ def _width(lift: Lowering) -> float:
     return max(math.sqrt(lift.payload.covered(lift.rho).A_p), 0.3 * lift.payload.height)
 
 
-def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) -> None:
-    """One moment: sample i, within the bounds."""
+def draw(
+    ax: Axes,
+    run: xarray.Dataset,
+    lift: Lowering,
+    i: int,
+    bounds: Bounds,
+    *,
+    tip: float = math.inf,
+    water: tuple[FloatArray, FloatArray] | None = None,
+) -> None:
+    """One moment: sample i, within the bounds; tip: height at which the wire ends [m]; water: the surface as places
+    and heights [m], level unless given."""
     from matplotlib.patches import Rectangle
 
     z, eta = float(run["z_load"][i]), float(run["eta"][i])
-    H, half, w = lift.payload.height, bounds.half, 0.5 * _width(lift)
+    H, w = lift.payload.height, 0.5 * _width(lift)
+    sides = np.array([-bounds.left, bounds.right])
+    place, surface = (sides, np.array([eta, eta])) if water is None else water
     top, hook, unit = z + H, z + H + lift.rigging.height, lift.compensator
     if unit is not None:
         s = float(run[lift.extension_signal][i])
         ax.plot([0.0, 0.0], [hook, hook + s], color=STEEL, lw=2.0)
         ax.plot([0.0, 0.0], [hook + s, hook + s + unit.shortest], color="black", lw=5.0, solid_capstyle="butt")
-    ax.fill_between([-half, half], bounds.low, min(max(eta, bounds.low), bounds.high), color=WATER, lw=0)
+    ax.fill_between(place, bounds.low, np.clip(surface, bounds.low, bounds.high), color=WATER, lw=0)
     if -lift.depth > bounds.low:
-        ax.fill_between([-half, half], bounds.low, -lift.depth, color=SEABED, lw=0)
+        ax.fill_between(sides, bounds.low, -lift.depth, color=SEABED, lw=0)
     slack = float(run["F_sling"][i]) <= 0.0
     ax.add_patch(Rectangle((-w, z), 2.0 * w, H, facecolor=STEEL, edgecolor="black", lw=0.8, alpha=0.9))
     for side in (-w, w):
@@ -115,47 +126,8 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
         x, y = [side, 0.5 * side + math.copysign(sag, side), 0.0], [top, 0.5 * (top + hook), hook]
         ax.plot(x, y, color=COLOURS[1], lw=1.0)
     wire = hook if unit is None else hook + float(run[lift.extension_signal][i]) + unit.shortest
-    ax.plot([0.0, 0.0], [wire, bounds.high], color="black", lw=1.2)
+    ax.plot([0.0, 0.0], [wire, min(bounds.high, tip)], color="black", lw=1.2)
     ax.plot([0.0], [wire], marker="s", color="black", ms=4)
-    ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))
+    ax.set(xlim=tuple(sides), ylim=(bounds.low, bounds.high))
     ax.set_aspect("equal")
     ax.set_xticks([])
-
-
-def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, title: str = "") -> Path:
-    """A GIF of the first stretch worth a picture: payload next to the tensions. The file appears only when it is
-    complete."""
-    from matplotlib.animation import FuncAnimation, PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    row = (time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)])[0]
-    t, count = run["time"].values, row.last - row.first + 1
-    span = float(t[row.last] - t[row.first])
-    frames = max(2, min(FRAMES, round(span * FRAMES_PER_SECOND)))
-    faster = max(1.0, span * FRAMES_PER_SECOND / frames)
-    figure, grid = kit.panels(1, 2, (8.0, 4.5), title, width_ratios=(1.0, 1.6))
-    figure.set_dpi(72)
-    FigureCanvasAgg(figure)
-    left, right = grid[0]
-    bounds, cut = _bounds(run, lift, row), slice(row.first, row.last + 1, max(1, count // 1500))
-    for name, label, colour in (("F_w", "at the crane tip", COLOURS[0]), ("F_sling", "slings", COLOURS[1])):
-        right.plot(t[cut], kit.display(run[name].values[cut], "force"), color=colour, lw=1.0, label=label)
-    kit.axis(right, f"time [s] (shown {faster:.1f} times as fast)", "tension [kN]")
-    kit.legend(right, "upper right")
-    now = right.axvline(t[row.first], color=GREY, lw=1.0)
-
-    def show(i: Any) -> list[Any]:
-        left.clear()
-        draw(left, run, lift, int(i), bounds)
-        kit.axis(left, y="height above still water [m]", title=f"{t[int(i)]:.1f} s", size="small")
-        now.set_xdata([t[int(i)]] * 2)
-        return []
-
-    show(row.first)
-    figure.canvas.draw()
-    figure.set_layout_engine("none")
-    samples = np.linspace(row.first, row.last, frames).astype(int)
-    target = Path(path)
-    with atomic_file(target) as part:
-        FuncAnimation(figure, show, frames=samples, blit=False).save(part, writer=PillowWriter(fps=FRAMES_PER_SECOND))
-    return target

@@ -30,7 +30,7 @@ from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, certified_of, read_certificate
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
-from stillhook.report.document import Document
+from stillhook.report.document import Document, Figure
 from stillhook.report.html import fragment, html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
@@ -210,8 +210,8 @@ class Certificate:
         """The document; letters that the fonts lack print as boxes. Errors: ValidateError where it cannot be set."""
         return _set(document(self.data))
 
-    def annex(self, figures: Mapping[str, bytes]) -> bytes:
-        """The annex, of the contents without it; figures: PNG by stem. Errors: as of `pdf`."""
+    def annex(self, figures: Mapping[str, Figure]) -> bytes:
+        """The annex, of the contents without it; figures: by stem. Errors: as of `pdf`."""
         return _set(annex(_numbered({**self.data, "annex": None}), figures))
 
     def with_annex(self, content: bytes) -> Certificate:
@@ -258,7 +258,7 @@ def certificate_of(validation: Validation) -> Certificate:
     return Certificate(_numbered(data))
 
 
-def with_its_annex(made: Certificate, figures: Mapping[str, bytes]) -> tuple[Certificate, bytes | None]:
+def with_its_annex(made: Certificate, figures: Mapping[str, Figure]) -> tuple[Certificate, bytes | None]:
     """The certificate with the hash of its annex, and the annex; unchanged and None where no PDF can be set."""
     if not can_set():
         return made, None
@@ -287,7 +287,7 @@ def load_certificate(path: str | Path) -> Certificate:
     return Certificate(read_certificate(Path(path)))
 
 
-def certificate_files(validation: Validation, images: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+def certificate_files(validation: Validation, images: Mapping[str, Figure] | None = None) -> dict[str, bytes]:
     """Files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it passed the crane's file.
 
     Parameters
@@ -405,7 +405,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     check_out(validation.campaign, out)
     with atomic_folder(out) as part:
         images = draw_if_possible(lambda: pictures(validation))
-        content = {f"{stem}.png": data for stem, data in images.items()}
+        content = {f"{stem}.png": image.png for stem, image in images.items()}
         content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:
             content |= certificate_files(validation, images)

@@ -7,10 +7,11 @@ from typing import Any
 
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
-from stillhook.report.document import Bullets, Column, Document, Part, Section, Table, Text, Verdict, facts
+from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import fmt, groups
 from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
+from stillhook.validate.certificate.utilisation import utilisation
 from stillhook.validate.criteria.criteria import INFORMATION
 from stillhook.validate.criteria.results import SETTINGS, Outcome
 from stillhook.validate.report.document import View, about, deciding, line_tables, step_section
@@ -27,7 +28,7 @@ def document(data: View) -> Document:
     sections = [
         Section("Verdict, line by line", line_tables(data)),
         Section("What this does not say", [Section(x["heading"], [Bullets(x["lines"])]) for x in data["limitations"]]),
-        Section("Data", _data(data)),
+        Section("Data", _data(data, MOST)),
         Section("Steps", [Table(("step", "", "verdict"), steps)]),
         Section("How to check this document", [_checks(data), *map(Text, (*WORDS["procedure"], UNSIGNED))]),
     ]
@@ -35,9 +36,8 @@ def document(data: View) -> Document:
     return _document(data, HEADING[data["passed"]], data["crane"]["title"], _front(data), sections, signatures)
 
 
-def annex(data: View, figures: Mapping[str, bytes]) -> Document:
-    """The annex: what the verdict rests on, complete. data: of a certificate without its annex; figures: PNG by
-    stem."""
+def annex(data: View, figures: Mapping[str, Figure]) -> Document:
+    """The annex: what the verdict rests on, complete. data: of a certificate without its annex; figures: by stem."""
     parts = ", ".join(f"{name} {hash_}" for name, hash_ in data["crane"]["content"].items())
     sections = [
         Section("A: every line in full", line_tables(data, full=True)),
@@ -45,6 +45,7 @@ def annex(data: View, figures: Mapping[str, bytes]) -> Document:
         Section("B: the criteria", _criteria(data)),
         Section("C: every number that was found", _measures(data)),
         Section("D: the crane file", [Text(f"{WORDS['crane']} Hashes: {parts}."), *_crane(data)]),
+        *([Section("E: the data", _data(data))] if _long(data) else []),
     ]
     heading = f"Annex to the {HEADING[data['passed']].lower()}"
     return _document(data, heading, data["title"], [Text(WORDS["annex"])], sections)
@@ -84,22 +85,34 @@ def _front(data: View) -> list[Part]:
     if envelope := certified_of(data, "certificate").envelope:
         rows = list(envelope.says().items())
         parts.append(Section("Validated envelope", [Table((), rows, bold_columns=[1]), Text(WORDS["inside"])]))
-        parts.append(Section("Load cases compared", [_compared(data)]))
+        parts.append(Section("Load cases compared", _compared(data)))
     else:
         unmet = [line["message"] for line in data["lines"] if line["failed"]]
         parts.append(Section("No validated envelope", [Text(WORDS["none"])]))
         parts.append(Section("What was not met", [Bullets(unmet)]))
-    return [*parts, Text(WORDS["holds" if data["passed"] else "no_hold"])]
+    return [*parts, Text(WORDS["holds" if data["passed"] else "no_hold"]), *utilisation(data)]
 
 
-def _data(data: Mapping[str, Any]) -> list[Part]:
-    """The campaign, its logs with their hashes, and load cases."""
+MOST, FIRST = 20, 8
+"""Rows of a table of the data in the certificate, and of the one on its first page, at most; the annex has all."""
+
+
+def _long(data: View) -> bool:
+    """Whether the certificate has not all rows of the data."""
+    return max(len(data["load_cases"]["rows"]), len(data["campaign"]["logs"])) > MOST
+
+
+def _data(data: View, most: int | None = None) -> list[Part]:
+    """The campaign, its logs with their hashes, and load cases; most: rows of each table at most."""
     hashes = [(log["test"], log["sha256"]) for log in data["campaign"]["logs"]]
-    load_cases = Table(data["load_cases"]["header"], data["load_cases"]["rows"])
+    load_cases = Table(data["load_cases"]["header"], data["load_cases"]["rows"][:most])
+    logs, cases = len(hashes), len(data["load_cases"]["rows"])
+    parts = [f"{most} of {n} {what}" for n, what in ((logs, "logs"), (cases, "load cases")) if most and n > most]
     return [
         facts(_campaign(data)),
-        Table(("test", "kind", "log", "samples", "rate", "length"), _logs(data)),
-        Table((), hashes, "SHA-256 of the logs", [Column.WORD, Column.CODE]),
+        *([Text(f"The first {' and '.join(parts)}; annex E has all of them.")] if parts else []),
+        Table(("test", "kind", "log", "samples", "rate", "length"), _logs(data)[:most]),
+        Table((), hashes[:most], "SHA-256 of the logs", [Column.WORD, Column.CODE]),
         Section("Load cases", [Text(ALL_WORDS["report"]["load_cases"]), load_cases]),
     ]
 
@@ -121,10 +134,13 @@ def _logs(data: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def _compared(data: Mapping[str, Any]) -> Table:
-    """The load cases of the tests with heave compensation."""
+def _compared(data: Mapping[str, Any]) -> list[Part]:
+    """The load cases of the tests with heave compensation, the first of many."""
     tests = {d["test"] for d in data["data"] if d["kind"] == "ahc"}
-    return Table(data["load_cases"]["header"], [row for row in data["load_cases"]["rows"] if row[0] in tests])
+    rows = [row for row in data["load_cases"]["rows"] if row[0] in tests]
+    where = "annex E" if _long(data) else "the section of the data"
+    more = [Text(f"{FIRST} of {len(rows)} load cases; {where} has all of them.")] if len(rows) > FIRST else []
+    return [Table(data["load_cases"]["header"], rows[:FIRST]), *more]
 
 
 def _measures(data: Mapping[str, Any]) -> list[Table]:

@@ -14,6 +14,7 @@ from stillhook.base.sealed import digest_of
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.write import items
+from stillhook.report.document import Figure
 from stillhook.report.kit import can_draw, can_set
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
@@ -152,7 +153,7 @@ def _annex(data: Mapping[str, Any], path: Path) -> Iterator[str]:
         yield f"annex {file.name}: changed since; the certificate holds the hash of another one."
 
 
-def _same_pdf(path: Path, again: Certificate, figures: Mapping[str, bytes]) -> bool | None:
+def _same_pdf(path: Path, again: Certificate, figures: Mapping[str, Figure]) -> bool | None:
     """Whether the PDF files next to the certificate come out as they are; None where there are none."""
     main, annex = path.with_suffix(".pdf"), path.parent / again.annex_name
     same = [main.read_bytes() == again.pdf()] if main.is_file() else []

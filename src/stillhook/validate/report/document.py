@@ -54,8 +54,8 @@ COUNTED = {"shown": "shown", "not shown": "not\nshown", "not covered": "not\ncov
 View = Mapping[str, Any]
 
 
-def report(validation: Validation, figures: Mapping[str, bytes]) -> Document:
-    """The report. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
+def report(validation: Validation, figures: Mapping[str, Figure]) -> Document:
+    """The report. figures: by stem, see `stillhook.validate.report.figures.figures`."""
     view, words = view_of(validation), WORDS["report"]
     limitations = [Section(x["heading"], [Bullets(x["lines"])]) for x in view["limitations"]]
     return Document(
@@ -157,17 +157,16 @@ def _line(line: View, *, full: bool) -> tuple[Cell, ...]:
     return cells["key"], title_, cells["value"], cells["interval"], limit, line_verdict(line)
 
 
-def step_section(step: View, view: View, figures: Mapping[str, bytes]) -> Section:
+def step_section(step: View, view: View, figures: Mapping[str, Figure]) -> Section:
     """A step: its question, verdict, statements, tables and figures."""
     number, outcome = step["step"], step["verdict"]
     failed = any(line["failed"] for line in view["lines"] if line["step"] == number)
-    pictures = ((stem, png) for stem, png in figures.items() if stem.startswith(f"step-{number}-"))
     parts: list[Part] = [
         Text(STEPS[StepNumber(number)].question),
         Verdict(f"Step {number} alone: {outcome}.", False if failed else True if outcome == Outcome.PASSED else None),
         *([Bullets(step["statements"])] if step["statements"] else []),
         *(Table(t["header"], t["rows"], t["title"]) for t in step["tables"]),
-        *(Figure(png, f"Step {number}: {stem.split('-', 2)[2].replace('-', ' ')}") for stem, png in pictures),
+        *(figure for stem, figure in figures.items() if stem.startswith(f"step-{number}-")),
     ]
     return Section(f"Step {number}: {step['title']}", parts)
 

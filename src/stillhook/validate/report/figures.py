@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report import kit
-from stillhook.report.kit import pngs
+from stillhook.report import document, kit
 from stillhook.report.plots.colours import BLACK, BLUE, COLOURS, GREEN, GREY, RED
 from stillhook.units import KINDS, in_display
 from stillhook.validate.ahc.check import AhcEstimates
@@ -26,6 +25,7 @@ from stillhook.validate.dynamics.check import DynamicsEstimates
 from stillhook.validate.dynamics.runs import SIGNALS
 from stillhook.validate.speed_limits import SaturatedPart, SpeedLimits, machines_of
 from stillhook.validate.validation import Validation
+from stillhook.variables import WINDOW
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,20 +62,38 @@ class Curves:
     simulated: Sequence[tuple[str, str, FloatArray]] = ()
     shaded: Sequence[tuple[float, float]] = ()
 
+    @property
+    def series(self) -> list[FloatArray]:
+        """All curves of the panel."""
+        return [*([] if self.measured is None else [self.measured]), *(y for *_, y in self.simulated)]
+
 
 def over_time(
     campaign: Campaign,
     title: str,
+    words: str,
     columns: Sequence[tuple[str, Sequence[Curves]]],
     names: Sequence[str],
     size: tuple[float, float],
     *,
     time: str = "time [s]",
 ) -> Figure:
-    """Measured and simulated curves: columns with a title each, and a panel for each name [unit]."""
-    figure, axes = panels(campaign, title, len(names), len(columns), size, sharex="col")
-    for column, (heading, curves) in zip(axes.T, columns, strict=True):
+    """Measured and simulated curves: columns with a title each, and a panel for each name [unit]; words: the caption.
+    A row of panels in which nothing varies is a sentence of the caption, one such panel among others a line of text."""
+    kept = [i for i in range(len(names)) if any(kit.varies(*curves[i].series) for _, curves in columns)] or [0]
+    same = [
+        f"Not drawn, because it does not vary: {name.splitlines()[0].lower()}."
+        for i, name in enumerate(names)
+        if i not in kept
+    ]
+    size = size[0], size[1] * (0.2 + 0.8 * len(kept) / len(names))
+    figure, axes = panels(campaign, title, len(kept), len(columns), size, sharex="col")
+    for column, (heading, every) in zip(axes.T, columns, strict=True):
+        curves = [every[i] for i in kept]
         for ax, c in zip(column, curves, strict=True):
+            if c.series and not kit.varies(*c.series):
+                _constant(ax, float(np.nanmean(c.series[0])))
+                continue
             if c.measured is not None:
                 ax.plot(c.t, c.measured, color=MEASURED, lw=1.6, label="measured")
             width, style = (0.8, "-") if c.measured is None else (1.1, "--")  # dashes show what is below them
@@ -85,7 +103,14 @@ def over_time(
                 ax.axvspan(a, b, color=SHADE, lw=0.0, zorder=0)
         column[0].set_title(heading, fontsize="small")
         column[-1].set(xlabel=time, xlim=(curves[0].t[0], curves[0].t[-1]))
-    return finish(figure, axes, names, 4)
+    return kit.caption(finish(figure, axes, [names[i] for i in kept], 4), " ".join([words, *same]))
+
+
+def _constant(ax: Any, value: float) -> None:
+    """What stands in the place of a panel whose values do not vary."""
+    text = f"{value:.4g} throughout"
+    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY, fontsize="small")
+    ax.set_yticks([])
 
 
 def finish(figure: Figure, axes: Any, names: Sequence[str], columns: int) -> Figure:
@@ -130,7 +155,11 @@ def tests(records: tuple[Record, ...], campaign: Campaign) -> Figures:
         Line2D([], [], color=GREY, ls=":", label="start of another load case"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small", frameon=False)
-    return {"tests": figure}
+    more = f" The first {ROWS} of {len(records)} tests." if len(records) > ROWS else ""
+    words = (
+        "Motion of the crane tip, wire paid out and load cell of each test over time. Grey: not used in any load case."
+    )
+    return {"tests": kit.caption(figure, f"{words} Dotted: start of another load case.{more}")}
 
 
 def _panel(ax: Any, record: Record, name: str, colour: str, scale: float) -> None:
@@ -149,10 +178,10 @@ def _panel(ax: Any, record: Record, name: str, colour: str, scale: float) -> Non
         ax.set_yticks([])
         return
     low, high = _envelope(scale * record.signals[name])
+    if np.nanmax(high) - np.nanmin(low) < 0.02 * scale:  # noise alone
+        _constant(ax, 0.5 * float(np.nanmax(high) + np.nanmin(low)))
+        return
     ax.fill_between(np.linspace(t[0], t[-1], len(low)), low, high, color=colour, lw=0.6, edgecolor=colour)
-    if np.nanmax(high) - np.nanmin(low) < 0.02 * scale:  # noise alone needs no full axis
-        middle = 0.5 * float(np.nanmax(high) + np.nanmin(low))
-        ax.set_ylim(middle - 0.5, middle + 0.5)
 
 
 def _envelope(x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -198,7 +227,12 @@ def commands(estimates: ControllerEstimates, campaign: Campaign) -> Figures:
     names = [f"{machine} command [%]" for machine in machines.values()]
     names[0] += "\n(hoisting positive)"
     title, size = "Commands of the PLC over its logged inputs", (4.0 + 3.4 * len(columns), 2.5 * (len(machines) + 1))
-    return {"commands": over_time(campaign, title, columns, [*names, "deviation\n[% of full command]"], size)}
+    words = (
+        f"Commands of the PLC for {COMMANDS:g} s about the largest one of a test, measured and computed by the twin's"
+        " controller from the logged inputs, and their deviation."
+    )
+    names = [*names, "deviation\n[% of full command]"]
+    return {"commands": over_time(campaign, title, words, columns, names, size)}
 
 
 LIMITED = 90.0
@@ -232,7 +266,12 @@ def _at_limits(p: SaturatedPart, campaign: Campaign) -> Figure:
     words, seconds = machines_of(campaign.crane), f"{p.saturated.sum() * p.step:.1f} s"
     title = f"Test {p.name}, mode {p.segment.mode.value}: {words['machines']} saturated (shaded) for {seconds}"
     names = [label.format(**words) for *_, label in shown]
-    return over_time(campaign, title, [("", curves)], names, (10.0, 8.0))
+    whole = "" if p.complete is None else "; complete twin driven by tip motion and joystick"
+    caption = (
+        f'Winch at its limits in test "{p.name}" from {t[0]:.0f} s on, saturated where shaded: measured; twin driven by'
+        f" the measured commands{whole}."
+    )
+    return over_time(campaign, title, caption, [("", curves)], names, (10.0, 8.0))
 
 
 def _window(p: SaturatedPart) -> slice:
@@ -277,7 +316,11 @@ def turns(estimates: DynamicsEstimates, campaign: Campaign) -> Figures:
         columns.append((f'test "{turn.test}", {turn.start:.1f} s: {change}', curves))
     names = [f"{words} [{KINDS[kind].display}]" for _, words, kind in IN_TURNS]
     title = "Turns of the winch, the twin driven by the measured commands (paper F step 4)"
-    return {"turns": over_time(campaign, title, columns, names, (12.0, 8.5), time="time after the turn [s]")}
+    words = (
+        f"Pressures and motor speed in the first {TURN:g} s of {len(columns)} turns of the winch: measured, and the"
+        " twin driven by the measured commands with the values of the crane file and with the tuned ones."
+    )
+    return {"turns": over_time(campaign, title, words, columns, names, (12.0, 8.5), time="time after the turn [s]")}
 
 
 def _three(estimates: DynamicsEstimates) -> list[Transient]:
@@ -307,7 +350,11 @@ def compensation(estimates: AhcEstimates, campaign: Campaign) -> Figures:
     curves += [Curves(t, k * x[some], [("simulated", SIMULATED, k * y[some])]) for k, x, y in pairs]
     title = f"Load case {c.name}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m of wire out, mode {s.mode.value}"
     names = ("crane tip [m]\n(up positive)", "wire speed [m/min]\n(hoisting positive)", "control error [cm]")
-    return {"tip-wire-speed-and-error": over_time(campaign, title, [("", curves)], names, (10.0, 8.0))}
+    words = (
+        f"Heave compensation in load case {c.name}: motion of the crane tip, wire speed and control error, measured and"
+        " simulated by the complete twin from the tip's motion alone."
+    )
+    return {"tip-wire-speed-and-error": over_time(campaign, title, words, [("", curves)], names, (10.0, 8.0))}
 
 
 def _wire_speed(c: Comparison) -> FloatArray:
@@ -345,7 +392,12 @@ def windows(estimates: AhcEstimates, campaign: Campaign) -> Figures:
     error.set(ylim=(0.0, None))
     for ax in axes[0]:
         ax.set_xlabel("crane tip, peak to peak [m]")
-    return {"windows": finish(figure, axes, ("control error, peak to peak [cm]",), 4)}
+    words = (
+        f"Control error (left) and compensation efficiency (middle) over the motion of the tip in moving windows of"
+        f" {WINDOW:g} s, measured and simulated; deviation of the control error (right), with its average over bins of"
+        f" {BIN:g} m. All load cases."
+    )
+    return {"windows": kit.caption(finish(figure, axes, ("control error, peak to peak [cm]",), 4), words)}
 
 
 def _cloud(ax: Any, x: FloatArray, y: FloatArray, colour: str, label: str) -> None:
@@ -364,13 +416,13 @@ FIGURES: Mapping[StepNumber, tuple[Callable[..., dict[str, Any]], ...]] = {
 """What is drawn of the estimates of a step and the campaign."""
 
 
-def pictures(validation: Validation) -> dict[str, bytes]:
-    """Every figure as PNG, by file stem: the same bytes whatever the settings of matplotlib here."""
+def pictures(validation: Validation) -> dict[str, document.Figure]:
+    """Every figure with its caption, by file stem: the same bytes whatever the settings of matplotlib here."""
     import matplotlib  # heavy
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        return pngs(figures(validation), RESOLUTION)
+        return kit.printed(figures(validation), RESOLUTION)
 
 
 def figures(validation: Validation) -> dict[str, Figure]:
