@@ -131,8 +131,8 @@ def fmu(
             files += write_reference(made, reference)
     title = f"{crane.name}, {made.contents}, coupled at the {made.coupling}: {len(made.ports)} variables"
     lines = [
-        f"PLC cycle {show(made.t_cycle, 'time')}; begins with {show(case.load, 'mass')} on {show(case.s_w, 'length')} of"
-        f" wire, mode {case.mode.value}.",
+        f"PLC cycle {show(made.t_cycle, 'time')}; begins with {show(case.load, 'mass')} on {show(case.s_w, 'length')}"
+        f" of wire, mode {case.mode.value}.",
         "Steps are whole PLC cycles; inputs are those of the start of a step (input_time 1), or of its end (0).",
     ]
     data = {**facts(made), "fmi": fmi, "platforms": chosen, "files": [str(f) for f in files]}

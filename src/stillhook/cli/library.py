@@ -219,7 +219,7 @@ def show_crane(name: CraneArgument, json: Json = False) -> None:
         kinds = Counter(kind for _, _, _, kind, _ in rows if kind)
         wire = f"{crane.drum.layers} layers of wire" if crane.drum.layers else ""
         lines = [
-            f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; winch type {crane.plant.value}.",
+            f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; type {crane.plant.value}.",
             f"{len(rows)} numbers: {', '.join(f'{n} {kind}' for kind, n in kinds.most_common())}.",
             twin_line(crane),
             *notes,

@@ -13,7 +13,7 @@ from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_o
 from stillhook.cli.runs.simulation import USUAL_CASE, title_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
-from stillhook.report.terminal import print_table, progress_bar
+from stillhook.report.terminal import Answer, columns, print_table, progress_bar
 from stillhook.units import number, parse, show
 from stillhook.variables import BY_NAME
 

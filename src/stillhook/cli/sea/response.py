@@ -158,8 +158,8 @@ def _brief(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> An
             f"Load compensated, most in {_hours(answer)}: mean {cell('load_mpm', load['mean'])}, worst"
             f" {cell('load_mpm', load['max'])} on {load['worst'][:16].replace('T', ' ')}.",
             f"Compensation at the load: mean {cell('eta_sigma_load', answer['eta_sigma_load']['mean'])}.",
-            f"Pumps saturate in {answer['n_saturated']} records, slack slings are likely in {answer['n_slack']}, the hook"
-            f" load exceeds the SWL in {answer['n_overload']}.",
+            f"Pumps saturate in {answer['n_saturated']} records, slack slings are likely in {answer['n_slack']},"
+            f" the hook load exceeds the SWL in {answer['n_overload']}.",
         ]
     else:
         braked = answer["braked"]

@@ -151,7 +151,7 @@ def _brief_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     lines = [
         f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(answer['beta'])} headings.",
         f"Largest per metre of wave: {largest}.",
-        f"Largest vertical motion of {where}: {H.max():.3f} m/m; the table leaves {100.0 * answer['leeway']:.2g} % open.",
+        f"Largest vertical motion of {where}: {H.max():.3f} m/m, known within {100.0 * answer['leeway']:.2g} %.",
         *answer["notes"][:2],
     ]
     more = f"vertical motion by period and heading, {counted(len(answer['notes']), 'note')}"

@@ -58,7 +58,8 @@ def brief_alpha(answer: dict[str, Any]) -> Answer:
 
 def brief_forecast(answer: dict[str, Any]) -> Answer:
     limits = [
-        f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m, T_R {one['T_R'] / 3600.0:g} h."
+        f"OP_LIM Hs {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF Hs {one['op_wf']:.3g} m;"
+        f" T_R {one['T_R'] / 3600.0:g} h."
         for one in answer["factors"]
     ]
     spans = list(_stretches(answer["starts"]))
