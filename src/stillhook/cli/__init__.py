@@ -90,7 +90,7 @@ COMMANDS: dict[str, Entry | Group] = {
     ),
     "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",
-        {name: Entry("weather", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},
+        {name: Entry("weather.commands", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},
     ),
 }
 """Commands and groups of commands, in the order of the help."""

@@ -4,14 +4,16 @@ a PLC; runs and logs in their formats, and old lift files in the words of today.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Columns, CraneArgument, Json, MappingFile, check_out, refuse, write_out
+from stillhook.cli.parser import Columns, CraneArgument, Json, MappingFile, check_out, present, refuse, write_out
 from stillhook.errors import CommandError, ConvertError, StillhookError
-from stillhook.report.terminal import print_json, say
+from stillhook.report.formatting import counted
+from stillhook.report.terminal import Answer, say
 from stillhook.units import KINDS, quote, show
 from stillhook.variables import BY_NAME
 
@@ -20,6 +22,19 @@ if TYPE_CHECKING:
     from stillhook.formats.table.workbook import Sheet
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
+
+
+def say_lines(
+    data: Any, title: str, lines: Sequence[str], written: Sequence[str] = (), step: str = "", *, json: bool
+) -> None:
+    """Print what was written in a few lines; with --verbose without cutting any."""
+    files = f"written: {', '.join(written)}" if written else ""
+
+    def in_full() -> None:
+        print("\n".join(filter(None, (title, *lines, files, step and f"Next: {step}"))))
+
+    present(data, in_full, brief=lambda: Answer(title, [files, *lines], step), json=json)
+
 
 WIRE_OUT = 100.0
 """Wire out with which a model begins where no case says it [m], as in `stillhook compare`."""
@@ -115,16 +130,14 @@ def fmu(
         files = write_fmu(made, target, fmi=fmi, platforms=chosen)
         if reference is not None:
             files += write_reference(made, reference)
-    if json:
-        print_json({**facts(made), "fmi": fmi, "platforms": chosen, "files": [str(f) for f in files]})
-        return
-    print(
-        f"{crane.name}, {made.contents}, coupled at the {made.coupling}: {len(made.ports)} variables, PLC cycle "
-        f"{show(made.t_cycle, 'time')}; begins with {show(case.load, 'mass')} on {show(case.s_w, 'length')} of wire, "
-        f"mode {case.mode.value}"
-    )
-    print("steps are whole PLC cycles; inputs are those of the start of a step (input_time 1), or of its end (0)")
-    print("written: " + ", ".join(str(f) for f in files))
+    title = f"{crane.name}, {made.contents}, coupled at the {made.coupling}: {len(made.ports)} variables"
+    lines = [
+        f"PLC cycle {show(made.t_cycle, 'time')}; begins with {show(case.load, 'mass')} on {show(case.s_w, 'length')}"
+        f" of wire, mode {case.mode.value}.",
+        "Steps are whole PLC cycles; inputs are those of the start of a step (input_time 1), or of its end (0).",
+    ]
+    data = {**facts(made), "fmi": fmi, "platforms": chosen, "files": [str(f) for f in files]}
+    say_lines(data, title, lines, [str(f) for f in files], json=json)
 
 
 def external(
@@ -150,14 +163,10 @@ def external(
     case = case_for(crane, case_file)
     chosen = [each for each in platforms_of(platform) if each != "source"]
     files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
-    if json:
-        print_json({"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]})
-        return
-    print(
-        f"{crane.name} for {host}: begins with {show(case.s_w, 'length')} of wire, mode {case.mode.value}; PLC cycle "
-        f"{show(crane.control.t_cycle, 'time')}"
-    )
-    print("written: " + ", ".join(str(f) for f in files))
+    data = {"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]}
+    begin = f"Begins with {show(case.s_w, 'length')} of wire, mode {case.mode.value}"
+    lines = [f"{begin}; PLC cycle {show(crane.control.t_cycle, 'time')}."]
+    say_lines(data, f"{crane.name} for {host}", lines, [str(f) for f in files], json=json)
 
 
 LANGUAGES = ("st",)
@@ -193,11 +202,9 @@ def plc_export(
     text = structured_text(block)
     facts = settings(block, text)
     write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, sequence_csv(block)), strict=True)), quiet=json)
-    if json:
-        print_json({**facts, "files": [str(out / name) for name in names]})
-    else:
-        print(f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s")
-        print(f"SHA-256 {facts['sha256']}")
+    data = {**facts, "files": [str(out / name) for name in names]}
+    title = f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s"
+    say_lines(data, title, [f"SHA-256 {facts['sha256']}"], json=json)
 
 
 def plc_check(
@@ -214,12 +221,12 @@ def plc_check(
 
     named, computed = verify(file)
     holds = named == computed
-    if json:
-        print_json({"sha256": computed, "sha256_named": named, "holds": holds})
-    elif holds:
-        print(f"{file}: the checksum holds, SHA-256 {computed}")
-    else:
-        print(f"{file}: changed since it was written: it names SHA-256 {named} and has {computed}")
+    lines = [
+        f"SHA-256 {computed}" if holds else f"SHA-256 named in it {named}",
+        "" if holds else f"of its lines {computed}",
+    ]
+    title = f"{file}: {'the checksum holds' if holds else 'changed since it was written'}"
+    say_lines({"sha256": computed, "sha256_named": named, "holds": holds}, title, lines, json=json)
     raise typer.Exit(0 if holds else 1)
 
 
@@ -271,10 +278,8 @@ def convert(
             {"--signals": signals, "--case": case, "--every": every, "--format": form, "--mapping": mapping},
             "belongs to a run or a log. Leave it out.",
         )
-        if json:
-            print_json({"file": str(target), "tables": written})
-        else:
-            print(f"written: {target} ({', '.join(f'{name}: {rows} rows' for name, rows in written.items())})")
+        tables = ", ".join(f"{name}: {rows} rows" for name, rows in written.items())
+        say_lines({"file": str(target), "tables": written}, f"written: {target} ({tables})", [], json=json)
         return
     if source.suffix.lower() == ".toml":
         options = {
@@ -287,10 +292,8 @@ def convert(
         }
         refuse(options, "belongs to a run or a log, and this is a lift file. Leave it out.")
         changes = _lift_file(source, target)
-        if json:
-            print_json({"file": str(target), "format": "lift file", "changes": changes})
-        else:
-            print("\n".join((*changes, f"written: {target}")))
+        data: dict[str, Any] = {"file": str(target), "format": "lift file", "changes": changes}
+        say_lines(data, f"{source}: {counted(len(changes), 'change')}", changes, [str(target)], json=json)
         return
     kind = format_of(target, form)
     names = [s.strip() for s in signals.split(",") if s.strip()] if signals is not None else []
@@ -302,10 +305,8 @@ def convert(
         content = chosen(_log(source, mapping, column, every), signals=names)
     write_table(content, target, kind)
     rows, columns = sum(map(len, content.tables.values())), list(content.first.columns)
-    if json:
-        print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
-    else:
-        print(f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)")
+    data = {"file": str(target), "format": kind, "rows": rows, "columns": columns}
+    say_lines(data, f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)", [], json=json)
 
 
 def _sheets(source: Path, target: Path) -> dict[str, int]:

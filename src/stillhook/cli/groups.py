@@ -6,11 +6,12 @@ import functools
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextvars import ContextVar
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import typer
 import typer.main
@@ -19,6 +20,13 @@ from typer.core import TyperCommand, TyperGroup
 from stillhook.errors import CommandError
 
 FOLDER = Path(__file__).parent
+VERBOSE: ContextVar[bool] = ContextVar("verbose", default=False)
+"""Whether the command that runs prints all of its answer, in place of its dozen lines."""
+WRITES: ContextVar[bool] = ContextVar("writes", default=False)
+"""Whether it may write files, which its dozen lines name."""
+VERBOSE_OPTION = Annotated[
+    bool, typer.Option("--verbose", help="Print all of the answer: every table, limit and note.")
+]
 
 
 class Entry(NamedTuple):
@@ -28,8 +36,26 @@ class Entry(NamedTuple):
     member: str  # a function
 
     def load(self) -> Any:
-        """Import the function."""
-        return getattr(import_module(f"{__package__}.{self.module}"), self.member)
+        """Import the function; with the option that all commands have."""
+        return with_verbose(getattr(import_module(f"{__package__}.{self.module}"), self.member))
+
+
+def with_verbose(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A command's function with the option --verbose besides its own, which sets `VERBOSE`."""
+
+    @functools.wraps(function)
+    def command(*, verbose: bool, **options: Any) -> Any:
+        VERBOSE.set(verbose)
+        WRITES.set(options.get("out") is not None)
+        return function(**options)
+
+    hints = get_type_hints(function, include_extras=True) | {"verbose": VERBOSE_OPTION}
+    own = inspect.signature(function).parameters
+    option = inspect.Parameter("verbose", inspect.Parameter.KEYWORD_ONLY, default=False)
+    parameters = [each.replace(annotation=hints[each.name]) for each in (*own.values(), option)]
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = hints
+    return command
 
 
 class Group(NamedTuple):

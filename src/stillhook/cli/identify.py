@@ -13,7 +13,9 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
 from stillhook.formats.table.corrections import corrections_of
-from stillhook.report.terminal import print_document, print_table, progress_bar, say
+from stillhook.report.document import Document, Table, words
+from stillhook.report.formatting import counted
+from stillhook.report.terminal import Answer, answer_of, columns, print_document, print_table, progress_bar, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +77,10 @@ def motor(
     if m.synthetic and not json:
         say("SYNTHETIC map: made by a formula, measured on no motor.")
     result = identify_motor(m, model=model, threshold=threshold * PER_CENT, like=like)
-    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
+    document = report(result, {})
+    step = "--out FOLDER, for the motor file and the report" if out is None else f"read {out / MOTOR_FILES[1]}"
+    brief = lambda: answer_of(document, step, "models, parameters, where they must not be used")
+    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
     if out is not None:
         write_out(out, dict(sorted(_motor_files(result).items())), quiet=json)
         say_left_out()
@@ -130,11 +135,22 @@ def friction(
     check_out(out, FRICTION_FILES)
     with progress_bar("reading the logs") as bar:
         result = identify(campaign, proposals=proposals, progress=bar)
-    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
+    document = report(result, {})
+    numbers = "; ".join(f"{name} {value} ({low} to {high})" for name, value, low, high, _ in parameters(document))
+    step = "--out FOLDER, for the friction set and the report" if out is None else f"read {out / FRICTION_FILES[1]}"
+    more = "tests, what the data cannot determine, methods, proposed tests"
+    brief = lambda: answer_of(document, step, more, [f"Parameters with 95 % intervals: {numbers}."])
+    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
     if out is not None:
         write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
         say_left_out()
     raise typer.Exit(0 if result.usable else 1)
+
+
+def parameters(document: Document) -> list[list[str]]:
+    """Name, value, low, high and meaning of each parameter in a report of friction."""
+    table = next(part for part in document.sections[0].parts if isinstance(part, Table))
+    return [list(map(words, row)) for row in table.rows]
 
 
 def _friction_files(result: Friction) -> dict[str, Any]:
@@ -214,7 +230,8 @@ def curve(
     answer = {**result.to_dict(), "findings": [asdict(f) for f in read.findings]}
     files = {table: _csv(result), numbers: result.to_dict()}
     pictures = lambda: {picture: curve_figure(result, read, effort)}
-    present(answer, lambda: _print_curve(result, describe(read)), out, files, json=json, pictures=pictures)
+    show, brief = (lambda: _print_curve(result, describe(read))), (lambda: _brief_curve(result))
+    present(answer, show, out, files, brief=brief, json=json, pictures=pictures)
 
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
@@ -236,6 +253,19 @@ def _needed(speed: str, effort: str, position: str | None, command: str | None) 
     return (
         f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
     )
+
+
+def _brief_curve(curve: FrictionCurve) -> Answer:
+    """Friction of each speed, with what was left out."""
+    shown = [
+        [curve.text("speed", p.speed), curve.text("effort", p.friction), curve.text("effort", p.estimate.half, 2)]
+        for p in curve.points
+    ]
+    rejected = [*curve.steady.rejected, *curve.unpaired]
+    lines = columns(["speed", "friction", "+- (95 %)"], shown)
+    if rejected:
+        lines.append(f"Not used: {counted(len(rejected), 'stretch')}; the first: {rejected[0].reason}.")
+    return Answer(f"{curve.source}: friction, half the difference of both directions", lines, more="load, bins, log")
 
 
 def _print_curve(curve: FrictionCurve, head: Sequence[str]) -> None:

@@ -3,15 +3,16 @@ of a crane, and files to try a command on."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import CraneArgument, Json
+from stillhook.cli.parser import CraneArgument, Json, present
 from stillhook.errors import CommandError
-from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
+from stillhook.report.terminal import Answer, columns, print_implausible, print_table, print_twin
 from stillhook.units import quote, show
 
 PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = "plan", "sea-trials", "friction-tests", "motor-map"
@@ -148,12 +149,48 @@ def list_kind(
         raise CommandError(f"list {quote(what)}: choose {', '.join(KINDS)}.")
     kind = KINDS[what]
     rows = kind.rows()
-    if json:
-        print_json(rows)
-        return
     cells = [[_cell(name, row[name]) for name in kind.columns] for row in rows]
     texts = {i for i, name in enumerate(kind.columns) if name in ("title", "origin", "sources")}
-    print_table(tuple(kind.columns.values()), cells, left=len(kind.columns), texts=texts)
+    show = lambda: print_table(tuple(kind.columns.values()), cells, left=len(kind.columns), texts=texts)
+    present(rows, show, brief=lambda: _brief_list(what, kind, rows, cells), json=json)
+
+
+def _brief_list(what: str, kind: Kind, rows: list[dict[str, Any]], cells: list[list[str]]) -> Answer:
+    """Names with what they are, as many as find a place, and what to do with one."""
+    names = list(kind.columns)
+    chosen = [i for i, name in enumerate(names) if name in SHORT]
+    table = columns([], [[row[i] for i in chosen] for row in cells], left=range(len(chosen)), most=MOST_NAMES)
+    hidden = [row[0] for row in cells[MOST_NAMES:]]
+    step = OF_KIND.get(what, "")
+    first = f"stillhook {step} {rows[0][names[0]]}" if step else ""
+    lines = [*table, f"also {', '.join(hidden)}"] if hidden else table
+    return Answer(f"{what}: {len(rows)} in the library", lines, first, "every column")
+
+
+MOST_NAMES = 8
+SHORT = (
+    "name",
+    "vessel",
+    "payload",
+    "compensator",
+    "set",
+    "controller",
+    "winch",
+    "lift",
+    "title",
+    "SWL",
+    "mass",
+    "crane",
+)
+"""Columns of a list in its short answer."""
+OF_KIND = {
+    "cranes": "crane",
+    "vessels": "vessel",
+    "payloads": "payload",
+    "lifts": "lower",
+    "frictions": "friction compare",
+}
+"""Commands that take a name of the list."""
 
 
 def _cell(name: str, value: Any) -> str:
@@ -175,14 +212,28 @@ def show_crane(name: CraneArgument, json: Json = False) -> None:
 
     crane = load_crane(name)
     notes = implausible_values(crane)
-    if json:
-        print_json(sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)})
-        return
-    print(f"{crane.name}: {crane.title}")
-    print_twin(crane)
-    print_implausible(crane)
     rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
-    print_sheet(rows)
+
+    def in_full() -> None:
+        print(f"{crane.name}: {crane.title}")
+        print_twin(crane)
+        print_implausible(crane)
+        print_sheet(rows)
+
+    def brief() -> Answer:
+        kinds = Counter(kind for _, _, _, kind, _ in rows if kind)
+        wire = f"{crane.drum.layers} layers of wire" if crane.drum.layers else ""
+        lines = [
+            f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; type {crane.plant.value}.",
+            f"{len(rows)} numbers: {', '.join(f'{n} {kind}' for kind, n in kinds.most_common())}.",
+            twin_line(crane),
+            *notes,
+        ]
+        step = f"stillhook compare {name}, for its control error under the usual controllers"
+        return Answer(f"{crane.name}: {crane.title}", lines, step, "every number with its source")
+
+    data = sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)}
+    present(data, in_full, brief=brief, json=json)
 
 
 def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
@@ -214,11 +265,14 @@ def example(
         raise CommandError(f"example {quote(what)}: choose {', '.join(EXAMPLES)}.")
     write = {PLAN: _plan, MOTOR_MAP: _map, LIVE: _live, HIL: _hil}.get(what, lambda folder: _campaign(what, folder))
     answer, lines = write(out)
-    if json:
-        print_json(answer)
-        return
-    for line in lines:
-        print(line)
+    title, *more = lines
+    steps = [line.partition(": ")[2] for line in more if line.startswith(NEXT)]
+    brief = lambda: Answer(title, [line for line in more if not line.startswith(NEXT)], "; then ".join(steps))
+    present(answer, lambda: print("\n".join(lines)), brief=brief, json=json)
+
+
+NEXT = "next: "
+"""Start of lines that say what to do."""
 
 
 def _plan(out: Path) -> tuple[dict[str, Any], list[str]]:
@@ -228,7 +282,7 @@ def _plan(out: Path) -> tuple[dict[str, Any], list[str]]:
     written = [str(path) for path in (first, *rest)]
     return {"plan": str(first), "files": written}, [
         f"written: {', '.join(written)}",
-        f"edit it, then: stillhook plan {first} --check",
+        f"next: edit it, and stillhook plan {first} --check",
     ]
 
 
@@ -240,7 +294,7 @@ def _hil(out: Path) -> tuple[dict[str, Any], list[str]]:
     return {"live": str(live), "plc": str(plc), "files": written}, [
         f"written: {', '.join(written)}",
         f"next: stillhook live run {live} --allow-writes",
-        f'and in parallel: stillhook plc run {plc} --duration "60 s"',
+        f'next: in parallel stillhook plc run {plc} --duration "60 s"',
     ]
 
 

@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.atomic import check_folder
+from stillhook.cli.groups import VERBOSE, WRITES
 from stillhook.control.registry import Mode
 from stillhook.errors import CommandError, MotionError, SimulationError
 from stillhook.units import quote
 
 if TYPE_CHECKING:
     from stillhook.formats.case_file import Subject
+    from stillhook.report.terminal import Answer
     from stillhook.sea.motion.motion import Motion
     from stillhook.spec.scenario import Scenario
 
@@ -182,19 +184,30 @@ def present(
     out: Path | None = None,
     files: Mapping[str, Any] | None = None,
     *,
+    brief: Callable[[], Answer],
     json: bool,
     pictures: Callable[[], Mapping[str, Any]] | None = None,
 ) -> None:
-    """Print an answer: with json in SI, else as `show` does; and write files and pictures into a folder, as `write_out`
-    does."""
+    """Print an answer: with json in SI, with --verbose as `show` does, else in brief; and write files and pictures into
+    a folder, as `write_out` does."""
     from stillhook.report.terminal import print_json
 
     if json:
         print_json(answer)
     else:
-        show()
+        say_answer(brief, show)
     if out is not None and files is not None:
         write_out(out, files, pictures=pictures, quiet=json)
+
+
+def say_answer(brief: Callable[[], Answer], show: Callable[[], None]) -> None:
+    """Print an answer in brief; with --verbose all of it, as `show` does."""
+    from stillhook.report.terminal import print_answer
+
+    if VERBOSE.get():
+        show()
+    else:
+        print_answer(brief(), files=WRITES.get())
 
 
 def write_out(
@@ -233,5 +246,11 @@ def say_left_out(*, pdf: bool = False) -> None:
 
 def announce(out: Path, names: Iterable[str], *, quiet: bool = False) -> None:
     """Print which files a folder now has."""
-    if not quiet:
+    if quiet:
+        return
+    if VERBOSE.get():
         print("written: " + ", ".join(str(out / name) for name in names))
+    else:
+        from stillhook.report.terminal import print_written
+
+        print_written(str(out), list(names))

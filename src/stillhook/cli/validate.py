@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, Out, refuse, say_left_out
+from stillhook.cli.groups import VERBOSE
+from stillhook.cli.parser import Json, Out, present, refuse, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_document, print_json, progress_bar
+from stillhook.report.terminal import Answer, answer_of, print_document, progress_bar
 from stillhook.units import number, quote
 
 if TYPE_CHECKING:
@@ -56,15 +57,17 @@ def validate(
         todo = replace(todo, criteria=load_criteria(criteria))
     with progress_bar("validating") as bar:
         result = check(todo, steps=numbers, progress=bar)
-    if json:
-        from stillhook.validate.report.document import to_dict
+    from stillhook.validate.report.document import summary, to_dict
 
-        print_json(to_dict(result))
-    else:
-        from stillhook.validate.report.document import summary
-
-        parts = numbers is not None
-        print_document(summary(result, tables=parts, everything=all_ or parts))
+    parts = numbers is not None
+    in_full = lambda: print_document(summary(result, tables=parts, everything=all_ or parts))
+    if all_ or parts:  # what was asked for is the detail
+        VERBOSE.set(True)
+    certified = "" if out is None else f"stillhook certificate {out / 'certificate.json'} --check"
+    step = certified if result.passed else "correct what is refuted or not shown: --steps N prints the tables of a step"
+    more = "every criterion, load cases, steps, what is not judged"
+    brief = lambda: answer_of(summary(result), step or "--out FOLDER, for report, figures and certificate", more)
+    present(to_dict(result), in_full, brief=brief, json=json)
     if out is not None:
         from stillhook.validate.certificate.certificate import save_validation
 
@@ -72,7 +75,7 @@ def validate(
         if not json:
             _print_written(out, written)
         say_left_out(pdf=True)
-    if not json:
+    if VERBOSE.get() and not json:
         _print_missing(result, out, criteria)
     raise typer.Exit(0 if result.passed else 1)
 
@@ -136,10 +139,9 @@ def certificate(
         raise typer.Exit(0 if _checked(file, campaign, quick=quick, json=json) else 1)
     refuse({"--campaign": campaign, "--quick": quick}, "belongs to --check. Give it, or leave this out.")
     read = load_certificate(file)
-    if json:
-        print_json(read.data)
-    else:
-        print_document(read.summary())
+    step, document = f"stillhook certificate {file} --check", read.summary()
+    brief = lambda: answer_of(document, step, "every criterion, signature")
+    present(read.data, lambda: print_document(document), brief=brief, json=json)
     raise typer.Exit(0 if read.passed else 1)
 
 
@@ -151,11 +153,20 @@ def _checked(file: Path, campaign: Path | None, *, quick: bool, json: bool) -> b
     read = load_certificate(file)
     with progress_bar("checking") as bar:
         result = check(file, read, campaign=campaign, quick=quick, progress=bar)
-    if json:
-        print_json(result.to_dict())
-    else:
-        _say(result)
+    present(result.to_dict(), lambda: _say(result), brief=lambda: _brief_check(file, result), json=json)
     return bool(result.holds)
+
+
+def _brief_check(file: Path, result: Check) -> Answer:
+    """Whether it holds, and the first of what changed, is missing or differs."""
+    found = {"changed": result.changed, "missing": result.missing, "otherwise": result.lines}
+    lines = [f"{title}: {line}" for title, of in found.items() for line in of]
+    if result.certificate.data["synthetic"]:
+        lines.insert(0, "SYNTHETIC: a certificate of simulated logs, not of a real crane")
+    if result.computed:
+        same = "identical to the byte" if result.same_bytes else "not identical to the byte"
+        lines.insert(0, f"Recomputed from the logs: {same}.")
+    return Answer(f"{file}", [result.verdict, *lines], more="signature, largest difference, PDF")
 
 
 def _say(result: Check) -> None:

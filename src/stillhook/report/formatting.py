@@ -119,6 +119,11 @@ def typeset(text: str) -> str:
     return text.replace("+-", "±")
 
 
+def counted(n: int, noun: str) -> str:
+    """A number of things."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
 def groups(digest: object, length: int | None = None) -> str:
     """A hash in groups of four; its first characters only where a length is stated."""
     text = str(digest)[:length]

@@ -1,9 +1,11 @@
-"""How commands print: JSON in SI for machines, documents and tables in human units for people."""
+"""How commands print: an answer of a dozen lines, JSON in SI for machines, documents and tables in human units for
+people."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.base.progress import RUNS, Monitor, Relay
@@ -31,6 +33,111 @@ space on either side."""
 
 OUTCOME = 10
 """Width of a verdict at the start of a line."""
+MOST_LINES, MOST_COLUMNS = 12, 100
+"""Size of an answer, with the lines that say which files were written."""
+FILE_LINES, TITLE_LINES, MOST_ROWS = 2, 2, 6
+"""Lines of an answer that are kept for written files; of its title at most; rows of a table in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a command answers unless --verbose or --json asks for all of it."""
+
+    title: str  # the subject, in a line
+    lines: Sequence[str] = ()  # verdict, numbers with units, what governs; the most important first
+    step: str = ""  # what to do next
+    more: str = ""  # what --verbose prints besides
+
+    def text(self, *, files: bool = True) -> list[str]:
+        """Lines to print; what has no place among them is counted in the last one. files: leave room for those that
+        name the files."""
+        title = _cut(folded(self.title), TITLE_LINES)
+        step = _cut(folded(f"Next: {self.step}"), TITLE_LINES) if self.step else []
+        lines = [line for each in self.lines if each for line in folded(each)]
+        room = MOST_LINES - FILE_LINES * files - 1 - len(title) - len(step)
+        hidden = len(lines) - room if len(lines) > room else 0
+        more = [self.more, f"{hidden} more lines" if hidden else ""]
+        end = f"More with --verbose: {'; '.join(filter(None, more))}." if any(more) else ""
+        return [*title, *lines[:room], *step, *(_cut(folded(end), 1) if end else [])]
+
+
+def answer_of(document: Document, step: str = "", more: str = "", lines: Sequence[str] = ()) -> Answer:
+    """The answer of a document: its marks, the verdict, facts and first sentences of its front; lines go after them."""
+    front: list[str] = list(document.marks)
+    for part in document.front:
+        match part:
+            case Verdict(word, _, paragraphs):
+                front += [word, *paragraphs]
+            case Text(text):
+                front.append(text)
+            case Table(header, rows) if not header:
+                front += [": ".join(filter(None, (words(name), "  ".join(map(words, of))))) for name, *of in rows]
+            case _:
+                pass
+    return Answer(document.heading, [*map(first_sentence, front), *lines], step, more)
+
+
+def first_sentence(text: str, most: int = 1) -> str:
+    """The first sentences of a text."""
+    import re
+
+    return " ".join(re.split(r"(?<=[a-z0-9)%][.!]) (?=[A-Z])", text)[:most])
+
+
+def print_answer(answer: Answer, *, files: bool = True) -> None:
+    print("\n".join(answer.text(files=files)))
+
+
+def folded(text: str) -> list[str]:
+    """Running text in lines of an answer, those after the first indented."""
+    import shutil
+    import sys
+    import textwrap
+
+    width = min(MOST_COLUMNS, shutil.get_terminal_size().columns) if sys.stdout.isatty() else MOST_COLUMNS
+    fold = textwrap.TextWrapper(width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return [line for part in text.splitlines() for line in fold.wrap(part)]
+
+
+def _cut(lines: list[str], most: int) -> list[str]:
+    """Lines, the last one marked where some are left out."""
+    return lines if len(lines) <= most else [*lines[: most - 1], f"{lines[most - 1][: MOST_COLUMNS - 4].rstrip()} ..."]
+
+
+def columns(
+    header: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[int] = (0,), most: int = MOST_ROWS
+) -> list[str]:
+    """A small table without rules as lines of an answer: of many rows the first. left: columns of text."""
+    shown = [list(row) for row in rows[: most if len(rows) <= most else most - 1]]
+    table = [list(header), *shown] if any(header) else shown
+    if not table:
+        return []
+    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))]
+    while sum(widths) + 2 * len(widths) > MOST_COLUMNS and (widest := max(left, key=widths.__getitem__)) is not None:
+        if widths[widest] <= FOLDED:
+            break
+        widths[widest] -= 1
+    cells = [[_fitted(cell, width) for cell, width in zip(row, widths, strict=True)] for row in table]
+    lines = [
+        "  ".join(c.ljust(w) if i in left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True)))
+        for row in cells
+    ]
+    hidden = len(rows) - len(shown)
+    return [line.rstrip() for line in lines] + ([f"... and {hidden} more"] if hidden else [])
+
+
+def _fitted(cell: str, width: int) -> str:
+    return cell if len(cell) <= width else f"{cell[: width - 3].rstrip()}..."
+
+
+def print_written(folder: str, names: Sequence[str]) -> None:
+    """Files that were written, on two lines at most: what has no place there is counted."""
+    for shown in range(len(names), 0, -1):
+        hidden = f" and {len(names) - shown} more" if shown < len(names) else ""
+        lines = folded(f"written to {folder}: {', '.join(names[:shown])}{hidden}")
+        if len(lines) <= FILE_LINES:
+            break
+    print("\n".join(lines))
 
 
 def print_json(data: Any) -> None:

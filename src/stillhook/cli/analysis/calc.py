@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, present
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_json, print_table, print_values, say
+from stillhook.report.terminal import MOST_LINES, Answer, columns, print_table, print_values, say
 from stillhook.units import parse, quote, show
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
@@ -222,10 +223,26 @@ def calc(
     if quantity not in QUANTITIES:
         raise CommandError(f"calc {quote(quantity)}: choose {', '.join(QUANTITIES)}.")
     answer = QUANTITIES[quantity].answer(name, **_values(quantity, values or ()))
-    if json:
-        print_json(answer)
-    elif isinstance(answer, Mapping):
-        print_values(dict(answer))
-    else:
-        header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in answer[0]]
-        print_table(header, [[display_number(k, v, 5) for k, v in row.items()] for row in answer], left=0)
+    rows = [answer] if isinstance(answer, Mapping) else answer
+    header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in rows[0]]
+    cells = [[display_number(k, v, 5) for k, v in row.items()] for row in rows]
+
+    def in_full() -> None:
+        if isinstance(answer, Mapping):
+            print_values(dict(answer))
+        else:
+            print_table(header, cells, left=0)
+
+    def brief() -> Answer:
+        short = [[display_number(k, v, 4) for k, v in row.items()] for row in rows]
+        lines = columns(header, short, left=())
+        if isinstance(answer, Mapping):
+            named = [[k, display_number(k, v, 5), display_unit(k), _meaning(k)] for k, v in answer.items()]
+            lines = columns([], named, left=(0, 2, 3), most=MOST_LINES - 3)
+        return Answer(f"{quantity} of {name}", lines, more="" if isinstance(answer, Mapping) else "every row")
+
+    present(answer, in_full, brief=brief, json=json)
+
+
+def _meaning(name: str) -> str:
+    return BY_NAME[name].meaning if name in BY_NAME else ""

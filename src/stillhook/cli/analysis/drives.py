@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.cli.parser import check_out, present
-from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
-from stillhook.report.terminal import print_table, progress_bar, say
+from stillhook.report.formatting import EMPTY, cell, counted, fmt, percent, wrapped
+from stillhook.report.terminal import Answer, columns, print_table, progress_bar, say
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
@@ -90,13 +90,32 @@ def compare_drives(
             print_owner(rows, costs)
         _print(result, data, title)
 
-    present(data, show, out, files, json=json, pictures=pictures)
+    present(data, show, out, files, brief=lambda: _brief(result, title), json=json, pictures=pictures)
     return result.ok
 
 
 def sankey(name: str) -> str:
     """File of the energy picture of a drive."""
     return f"energy-{name}.png"
+
+
+def _brief(result: DriveComparison, title: str) -> Answer:
+    """Error, net energy, installed power and status of each drive, and which are best."""
+    runs = result.ordered()
+    rows = [
+        [
+            run.name,
+            cell("e_c_pp", run.value("e_c_pp")),
+            f"{_kwh(run.energy.net)} kWh/h",
+            fmt(run.P_installed, "power", 3),
+            run.status,
+        ]
+        for run in runs
+    ]
+    table = columns(["drive", "error p-p", "net energy", "installed", "status"], rows, left=(0, 4))
+    lines = [*table, *(result.verdict(name) for name in ("e_c_pp", "energy_net")), "Not validated: no certificate."]
+    notes = sum(len(run.notes) for run in runs)
+    return Answer(title, lines, more=f"intervals, losses, sizing, {counted(notes, 'note')}")
 
 
 def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:

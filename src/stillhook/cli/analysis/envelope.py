@@ -11,7 +11,7 @@ import typer
 from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, present, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
-from stillhook.report.terminal import print_table, print_twin, progress_bar
+from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -65,7 +65,7 @@ def envelope(
         data = envelope_at(crane, loads, modes=chosen, layers=layers, progress=bar)
     table = rows(data)
     answer = _answer(crane, data, table)
-    present(answer, lambda: _print(crane, data, table), json=json)
+    present(answer, lambda: _print(crane, data, table), brief=lambda: _brief(crane, data, table), json=json)
     if out is not None:
         _write(out, crane, chosen, layer, answer, quiet=json)
     if any(all(math.isnan(r["v_w_top"]) for r in table if r["load"] == x and r["mode"] != "physical") for x in loads):
@@ -127,6 +127,23 @@ def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> 
 
 
 _BY_LOAD = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
+
+
+def _brief(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> Answer:
+    """Highest wire speed of each load and controller, and what binds."""
+    from stillhook.engine.certificate import twin_line
+
+    rows, before = [], None
+    for r in table:
+        load = f"{display_number('load', r['load'], 4)} t" if r["load"] != before else ""
+        before = r["load"]
+        label = "machine limit" if r["mode"] == "physical" else r["mode"]
+        rows.append([load, label, cell("v_w_top", r["v_w_top"]), r["binds"]])
+    lines = columns(["load", "controller", "speed", "governing"], rows, left=(0, 1, 3))
+    title = f"{crane.name}: highest steady wire speed in compensation, layer {int(data['layer'].values[0])}"
+    more = f"motors, pumps, pressure, gains over NS and HS in {len(table)} rows"
+    step = f"stillhook map {crane.name}, for the control error over load and speed"
+    return Answer(f"{title} of {crane.drum.layers}", [*lines, twin_line(crane)], step, more)
 
 
 def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> None:

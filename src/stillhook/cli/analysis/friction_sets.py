@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,7 +13,7 @@ from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_o
 from stillhook.cli.runs.simulation import USUAL_CASE, title_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
-from stillhook.report.terminal import print_table, progress_bar
+from stillhook.report.terminal import Answer, columns, print_table, progress_bar
 from stillhook.units import number, parse, show
 from stillhook.variables import BY_NAME
 
@@ -63,7 +64,8 @@ def compare(
         remarks.append("No set here has a stated uncertainty.")
     picture, numbers = FILES
     pictures = lambda: {picture: figure(splits, T_d, description)}
-    present(data, lambda: _print(rows, T_d, description, remarks), out, {numbers: data}, json=json, pictures=pictures)
+    show, brief = partial(_print, rows, T_d, description, remarks), partial(_brief, rows, T_d, remarks)
+    present(data, show, out, {numbers: data}, brief=brief, json=json, pictures=pictures)
 
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
@@ -80,6 +82,15 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
     mass = parse(load, "mass", "--load")
     n = machine.drum.layers if layer is None else layer
     return drum_torque(machine, mass, layer), f"{show(mass, 'mass')} and the hook on layer {n} of {machine.name}"
+
+
+def _brief(rows: list[dict[str, Any]], T_d: float, remarks: list[str]) -> Answer:
+    """Coulomb part and the whole at each speed, a set a row."""
+    speeds = list(rows[0]["total"])
+    shown = [[r["set"], f"{r['coulomb']:.1f}", *(f"{r['total'][s]:.1f}" for s in speeds)] for r in rows]
+    title = f"System friction per motor shaft [N m] at a drum torque of {show(T_d, 'drum_torque')}"
+    lines = columns(["set", "Coulomb", *speeds], shown)
+    return Answer(title, [*lines, *remarks[:2]], more="stiction, viscous part, intervals, sources")
 
 
 def _print(rows: list[dict[str, Any]], T_d: float, description: str, remarks: list[str]) -> None:
@@ -151,7 +162,12 @@ def draws(
     lines = [f"note: {note}" for note in notes]
     if beyond:
         lines.append(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
-    present(answer, lambda: _print_draws(spread, at_values, title, lines), json=json)
+    bands = [
+        f"{BY_NAME[n].meaning}: {cell(n, at_values[n])}, 5 to 95 % {cell(n, q['low'])} to {cell(n, q['high'])}."
+        for n, q in spread.items()
+    ]
+    brief = lambda: Answer(title, [*bands, *lines[-2:]], more="medians, notes")
+    present(answer, lambda: _print_draws(spread, at_values, title, lines), brief=brief, json=json)
     raise typer.Exit(1 if beyond else 0)
 
 

@@ -19,7 +19,7 @@ from stillhook.cli.parser import (
 )
 from stillhook.control.registry import CLASSIC
 from stillhook.errors import SpecError
-from stillhook.report.terminal import print_implausible, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import Answer, columns, print_implausible, print_table, print_twin, progress_bar, started
 from stillhook.units import in_display, number, quote, show
 
 if TYPE_CHECKING:
@@ -92,7 +92,15 @@ def show_map(
 
     record = result.record()
     files = None if out is None else dict(zip(FILES, (result.dataset(), record), strict=True))
-    present(record, lambda: _print(result, metric), out, files, json=json, pictures=pictures)
+    present(
+        record,
+        lambda: _print(result, metric),
+        out,
+        files,
+        brief=lambda: _brief(result, metric),
+        json=json,
+        pictures=pictures,
+    )
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 
@@ -127,6 +135,34 @@ def _run(crane: Crane, controllers: str | None, metric: str, arguments: dict[str
     from stillhook.analysis.maps.operability import map_of
 
     return map_of(crane, chosen, **arguments)
+
+
+def _brief(result: Map, metric: str) -> Answer:
+    """Where each controller is applicable, its median number there, and what limits it most."""
+    from collections import Counter
+
+    import numpy as np
+
+    from stillhook.analysis.maps.result import SHOWN
+    from stillhook.engine.certificate import twin_line
+
+    name, axes = METRICS[metric], result.axes
+    words, factor, digits = SHOWN[name]
+    rows = []
+    for i, (label, summary) in enumerate(result.summary().items()):
+        values = result.values[name][i][result.cause[i] == ""]
+        shown = [f"{x * factor:.{digits}f}" for x in (np.median(values), values.max())] if values.size else ["-"] * 2
+        causes = Counter(str(c) for c in result.cause[i].ravel() if c).most_common(1)
+        rows.append(
+            [controller_name(label), f"{summary['applicable_share']:.0%}", *shown, causes[0][0] if causes else "-"]
+        )
+    ends = [show(x, kind) for kind, of in (("mass", axes.loads), ("speed", axes.speeds)) for x in (min(of), max(of))]
+    title = f"{result.crane.name}: {words}; {ends[0]} to {ends[1]}, {ends[2]} to {ends[3]}"
+    table = columns(["controller", "applicable", "median", "largest", "most frequent limit"], rows, left=(0, 4))
+    against = [f"{part}." for part in one_line(result).split("; ")[1:]]
+    step = f"stillhook tune {result.crane.name}, for each controller at its best"
+    cells = f"{len(axes.loads) * len(axes.speeds)} cells of each controller"
+    return Answer(title, [*table, *against, twin_line(result.crane), *result.about["notes"][:1]], step, cells)
 
 
 def _print(result: Map, metric: str) -> None:

@@ -12,7 +12,7 @@ import typer
 from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, present, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_implausible, print_table
+from stillhook.report.terminal import Answer, print_implausible, print_table
 from stillhook.units import parse, show
 from stillhook.variables import BY_NAME
 
@@ -127,7 +127,16 @@ def stability(
         for note in notes:
             print(note)
 
-    present(table, show_answer, json=json)
+    def brief() -> Answer:
+        lines = [line for alpha, v in zip(alphas, verdicts, strict=False) for line in _short(v, chosen.name, alpha)]
+        lines += [f"Motors at {s.alpha_m:.3g}: {_sentence(s)}" for s in loops]
+        title = f"{crane.name}, {chosen.name}: position loop, {where or 'complete plant'}"
+        if at.delay:
+            title += f", delay {show(at.delay, 'time')}"
+        step = "" if all(each.ok for each in result) else f"stillhook tune {name} --controllers {chosen.name}"
+        return Answer(title, [*lines, *notes[:1]], step, "every margin, wire damping, the published loop")
+
+    present(table, show_answer, brief=brief, json=json)
     if out is not None:
         if closed:
             _write(out, crane, alphas, table, at.delay, quiet=json)
@@ -185,6 +194,22 @@ def _print_verdict(v: Verdict, controller: str, alpha: float | None) -> None:
         answer = f"UNSTABLE, {v.found.describe()}."
     for line in (f"{where}: {answer}", *_without_gain(v), *_by_gain(v), *_margin(v), *_references(v)):
         print(textwrap.fill(line, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+
+
+def _short(v: Verdict, controller: str, alpha: float | None) -> list[str]:
+    """The verdict, what governs and the margin, a line each."""
+    motors = "" if alpha is None else f"Motors at {alpha:.3g}: "
+    n, least = len(v.found.places), v.found.limit
+    stable = f"STABLE at all {n} places" if v.ok else f"UNSTABLE at {len(v.oscillates)} of {n} places"
+    lines = [f"{motors}{stable} with K_p {_gain(v.K_p, 4)}.", *_without_gain(v)[:1]]
+    if least is not None and (m := v.margins) is not None:
+        at = f"{show(least.place.load, 'mass', 4)}, {show(abs(least.place.v_tip), 'speed', 3)}"
+        above = f"K_p is above its limit {_gain(least.gains.high)} at {at}."
+        decibel = 20.0 * math.log10(m.gain_margin)
+        margin = f"Gain margin {decibel:.3g} dB, phase margin {math.degrees(m.phase_margin):.3g} deg, least at {at}."
+        lines.append(margin if decibel > 0.0 else above)
+        lines.append(f"Largest K_p with gain margin 2, 45 deg and sensitivity peak 2: {_gain(v.found.K_p)}.")
+    return lines
 
 
 WIDTH = 100

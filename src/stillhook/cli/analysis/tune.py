@@ -12,7 +12,10 @@ import typer
 from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, present, write_out
 from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
+from stillhook.report.formatting import counted
 from stillhook.report.terminal import (
+    Answer,
+    columns,
     print_implausible,
     print_table,
     print_twin,
@@ -94,7 +97,7 @@ def tune(
     options |= {"seed": settings.seed, "budget": settings.budget}
     tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
-    present(report.data(), report.print, json=json)
+    present(report.data(), report.print, brief=report.brief, json=json)
     if out is not None:
         _write(report, trials, out, pareto=pareto, quiet=json)
     raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
@@ -260,6 +263,29 @@ class _Report:
         """A score or an outcome as JSON has it, in SI."""
         left_out = ("e_c_pp", "pressures", *({"p_max"} - set(self.available)))
         return {name: value for name, value in of._asdict().items() if name not in left_out}
+
+    def brief(self) -> Answer:
+        """Score and errors of each controller before and at its best, limits that are active, and what to distrust."""
+        from stillhook.engine.certificate import twin_line
+
+        rows = []
+        for t, (_, unseen) in zip(self.tuned, self.held_out, strict=True):
+            errors = [f"{x.e_c_pp_mean * 1e3:.1f} mm" for x in (t.before, t.after, unseen)]
+            outcome = "limits kept" if t.met else f"exceeded: {'; '.join(t.stops)}"
+            active = f"; active: {', '.join(t.active)}" if t.active else ""
+            rows.append([t.start.name, *errors, f"{t.after.score:.3f}", outcome + active])
+        heads = ["controller", "before", "tuned", "hold-out", "score", "limits"]
+        settings = [
+            f"{t.start.name}: " + ", ".join(f"{c.name} {_change(c.name, c.before, c.after)}" for c in t.settings)
+            for t in self.tuned
+            if t.met
+        ]
+        title = f"{self.crane.name}: mean control error p-p, objective {self.tuned[0].objective.value},"
+        lines = [*columns(heads, rows, left=(0, 5)), *settings, *self.remarks[:1], twin_line(self.crane)]
+        names = ",".join(t.start.name for t in self.tuned)
+        step = f"stillhook compare {self.crane.name} --controllers {names}"
+        more = f"pressures, deviating winches, {counted(len(self.remarks), 'remark')}"
+        return Answer(f"{title} {len(self.cases)} scenarios", lines, step, more)
 
     def print(self) -> None:
         """The tables for people."""

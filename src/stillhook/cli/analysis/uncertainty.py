@@ -27,14 +27,17 @@ from stillhook.cli.parser import (
 from stillhook.cli.runs import simulation
 from stillhook.control.registry import Mode
 from stillhook.errors import ScenarioError, SpecError
+from stillhook.report.formatting import cell, percent
 from stillhook.report.terminal import (
+    Answer,
+    columns,
     print_document,
     print_implausible,
     print_twin,
     progress_bar,
     started,
 )
-from stillhook.units import KINDS, in_display
+from stillhook.units import KINDS, in_display, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -130,7 +133,12 @@ def uncertainty(
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
-    present(data, lambda: _print(request, data, indices, causes), json=json)
+    present(
+        data,
+        lambda: _print(request, data, indices, causes),
+        brief=lambda: _brief(request, data, causes),
+        json=json,
+    )
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
@@ -190,6 +198,34 @@ def _causes(request: _Request, limits: list[Limit], factors_table: Uncertainty |
             figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
     pairs = zip(request.cranes, request.cases, strict=True)
     return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=factors_table)
+
+
+OF_BRIEF = {"e_c_pp": "error p-p", "p_max": "peak pressure"}
+"""Numbers in the short answer, where the winch type has them."""
+
+
+def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) -> Answer:
+    """Control error of each controller with its band, chances of limits, and which controller is lower."""
+    from stillhook.engine.certificate import twin_line
+
+    crane, case = request.cranes[0], request.cases[0]
+    names = [name for name in OF_BRIEF if all(name in of["band_90"] for of in data["cases"].values())]
+    heads = ["controller", *(f"{OF_BRIEF[name]} (5 to 95 %)" for name in names), "limits exceeded"]
+    rows, limits = [], []
+    for label, of in data["cases"].items():
+        bands = [(name, *(of["band_90"][name][end] for end in ("median", "low", "high"))) for name in names]
+        cells = [f"{cell(n, x)} ({cell(n, low).split(' ')[0]} to {cell(n, high)})" for n, x, low, high in bands]
+        rows.append([label, *cells, percent(of["beyond_limits"]["share"])])
+        limits += [
+            f"{label}: {text} {'met' if x['kept'] else 'not met'}, exceeded in {percent(x['share'])} of the draws."
+            for text, x in of["limits"].items()
+        ]
+    lines = [*columns(heads, rows), *limits]
+    title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out: {data['draws']} draws"
+    if causes is not None:
+        lines += causes.words()[:2]
+    more = f"factors, differences, limits{', causes' if causes is not None else ''}"
+    return Answer(title, [*lines, *data["notes"][:1], twin_line(crane)], more=more)
 
 
 def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:

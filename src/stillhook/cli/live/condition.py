@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, Out, refuse, say_left_out
+from stillhook.cli.parser import Json, Out, announce, present, refuse, say_left_out
 from stillhook.errors import CommandError
+from stillhook.report.document import Document, Table, words
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_document, print_json, progress_bar
+from stillhook.report.terminal import answer_of, columns, print_document, progress_bar
 
 
 def condition(
@@ -60,17 +61,24 @@ def _pass(campaigns: list[Path], out: Path | None, *, json: bool) -> bool:
     with progress_bar("following") as bar:
         result = follow_condition(campaigns, out, progress=bar)
     written = save_condition(result, out) if out is not None else ()
-    if json:
-        print_json(to_dict(result))
-    else:
-        print_document(document(result))
-        if written:
-            wrapped(
-                f"written to {out}: {', '.join(name for name in written if not name.startswith('crane-'))}, crane files"
-            )
+    full = document(result)
+    show, brief = (
+        (lambda: print_document(full)),
+        (lambda: answer_of(full, more="every number, basis", lines=trends(full))),
+    )
+    present(to_dict(result), show, brief=brief, json=json)
+    if written and out is not None and not json:
+        announce(out, [*(name for name in written if not name.startswith("crane-")), "crane files"])
     if out is not None:
         say_left_out()
     return result.fine
+
+
+def trends(full: Document) -> list[str]:
+    """Each followed number today, and the time until its limit."""
+    table = next(part for part in full.front if isinstance(part, Table))
+    rows = [[words(row[i]) for i in (0, 2, 4)] for row in table.rows]
+    return columns(["number", "today", "time to limit"], rows, left=(0, 1, 2))
 
 
 def _look(campaigns: list[Path], out: Path, before: tuple[str, ...] | None) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, refuse
-from stillhook.report.terminal import print_json, print_table, say
+from stillhook.cli.parser import Json, present, refuse
+from stillhook.report.formatting import counted
+from stillhook.report.terminal import Answer, print_table, say
 
 SHOWN_EVENTS = 20
 
@@ -45,12 +46,12 @@ def history(
         save(run, out)
         for line in filter(None, run.attrs["left_out"].split("\n")):
             say(line)
-    if json:
-        written = {} if out is None else {"written": str(out), "left_out": run.attrs["left_out"].split("\n")}
-        listed = [{**event._asdict(), "data": dict(event.data)} for event in events]
-        print_json({**found.to_dict(), "events_in_range": listed, "damaged": harm, **written})
-    else:
-        print("\n".join(describe(found)))
+    written = {} if out is None else {"written": str(out), "left_out": run.attrs["left_out"].split("\n")}
+    listed = [{**event._asdict(), "data": dict(event.data)} for event in events]
+    lines = describe(found)
+
+    def in_full() -> None:
+        print("\n".join(lines))
         shown = events[-SHOWN_EVENTS:]
         rows = [[event.when, str(event.row), event.kind.value, event.text] for event in shown]
         print_table(
@@ -59,8 +60,13 @@ def history(
             title=f"Events, the last {len(shown)} of {len(events)}",
             texts={2, 3},
         )
-        for line in harm:
-            print(line)
-        if out is not None:
-            print(f"written: {out}, {run.sizes['time']} rows")
+        print("\n".join(harm), end="\n" if harm else "")
+
+    damage = f"DAMAGED: {'; '.join(harm)}" if harm else "No damage found." if check else ""
+    last = [f"Last event {event.when}, {event.kind.value}: {event.text}" for event in events[-1:]]
+    answer = Answer(lines[0], [damage, *lines[1:], *last], more=f"the last of {counted(len(events), 'event')}")
+    data = {**found.to_dict(), "events_in_range": listed, "damaged": harm, **written}
+    present(data, in_full, brief=lambda: answer, json=json)
+    if out is not None and not json:
+        print(f"written: {out}, {run.sizes['time']} rows")
     raise typer.Exit(1 if harm else 0)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Columns, Json, Load, MappingFile
-from stillhook.report.terminal import print_json, print_table
+from stillhook.cli.parser import Columns, Json, Load, MappingFile, present
+from stillhook.report.terminal import Answer, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,13 +48,27 @@ def parameters(
     estimator = FrictionEstimator(of.crane, load=weight)
     states = follow_friction(estimator, {"time": read.t if read.at is None else read.at, **read.signals}, every=30.0)
     last = states[-1]
-    if json:
-        print_json({"states": [asdict(s) for s in states if s.estimate is not None], "last": asdict(last)})
-    else:
-        _print_states(states)
+    data = {"states": [asdict(s) for s in states if s.estimate is not None], "last": asdict(last)}
+    present(data, lambda: _print_states(states), brief=lambda: _brief_states(last, read.source), json=json)
     others = last.parameters.values()
     nothing = last.estimate is None and all(p.estimate is None for p in others)
     raise typer.Exit(1 if last.alarms or any(p.alarms for p in others) or nothing else 0)
+
+
+def _brief_states(last: FrictionState, source: str) -> Answer:
+    """Friction and the other parameters at the end with 95 % intervals, and alarms."""
+    alarms = (*last.alarms, *(a for p in last.parameters.values() for a in p.alarms))
+    lines = [f"ALARM at {alarm.t:.0f} s: {alarm.message}" for alarm in alarms] or ["No step was found."]
+    if last.estimate is not None:
+        loss, system = (
+            f"{x.value:.3f} ({x.low:.3f} to {x.high:.3f})" for x in (last.estimate.loss, last.estimate.system)
+        )
+        lines.append(f"Friction over that of the crane file: all losses {loss}, system friction {system}.")
+    lines += [
+        f"{p.meaning}: {_text(p.estimate.value, p.unit)}." for p in last.parameters.values() if p.estimate is not None
+    ]
+    lines += list(dict.fromkeys((*last.reasons, *last.bounds)))
+    return Answer(f"{source}: parameters at the end, with 95 % intervals", lines, more="course over time, remarks")
 
 
 def _print_states(states: Sequence[FrictionState]) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json
-from stillhook.report.terminal import print_json, print_table, say
+from stillhook.cli.parser import Json, announce, present
+from stillhook.report.terminal import Answer, columns, print_table, say
 
 if TYPE_CHECKING:
     from stillhook.base.arrays import FloatArray
@@ -57,13 +57,15 @@ def plc_run(
     cost: BusCost | str = "The script changed inputs, or the guard stopped the winch: the cost of the bus is not known."
     if plan.script.empty and not outcome.stopped:
         cost = bus_cost(plan.plant, plan.scenario, outcome.seen)
-    if json:
-        numbers = {name: value for name, value in outcome._asdict().items() if isinstance(value, bool | int)}
-        trips = {name: _spread(getattr(outcome, name)) for name in ("ages", "reads", "writes")}
-        of = {"reason": cost} if isinstance(cost, str) else {**cost._asdict(), "cost": cost.cost}
-        print_json({"log": str(plan.log), **numbers, **trips, "bus_cost": of})
-    else:
-        _print_outcome(outcome, cost, plan.log)
+    numbers = {name: value for name, value in outcome._asdict().items() if isinstance(value, bool | int)}
+    trips = {name: _spread(getattr(outcome, name)) for name in ("ages", "reads", "writes")}
+    of = {"reason": cost} if isinstance(cost, str) else {**cost._asdict(), "cost": cost.cost}
+    data = {"log": str(plan.log), **numbers, **trips, "bus_cost": of}
+    title = f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}"
+    step = f"stillhook plc compare {plan.log} {plc_file}"
+    brief = lambda: Answer(title, [*_counts(outcome), _cost(cost)], step, "age of samples, reading and writing")
+    present(data, lambda: _print_outcome(outcome, cost), brief=brief, json=json)
+    announce(plan.log.parent, [plan.log.name], quiet=json)
 
 
 def _spread(values: FloatArray) -> dict[str, float] | None:
@@ -77,27 +79,32 @@ def _spread(values: FloatArray) -> dict[str, float] | None:
     return {"p50": p50, "p99": p99, "largest": largest}
 
 
-def _print_outcome(outcome: Outcome, cost: BusCost | str, log: Path) -> None:
+def _counts(outcome: Outcome) -> list[str]:
+    counts = (
+        f"{outcome.cycles} cycles: {outcome.late} late, {outcome.without_answer} without a new sample,"
+        f" {outcome.unconfirmed} without a write, {outcome.reconnected} times connected again."
+    )
+    return [counts, *(["The guard stopped the winch."] if outcome.stopped else [])]
+
+
+def _cost(cost: BusCost | str) -> str:
+    if isinstance(cost, str):
+        return cost
+    over, within = 100.0 * cost.e_c_pp, 100.0 * cost.e_c_pp_in_process
+    return (
+        f"Control error peak to peak {over:.2f} cm over the bus, {within:.2f} cm in process, of {cost.s_tip_pp:.2f}"
+        f" m of the tip, {cost.begin:.0f} to {cost.end:.0f} s: the bus costs {100.0 * cost.cost:.2f} cm."
+    )
+
+
+def _print_outcome(outcome: Outcome, cost: BusCost | str) -> None:
     rows = []
     for name, values in (("age of the sample", outcome.ages), ("reading", outcome.reads), ("writing", outcome.writes)):
         spread = _spread(values)
         rows.append([name, *(["-"] * 3 if spread is None else [f"{1e3 * x:.2f}" for x in spread.values()])])
     print_table(["", "p50", "p99", "largest"], rows, title="Over the bus [ms]")
-    print(
-        f"{outcome.cycles} cycles: {outcome.late} late, {outcome.without_answer} without a new sample,"
-        f" {outcome.unconfirmed} without a write, {outcome.reconnected} times connected again."
-    )
-    if outcome.stopped:
-        print("The guard stopped the winch.")
-    if isinstance(cost, str):
-        print(cost)
-    else:
-        over, within = 100.0 * cost.e_c_pp, 100.0 * cost.e_c_pp_in_process
-        print(
-            f"Control error peak to peak {over:.2f} cm over the bus, {within:.2f} cm in process, of {cost.s_tip_pp:.2f}"
-            f" m of the tip, {cost.begin:.0f} to {cost.end:.0f} s: the bus costs {100.0 * cost.cost:.2f} cm."
-        )
-    print(f"written: {log}")
+    for line in (*_counts(outcome), _cost(cost)):
+        print(line)
 
 
 def plc_compare(
@@ -120,12 +127,23 @@ def plc_compare(
     recorded = read_plc_log(log, plan.file.signals, plan.path.name)
     steps = {**recorded.steps, **stated_steps(plan.file.resolution, plan.path.name)}
     result = compare(plan.crane, plan.mode, recorded, steps)
-    if json:
-        rows = [d._asdict() | {"verdict": d.verdict} for d in result.outputs]
-        print_json({"same": result.same, "cycles": result.cycles, "outputs": rows, "absent": result.absent})
-    else:
-        _print_comparison(result, f"{plan.mode} on {plan.crane.name}")
+    rows = [d._asdict() | {"verdict": d.verdict} for d in result.outputs]
+    data = {"same": result.same, "cycles": result.cycles, "outputs": rows, "absent": result.absent}
+    what = f"{plan.mode} on {plan.crane.name}"
+    present(data, lambda: _print_comparison(result, what), brief=lambda: _brief_comparison(result, what), json=json)
     raise typer.Exit(0 if result.same else 1)
+
+
+def _brief_comparison(result: Comparison, what: str) -> Answer:
+    """Whether PLC and library give the same, the largest difference of each output, and the first one."""
+    rows = [[d.name, f"{d.largest:.3g} {d.unit}", f"{d.explained:.3g} {d.unit}", d.verdict] for d in result.outputs]
+    verdict = "PLC and library give the same." if result.same else "PLC and library differ."
+    table = columns(["output", "largest", "explained by rounding", "verdict"], rows, left=(0, 3))
+    firsts = [d for d in result.outputs if d.first >= 0.0]
+    first = min(firsts, key=lambda each: each.first, default=None)
+    where = "" if first is None else f"First difference: cycle {first.first:.0f}, {first.name}."
+    absent = f"Not in the log: {', '.join(result.absent)}." if result.absent else ""
+    return Answer(f"PLC less library ({what}), {result.cycles} cycles", [verdict, *table, where, absent])
 
 
 def _print_comparison(result: Comparison, what: str) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Columns, Json, MappingFile
+from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError
-from stillhook.report.terminal import print_json, print_table
+from stillhook.report.terminal import Answer, columns, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,10 +51,9 @@ def residual(
             write_model(out, model)
     else:
         held = test_model(model, read)
-    if json:
-        print_json(_data(model, held))
-    else:
-        _print(model, held, out)
+    present(_data(model, held), lambda: _print(model, held), brief=lambda: _brief(model, held), json=json)
+    if out is not None and not json:
+        print(f"written: {out}. It is never part of a certificate.")
     raise typer.Exit(0 if model.pays else 1)
 
 
@@ -79,7 +78,18 @@ def _terms(model: Model) -> tuple[tuple[str, ...], list[list[float]]]:
     return TERMS, [[float(b), float(u)] for b, u in zip(f.coefficients, f.errors, strict=True)]
 
 
-def _print(model: Model, held: Sequence[HeldOut], out: Path | None) -> None:
+def _brief(model: Model, held: Sequence[HeldOut]) -> Answer:
+    """Whether level 4 pays, and what is left over of the shaft torque on held-out logs."""
+    rows = [[o.log, *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned))] for o in held]
+    lines = [
+        model.verdict[0].upper() + model.verdict[1:],
+        f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.",
+        *columns(["log", "adapted", "and linear terms", "and trees"], rows),
+    ]
+    return Answer("Shaft torque left over on held-out logs, rms in N m (level 4)", lines, more="terms, campaigns")
+
+
+def _print(model: Model, held: Sequence[HeldOut]) -> None:
     rows = [
         [
             o.campaign,
@@ -98,5 +108,3 @@ def _print(model: Model, held: Sequence[HeldOut], out: Path | None) -> None:
     print(f"Trees: {len(model.fitted.trees)}.")
     print(f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.")
     print(model.verdict[0].upper() + model.verdict[1:])
-    if out is not None:
-        print(f"written: {out}. It is never part of a certificate.")

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
-from stillhook.cli.parser import Columns, Json, Load, MappingFile, SubjectArgument, case_of
+from stillhook.cli.parser import Columns, Json, Load, MappingFile, SubjectArgument, case_of, present
 from stillhook.errors import LiveError
-from stillhook.report.terminal import print_json, print_table, say
+from stillhook.report.terminal import Answer, columns, print_table, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -58,12 +58,32 @@ def doctor(
     of = load_subject(subject)
     seconds = parse(duration, "time", "--duration")
     diagnosis = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
-    if json:
-        measured = [m._asdict() for m in diagnosis.measured]
-        print_json({**diagnosis._asdict(), "measured": measured, "good": diagnosis.good, "reason": diagnosis.reason})
-    else:
-        _print_diagnosis(diagnosis)
+    measured = [m._asdict() for m in diagnosis.measured]
+    data = {**diagnosis._asdict(), "measured": measured, "good": diagnosis.good, "reason": diagnosis.reason}
+    present(data, lambda: _print_diagnosis(diagnosis), brief=lambda: _brief_diagnosis(diagnosis), json=json)
     raise typer.Exit(0 if diagnosis.good else 1)
+
+
+def _brief_diagnosis(diagnosis: Diagnosis) -> Answer:
+    """Whether this machine keeps time, and the lateness of each class."""
+    rows = [
+        [
+            "real-time" if m.real_time else "ordinary",
+            str(m.cycles),
+            *(f"{1e3 * x:.2f} ms" for x in (m.p50, m.p999, m.worst)),
+            str(m.late),
+        ]
+        for m in diagnosis.measured
+    ]
+    lines = [
+        diagnosis.reason,
+        *columns(["class", "cycles", "median", "99.9 %", "worst", "late"], rows),
+        f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.",
+        "" if diagnosis.measured[0].real_time else diagnosis.measured[0].scheduling,
+    ]
+    return Answer(
+        f"Lateness of a cycle of {1e3 * diagnosis.cycle:g} ms", lines, more="cost of a cycle, causes of late cycles"
+    )
 
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
@@ -224,12 +244,33 @@ def replay(
     plan = None if live is None else read_live_file(live)
     lines = _Lines(quiet=json)
     result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
-    if json:
-        parts = {name: [x._asdict() for x in getattr(result, name)] for name in ("entries", "criteria", "virtual")}
-        print_json({k: parts.get(k, x) for k, x in result._asdict().items() if k != "summary"})
-    else:
-        _print_replayed(of.crane, result)
+    parts = {name: [x._asdict() for x in getattr(result, name)] for name in ("entries", "criteria", "virtual")}
+    data = {k: parts.get(k, x) for k, x in result._asdict().items() if k != "summary"}
+    present(data, lambda: _print_replayed(of.crane, result), brief=lambda: _brief_replayed(result), json=json)
     raise typer.Exit(1 if result.failed else 0)
+
+
+def _brief_replayed(result: Replayed) -> Answer:
+    """Deviation of each signal against its limit, alarms, criteria that failed and their cause."""
+    from stillhook.live.watch.deviation import LIMITS, shown
+
+    rows = [
+        [
+            name,
+            shown(name, rms),
+            shown(name, LIMITS[name]),
+            f"ALARM from {result.alarms[name]:.1f} s" if name in result.alarms else "ok",
+        ]
+        for name, rms in result.rms.items()
+    ]
+    failed = list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+    lines = [
+        *columns(["signal", "rms", "limit of 20 s", "status"], rows, left=(0, 3)),
+        f"Criteria not met at the end: {', '.join(failed)}." if failed else "No criterion is refuted at the end.",
+        result.cause or "",
+    ]
+    title = f"Measured less simulated over {result.compared:.0f} s: {'NOT PASSED' if result.failed else 'PASSED'}"
+    return Answer(title, lines, more="criteria by window, what was outside its limits, virtual sensors")
 
 
 def _print_replayed(crane: Crane, result: Replayed) -> None:
@@ -339,11 +380,9 @@ def demo(
         )
     with _watched(quiet=json) as show:
         outcome = demonstrate(load_crane(CRANE), seconds, show)
-    if json:
-        print_json(outcome._asdict())
-    else:
-        print(outcome.scheduling)
-        print(outcome.reason)
+    lines = [outcome.reason, outcome.scheduling]
+    answer = Answer("A soft PLC with its crane, and the twin beside it", lines)
+    present(outcome._asdict(), lambda: print("\n".join(reversed(lines))), brief=lambda: answer, json=json)
     raise typer.Exit(0 if outcome.alarm == outcome.alarm else 1)
 
 
@@ -385,11 +424,11 @@ class _Lines:
             return
 
         for happened in moment.events:
-            print(f"{moment.time:6.1f} s  {happened.source}: {happened.text}", flush=True)
+            say(f"{moment.time:6.1f} s  {happened.source}: {happened.text}")
         if moment.time >= self._next:
             self._next = moment.time + LINE_EVERY
             parts = [f"{d.name} {shown(d.name, d.measured - d.simulated)} {d.status}" for d in moment.deviations]
-            print(f"{moment.time:6.1f} s  measured less twin: {', '.join(parts)}", flush=True)
+            say(f"{moment.time:6.1f} s  measured less twin: {', '.join(parts)}")
 
 
 def _table(moment: Moment, events: list[str]) -> Any:

@@ -9,10 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.base.extras import need
-from stillhook.cli.parser import FACTORS_HELP, Json, Out, announce, check_out, client_of, refuse, say_left_out
+from stillhook.cli.parser import (
+    FACTORS_HELP,
+    Json,
+    Out,
+    announce,
+    check_out,
+    client_of,
+    present,
+    refuse,
+    say_left_out,
+)
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
+from stillhook.report.terminal import (
+    Answer,
+    first_sentence,
+    print_document,
+    progress_bar,
+    say,
+    say_if_compiling,
+)
 
 if TYPE_CHECKING:
     from stillhook.plan.definition.lift_plan import LiftPlan
@@ -79,9 +96,9 @@ def plan(
         _show_cell(lift_plan, cell, work, json=json)
         raise typer.Exit(0)
     if check:
-        raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
+        raise typer.Exit(0 if _show_check(lift_plan, lift, json=json) else 1)
     result = run(lift_plan, tier, work)
-    show(result, out, json=json)
+    show(result, out, lift, tier, json=json)
     raise typer.Exit(0 if result.workable and not result.failed else 1)
 
 
@@ -105,15 +122,13 @@ def _workers(text: str) -> tuple[int, str | None]:
     return (int(text), None) if number else (2, text)
 
 
-def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
+def _show_check(lift_plan: LiftPlan, file: str, *, json: bool) -> bool:
     """What the plan requests; nothing is run. Whether still water keeps all rules under some alternative."""
-    from stillhook.plan.report.checked import check
+    from stillhook.plan.report.checked import brief, check
 
     result = check(lift_plan)
-    if json:
-        print_json(result.facts)
-    else:
-        print_document(result.document())
+    show, step = lambda: print_document(result.document()), f"stillhook plan {file} --tier frequency"
+    present(result.facts, show, brief=lambda: brief(result.facts, step), json=json)
     return result.possible
 
 
@@ -134,19 +149,20 @@ def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> Non
     folder = work.out / selected.folder
     say(f"lowering {selected.of.phase.name} again, and drawing it ...")
     written = lowered(selected, folder)
-    if json:
-        print_json(
-            {
-                **selected.facts(),
-                "repeats": written.repeats,
-                "files": [str(folder / name) for name in written.files],
-            }
-        )
-        return
-    wrapped(selected.line)
-    wrapped(written.line)
-    announce(folder, written.files)
-    say_left_out()
+    files = [str(folder / name) for name in written.files]
+
+    def in_full() -> None:
+        wrapped(selected.line)
+        wrapped(written.line)
+
+    step = f"stillhook lower {folder / written.files[0]}, to run it again"
+    cell_answer = Answer(f"{lift_plan.name}: {ask.text}", [selected.line, written.line], step)
+    present(
+        {**selected.facts(), "repeats": written.repeats, "files": files}, in_full, brief=lambda: cell_answer, json=json
+    )
+    announce(folder, written.files, quiet=json)
+    if not json:
+        say_left_out()
 
 
 def run(lift_plan: LiftPlan, tier: str, work: Work) -> PlanResult:
@@ -185,17 +201,41 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         say(textwrap.fill(runs, WIDTH, break_on_hyphens=False, break_long_words=False))
 
 
-def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
+def show(result: PlanResult, out: Path | None, file: str, tier: str, *, json: bool) -> None:
     """The answer on the terminal."""
-    if json:
-        print_json(result.facts)
-        return
     from stillhook.plan.report.document import OUT_FILES, brief
 
-    print_document(brief(result))
-    if out is not None:
+    present(
+        result.facts,
+        lambda: print_document(brief(result)),
+        brief=lambda: _answer(result, _next(out, file, tier)),
+        json=json,
+    )
+    if out is not None and not json:
         announce(out, [name for name in OUT_FILES if (out / name).is_file()])
         say_left_out(pdf=True)
+
+
+def _next(out: Path | None, file: str, tier: str) -> str:
+    if tier != "time":
+        return f"stillhook plan {file} --out plan, with the twin in the loop"
+    if out is None:
+        return f"stillhook plan {file} --out plan, for the report"
+    return f"stillhook weather forecast FORECAST.csv --plan {out}, for go or no-go"
+
+
+def _answer(result: PlanResult, step: str) -> Answer:
+    """The limits with what governs, operation, waiting, and what the limits rest on."""
+    from stillhook.plan.report.document import brief, marks
+    from stillhook.plan.report.summary_page import operation, verdict, waiting
+    from stillhook.report.document import Table
+
+    outcome, document = verdict(result), brief(result)
+    notes = len([part for part in document.front if isinstance(part, Table)])
+    marked = [mark.partition(":")[0] for mark in marks(result)]
+    lines = [outcome.word, *outcome.text[:1], f"{'; '.join(marked)}." if marked else ""]
+    lines += [first_sentence(text) for text in (*waiting(result), operation(result))]
+    return Answer(result.name, lines, step, f"limits of every period and alternative in {notes} tables, remarks")
 
 
 WIDTH = 98
@@ -225,12 +265,15 @@ def report(
     say("drawing and setting the report ...")
     names = save_report(result, folder, figures=figures)
     answer = verdict(result)
-    if json:
-        print_json({"name": result.name, "answer": answer.word, "files": [str(folder / name) for name in names]})
-    else:
+
+    def in_full() -> None:
         print(f"{result.name}: {answer.word}")
         for line in answer.text:
             wrapped(line, "  ")
-        announce(folder, names)
+
+    data = {"name": result.name, "answer": answer.word, "files": [str(folder / name) for name in names]}
+    step = f"read {folder / names[0]}"
+    present(data, in_full, brief=lambda: _answer(result, step), json=json)
+    announce(folder, names, quiet=json)
     say_left_out(pdf=True)
     raise typer.Exit(0 if answer.passed else 1)

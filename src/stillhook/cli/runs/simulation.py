@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,8 +33,8 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import LiftError, StillhookError
 from stillhook.physics.scalar import G
-from stillhook.report.formatting import cell, wrapped
-from stillhook.report.terminal import print_table, print_twin, progress_bar, say, started
+from stillhook.report.formatting import cell, counted, wrapped
+from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, say, started
 from stillhook.units import quote, show
 from stillhook.winches.registry import WINCH_TYPES
 
@@ -89,7 +91,12 @@ def run(
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
     title = title_of(crane, case)
     answer = runs[0].summary if len(runs) == 1 else summaries
-    present(answer, lambda: _print_runs("case", crane, summaries, title), json=json)
+    present(
+        answer,
+        lambda: _print_runs("case", crane, summaries, title),
+        brief=lambda: brief_runs(crane, summaries, title),
+        json=json,
+    )
     if out is not None:
         data = {label: dataset_of([r]) for label, r in zip(labels, runs, strict=True)}
         all_cases = dataset_of(runs, labels) if len(runs) > 1 else data[labels[0]]
@@ -143,7 +150,10 @@ def compare(
         progress = started(subject.crane, bar, series=True, report=getattr(case.tip, "report", ""))
         result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)
     title = title_of(result.crane, result.runs[0].case)
-    present(result.table(), lambda: _print_runs("mode", result.crane, result.table(), title), json=json)
+    runs = result.table()
+    step = f"stillhook stability {result.crane.name}, for the margins of the position loop"
+    show, brief = partial(_print_runs, "mode"), partial(brief_runs, step=step)
+    present(runs, lambda: show(result.crane, runs, title), brief=lambda: brief(result.crane, runs, title), json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
@@ -154,6 +164,29 @@ def title_of(crane: Crane, case: Any) -> str:
     medium = "in water" if case.water else "in air"
     tip = case.tip.describe().split(":")[0]
     return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
+
+
+OF_BRIEF = {"e_c_pp": "error p-p", "eta_c": "efficiency", "p_max": "peak pressure", "u_p_max": "pump use"}
+"""Numbers of a run in its short answer, where its winch type has them."""
+
+
+def brief_runs(crane: Crane, runs: Mapping[str, Mapping[str, Any]], title: str, step: str = "") -> Answer:
+    """Error, efficiency, pressure and status of each run; the one with the smallest error; notes."""
+    from stillhook.engine.certificate import twin_line
+
+    first = next(iter(runs.values()))
+    names = [name for name in OF_BRIEF if name in first]
+    heads = OF_BRIEF if crane.circuits else OF_BRIEF | {"u_p_max": "command used"}
+    rows = [[label, *(cell(n, run[n]) for n in names), str(run["status"])] for label, run in runs.items()]
+    table = columns(["", *(heads[n] for n in names), "status"], rows, left=(0, len(names) + 1))
+    within = {label: run for label, run in runs.items() if run["status"] == "ok"}
+    best = min(within, key=lambda label: within[label]["e_c_pp"], default="")
+    outcome = "All runs exceeded a limit." if not best else ""
+    if best and len(runs) > 1:
+        outcome = f"Smallest control error within the limits: {best}, {cell('e_c_pp', runs[best]['e_c_pp'])} p-p."
+    noted = list(dict.fromkeys(note for run in runs.values() for note in run["notes"]))
+    more = "offset, largest error, saturation, relief" + (f"; {counted(len(noted), 'note')}" if len(noted) > 1 else "")
+    return Answer(title, [*table, outcome, twin_line(crane), *noted[:1]], step, more)
 
 
 def _print_runs(head: str, crane: Crane, summaries: dict[str, dict[str, Any]], title: str) -> None:
@@ -286,7 +319,7 @@ def lower(
         say("drawing the film ...")
     films = {name: runs[name] for name in wanted}
     written = write_lowering(out, run, file, answer, film=films) if out is not None else ()
-    present(answer, lambda: _print_lowering(file, answer), json=json)
+    present(answer, lambda: _print_lowering(file, answer), brief=lambda: _brief_lowering(file, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
@@ -302,6 +335,39 @@ def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
     if len(names) > MOST_FILMED:
         raise LiftError(f"--film: {len(names)} controllers. Give {MOST_FILMED} at most.")
     return {name: file.lift.model_copy(update={"controller": known[name]}) for name in names}
+
+
+def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
+    """Status, tension against what is allowed, the worst phase, touch-down and compensation of a lowering."""
+    from stillhook.engine.certificate import twin_line
+
+    allowed, phases = (file.crane.SWL + file.crane.hook_mass) * G, answer["phases"]
+    used = f"{show(answer['F_w_max'], 'force')} of {show(allowed, 'force')} (SWL and hook)"
+    lines = [
+        f"Status: {answer['status']}; {len(phases)} phases, {show(answer['duration'], 'time')} in all.",
+        f"Largest tension at the crane tip: {used}, utilisation {answer['F_w_max'] / allowed:.2f}.",
+    ]
+    slings = [row for row in phases if not math.isnan(row["F_sling_min"])]
+    if slings:
+        least = min(slings, key=lambda row: row["F_sling_min"])
+        most = max(slings, key=lambda row: row["DAF"])
+        lines.append(
+            f"Slings: least {cell('F_sling_min', least['F_sling_min'])} in {least['name']}; largest DAF"
+            f" {cell('DAF', most['DAF'])} in {most['name']}."
+        )
+    if not math.isnan(answer["t_landed"]):
+        at = f"after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}"
+        lines.append(f"Touch-down {at}.")
+    compensated = [row for row in phases if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
+    if compensated:
+        row = min(compensated, key=lambda row: row["eta_load"])
+        lines.append(
+            f"Least compensation: {row['eta_c']:.0%} at the winch, {row['eta_load']:.0%} at the load, in {row['name']}."
+        )
+    notes = answer["notes"]
+    more = f"every phase, {counted(len(notes), 'note')}"
+    title = f"{answer['lift']}: {file.lift.payload.title or file.lift.payload.name}, {answer['crane']}, {file.place}"
+    return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:

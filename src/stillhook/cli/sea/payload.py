@@ -9,7 +9,7 @@ import typer
 from stillhook.cli.parser import Json, Out, check_out, present
 from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_table, print_values
+from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.units import parse, quote
 
 RHO = "1025 kg/m^3"
@@ -46,7 +46,18 @@ def payload(
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
     picture, numbers = OUT_FILES
     pictures = lambda: {picture: payload_figure(load, density)}
-    present(answer, lambda: _print(answer), out, {numbers: answer}, json=json, pictures=pictures)
+    show, brief = (lambda: _print(answer)), (lambda: _brief(answer))
+    present(answer, show, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
+
+
+def _brief(answer: dict[str, Any]) -> Answer:
+    """The payload's numbers, by name and unit, and what to check."""
+    values = {k: v for k, v in answer.items() if isinstance(v, float)}
+    text = ", ".join(f"{n} {display_number(n, v, 4)} {display_unit(n)}".strip() for n, v in values.items())
+    title = f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})"
+    check = "Coefficients follow DNV-RP-N103; results of a model test or CFD take precedence."
+    lines = [f"{text}.", *answer["notes"], check if answer["shape"] != "levels" else ""]
+    return Answer(title, lines, more="meanings, coefficients over submergence, sources")
 
 
 def _print(answer: dict[str, Any]) -> None:

@@ -27,8 +27,8 @@ from stillhook.cli.parser import (
 )
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
-from stillhook.report.formatting import cell, display_number, wrapped
-from stillhook.report.terminal import print_table, print_twin, progress_bar, started
+from stillhook.report.formatting import cell, counted, display_number, wrapped
+from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
@@ -127,7 +127,7 @@ def response(
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
         written = write_response(out, stamped(response.data, answer), short, partial(_figure, response, answer))
-    present(answer, lambda: _print(file, response, answer), json=json)
+    present(answer, lambda: _print(file, response, answer), brief=lambda: _brief(file, response, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
@@ -140,6 +140,36 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     at = f"payload at {display_number('depth', response.depth, 5)} m"
     title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}\n{answer['place']}"
     return response_figure(response, title=title)
+
+
+def _brief(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> Answer:
+    """Motion and tension with the winch compensating and on its brake, compensation, and the status."""
+    from stillhook.engine.certificate import twin_line
+
+    at = f"payload {show(abs(response.depth), 'length')} {'below' if response.depth > 0.0 else 'above'} still water"
+    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}"
+    if "status" not in answer:
+        n, load = answer["n_valid"], answer["load_mpm"]
+        lines = [
+            f"{answer['file']}: {n} of {answer['n_records']} records, {answer['start'][:10]} to {answer['end'][:10]}.",
+            f"Load compensated, most in {_hours(answer)}: mean {cell('load_mpm', load['mean'])}, worst"
+            f" {cell('load_mpm', load['max'])} on {load['worst'][:16].replace('T', ' ')}.",
+            f"Compensation at the load: mean {cell('eta_sigma_load', answer['eta_sigma_load']['mean'])}.",
+            f"Pumps saturate in {answer['n_saturated']} records, slack slings are likely in {answer['n_slack']},"
+            f" the hook load exceeds the SWL in {answer['n_overload']}.",
+        ]
+    else:
+        braked = answer["braked"]
+        rows = [
+            [words, cell(name, answer[name]), cell(name, braked[name])]
+            for words, name in (("load motion", "load_mpm"), ("tension at the tip", "F_top_mpm"), ("DAF", "DAF"))
+        ]
+        table = columns([f"most probable largest in {_hours(answer)}", "compensated", "on the brake"], rows)
+        wire, at_load = (cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
+        lines = [f"Status: {answer['status']}.", *table, f"Compensation: {wire} at the wire, {at_load} at the load."]
+    notes = answer["notes"]
+    more = f"tip, wire and sling responses, natural periods, {counted(len(notes), 'note')}"
+    return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
 
 
 def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:

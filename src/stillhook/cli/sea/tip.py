@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,14 +24,15 @@ from stillhook.cli.parser import (
     Spread,
     announce,
     check_out,
+    present,
     refuse,
     say_left_out,
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.formats.table.corrections import corrections
-from stillhook.report.formatting import display_number, display_unit, wrapped
+from stillhook.report.formatting import counted, display_number, display_unit, wrapped
 from stillhook.report.kit import can_draw
-from stillhook.report.terminal import print_json, print_table, print_values
+from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train
@@ -157,13 +158,16 @@ def _in_sea(
         from stillhook.report.save import write_tip
 
         summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, **series)
-    if json:
-        print_json(summary)
-        return
-    wrapped(f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}")
-    _print(summary)
-    if out is not None:
-        wrapped(f"series: {summary['series']['report']}")
+    title = f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}"
+
+    def in_full() -> None:
+        wrapped(title)
+        _print(summary)
+        if out is not None:
+            wrapped(f"series: {summary['series']['report']}")
+
+    present(summary, in_full, brief=lambda: _brief(title, summary, out), json=json)
+    if out is not None and not json:
         announce(out, OUT_FILES if can_draw() else OUT_FILES[1:])
         say_left_out()
 
@@ -175,11 +179,12 @@ def _of_log(log: Path, at: str | None, duration: float, columns: Mapping[str, An
     report = getattr(motion, "report", "")
     notes = [report] if report else []
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
-    if json:
-        print_json(summary)
-        return
-    wrapped(motion.describe())
-    _print(summary)
+
+    def in_full() -> None:
+        wrapped(motion.describe())
+        _print(summary)
+
+    present(summary, in_full, brief=lambda: _brief(motion.describe(), summary, None), json=json)
 
 
 def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
@@ -210,6 +215,25 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
         at = '--at "x=-20 m, y=12 m, z=35 m"'
         line, *lines = (line.replace(PYTHON_POSITION, at) for line in (str(e), *e.lines))
         raise MotionError(line).with_lines(lines) from None
+
+
+def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:
+    """Standard deviations, periods and most probable largest motion, speed and acceleration of the tip."""
+
+    def texts(names: Iterable[str]) -> list[str]:
+        return [f"{n} {display_number(n, summary[n], 4)} {display_unit(n)}" for n in names if n in summary]
+
+    largest = [f"{label} {', '.join(texts([f'{n}_mpm']))}" for n, label in LARGEST]
+    met = [f"{label} {', '.join(texts([f'{n}_max']))}" for n, label in LARGEST if f"{n}_max" in summary]
+    lines = [
+        f"{', '.join(texts(SHOWN))}.",
+        f"Most probable largest in {summary['duration'] / 3600.0:.4g} h: {', '.join(largest)}.",
+        f"Largest in the log: {', '.join(met)}." if met else "",
+        *summary["notes"][:2],
+    ]
+    step = "" if out is None else f"stillhook compare CRANE --motion {out / OUT_FILES[-1]}"
+    more = f"meanings, 90 % levels, {counted(len(summary['notes']), 'note')}"
+    return Answer(title, lines, step, more)
 
 
 def _print(summary: dict[str, Any]) -> None:
@@ -250,18 +274,26 @@ def _all_round(
     turns = range(0, 360, EVERY)
     responses = tip_responses(rao, sea_of(wave, "0 deg", spread, record, None), point.x, point.y, np.radians(turns))
     numbers = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
-    if json:
-        rows = [{"beta": math.radians(d), **values} for d, values in numbers.items()]
-        print_json({"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows})
-        return
+    rows = [{"beta": math.radians(d), **values} for d, values in numbers.items()]
+    data = {"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows}
     shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
     cells = [[str(d), *(display_number(name, values[name], 4) for name in shown)] for d, values in numbers.items()]
     names = [f"{name}\n{display_unit(name)}" for name in shown]
-    print_table(
-        ["heading\ndeg", *names],
-        cells,
-        title=f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h",
-    )
+    title = f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h"
+
+    def brief() -> Answer:
+        ends = [
+            (word, choose(numbers, key=lambda d: numbers[d]["z_mpm"]))
+            for word, choose in (("Worst", max), ("Best", min))
+        ]
+        lines = [
+            f"{word} heading {d} deg: most probable largest {display_number('z_mpm', numbers[d]['z_mpm'], 4)} m,"
+            f" {display_number('v_mpm', numbers[d]['v_mpm'], 4)} {display_unit('v_mpm')}."
+            for word, d in ends
+        ]
+        return Answer(title, lines, more=f"every heading ({len(numbers)})")
+
+    present(data, lambda: print_table(["heading\ndeg", *names], cells, title=title), brief=brief, json=json)
 
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
-from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_table
+from stillhook.report.formatting import counted, wrapped
+from stillhook.report.terminal import Answer, print_table
 from stillhook.units import number
 
 if TYPE_CHECKING:
@@ -68,7 +68,8 @@ def vessel(
 
         return {picture: vessel_figure(rao, place)}
 
-    present(answer, lambda: _print_sheet(rao, answer, place), out, {numbers: answer}, json=json, pictures=pictures)
+    show, brief = (lambda: _print_sheet(rao, answer, place)), (lambda: _brief_sheet(rao, answer, place, name))
+    present(answer, show, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def _check(name: str, *, json: bool) -> bool:
@@ -90,7 +91,11 @@ def _check(name: str, *, json: bool) -> bool:
         "motions": [_tested(t) for t in tests],
         "notes": notes,
     }
-    present(answer, lambda: _print_check(rao, tests, line, notes), json=json)
+    verdict = f"{'PASSED' if answer['passed'] else 'NOT PASSED'}: {line}"
+    motions = f"Share of the limit: {', '.join(f'{t.dof} {t.share:.2f}' for t in tests)}."
+    title = f"{rao.name}: low-frequency limit in waves of {answer['longest_wave']:.4g} s"
+    brief = lambda: Answer(title, [verdict, motions, *notes[:2]], more="each motion, headings, notes")
+    present(answer, lambda: _print_check(rao, tests, line, notes), brief=brief, json=json)
     return word == "fits"
 
 
@@ -131,6 +136,31 @@ def _sheet(rao: Rao, point: tuple[float, float] | None) -> dict[str, Any]:
     }
 
 
+def _brief_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None, name: str) -> Answer:
+    """Range of the table, the largest value of each motion, and the vertical motion per metre of wave."""
+    import numpy as np
+
+    T, peaks = answer["period"], answer["peaks"]
+    sizes = (
+        f"{number(p['size'], 3)} m/m" if p["motion"] in TRANSLATIONS else f"{number(math.degrees(p['size']), 3)} deg/m"
+        for p in peaks
+    )
+    largest = ", ".join(f"{p['motion']} {size} at {p['period']:.3g} s" for p, size in zip(peaks, sizes, strict=True))
+    where = "the reference point" if point is None else f"x {point[0]:g} m, y {point[1]:g} m"
+    H = np.abs(rao.vertical(2.0 * np.pi / np.array(PERIODS), np.radians(SIDES), *(point or (0.0, 0.0))))
+    lines = [
+        f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(answer['beta'])} headings.",
+        f"Largest per metre of wave: {largest}.",
+        f"Largest vertical motion of {where}: {H.max():.3f} m/m, known within {100.0 * answer['leeway']:.2g} %.",
+        *answer["notes"][:2],
+    ]
+    more = f"vertical motion by period and heading, {counted(len(answer['notes']), 'note')}"
+    return Answer(f"{rao.name}, from {rao.source}", lines, f"stillhook vessel {name} --check", more)
+
+
+TRANSLATIONS = ("surge", "sway", "heave")
+
+
 def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None) -> None:
     import numpy as np
 
@@ -147,11 +177,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
         wrapped(f"note: {note}", "  ")
     rows = []
     for p in answer["peaks"]:
-        size = (
-            f"{number(p['size'])} m/m"
-            if p["motion"] in ("surge", "sway", "heave")
-            else f"{number(math.degrees(p['size']))} deg/m"
-        )
+        size = f"{number(p['size'])} m/m" if p["motion"] in TRANSLATIONS else f"{number(math.degrees(p['size']))} deg/m"
         rows.append((p["motion"], size, f"{p['period']:.4g} s", f"{math.degrees(p['beta']):.4g} deg"))
     print_table(("motion", "largest", "at period", "waves travel"), rows)
     description = (

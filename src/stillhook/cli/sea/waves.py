@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_table, print_values
+from stillhook.report.terminal import Answer, columns, print_table, print_values
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum, doubts, steepness
 from stillhook.variables import BY_NAME
@@ -65,7 +66,8 @@ def sea(
         draw = spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
         return {picture: draw}
 
-    present(answer, lambda: show(answer), out, {numbers: answer}, json=json, pictures=pictures)
+    brief = partial(_brief, answer)
+    present(answer, lambda: show(answer), out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def _read_waves(
@@ -145,6 +147,21 @@ def _steep(series: Any) -> list[str]:
     both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
     many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)
     return [f"{many} records are steeper than wind raises waves (DNV-RP-C205)"] if many else []
+
+
+def _brief(answer: dict[str, Any]) -> Answer:
+    """Height, periods and steepness of a sea; of a file its means and largest values."""
+    names = [name for name in OF_SPECTRUM if name in answer]
+    if "records" not in answer:
+        text = ", ".join(f"{n} {display_number(n, answer[n], 4)} {display_unit(n)}".strip() for n in (*names, "S_p"))
+        return Answer(answer["waves"], [f"{text}.", *answer["notes"][:3]], more="meanings, moments, cut-off frequency")
+    rows = []
+    for n in names:
+        numbers = (answer[n].get(k) for k in ("mean", "min", "max"))
+        rows.append([n, display_unit(n), *("-" if x is None else display_number(n, x, 4) for x in numbers)])
+    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start'][:10]}"
+    lines = [*columns(["", "unit", "mean", "least", "largest"], rows, left=(0, 1)), *answer["notes"][:2]]
+    return Answer(f"{title} to {answer['end'][:10]}", lines, more="first record, meanings, notes")
 
 
 def _print_spectrum(answer: dict[str, Any]) -> None:

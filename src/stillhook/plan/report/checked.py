@@ -21,8 +21,9 @@ from stillhook.plan.result import grouped, picked
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
 from stillhook.report.document import Document, Part, Table, Text, Verdict
-from stillhook.report.formatting import fixed, fmt, hours, variable
+from stillhook.report.formatting import counted, fixed, fmt, hours, variable
 from stillhook.report.html import fragment
+from stillhook.report.terminal import Answer
 from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.spec.lift.phase import Phase
 from stillhook.weather.alpha import load_alpha_table, reference_period
@@ -259,6 +260,29 @@ def checked_plan(answer: Mapping[str, Any]) -> Document:
     parts += map(Text, _texts(answer, "rule-changed", "note"))
     subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
     return Document(answer["name"], name=subject, front=parts)
+
+
+def brief(answer: dict[str, Any], step: str) -> Answer:
+    """What the plan requests in a dozen lines; step: what to do next. answer: of `checked`."""
+    phases, rules = answer["phases"], answer["rules"]
+    heaviest = max(phases, key=lambda row: row["F_top_static"])
+    outcome = _beyond(answer) or ["PASSED: still water keeps all rules under every alternative."]
+    lines = [
+        *outcome,
+        f"{len(phases)} phases: {', '.join(row['name'] for row in phases)}.",
+        f"Times: {_times(answer)}.",
+        f"Seas: {_seas(answer)}.",
+        f"Rules: {rules['name']} version {rules['version']}, {len(rules['rows'])} rules; alternatives:"
+        f" {', '.join(answer['alternatives'])}.",
+        f"Largest tension at rest: {fmt(heaviest['F_top_static'], 'force')} in {heaviest['name']}.",
+    ]
+    resonance, notes = answer["resonance"], [*rules["changes"], *answer["notes"]]
+    if resonance:
+        lines.append(
+            f"Resonance of the load on its wire: Tp {resonance[0]['T']:.4g} s at {fmt(-resonance[0]['z'], 'length')}."
+        )
+    more = f"every phase and limit, weather, {counted(len(notes), 'note')}"
+    return Answer(f"{answer['name']}: {answer['crane']} on {answer['vessel']}", lines, step, more)
 
 
 def _phase_row(row: dict[str, Any]) -> list[str]:

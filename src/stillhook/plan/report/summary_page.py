@@ -66,9 +66,8 @@ def verdict(result: PlanResult) -> Verdict:
     word = f"OP_LIM Hs {between(credited, highest(result))}" if any_sea else "NO WORKABLE SEA STATE"
     certificate = result.facts["crane"]["certificate"] or {}
     unsigned = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [UNSIGNED] if certificate else []
-    waiting = [_waiting(result, name)] if "weather" in result else []
     swings = [f"{sentence(each)}." for each in result.caused("oscillates")]
-    sentences = [_credited(result, name), _twin(result, name), *swings, *unsigned, _operation(result, name), *waiting]
+    sentences = [_credited(result, name), _twin(result, name), *swings, *unsigned, operation(result), *waiting(result)]
     return Verdict(word, any_sea, sentences)
 
 
@@ -164,9 +163,9 @@ def _nothing_taken(result: PlanResult, name: str) -> str:
     return "covered" if np.nanmin(share) == 1.0 else "not_reduced"
 
 
-def _operation(result: PlanResult, name: str) -> str:
+def operation(result: PlanResult) -> str:
     """Times of the operation, and the forecast limit."""
-    op, cells = result.facts["operation"], result.data.sel(credit=CREDITED, alternative=name)
+    op, cells = result.facts["operation"], result.data.sel(credit=CREDITED, alternative=leading(result))
     contingency = "T_C not assessed, so T_R is twice T_POP" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
     extreme = "not weather restricted: alpha does not apply, design for extreme conditions"
     restricted = "weather restricted" if op["weather_restricted"] else extreme
@@ -186,6 +185,11 @@ def _operation(result: PlanResult, name: str) -> str:
 def _lowest(result: PlanResult) -> float:
     """Lowest height of the table of forecast factors [m]."""
     return float(result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST))
+
+
+def waiting(result: PlanResult) -> list[str]:
+    """Waiting and operability with the leading alternative; nothing without weather."""
+    return [_waiting(result, leading(result))] if "weather" in result else []
 
 
 def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:

@@ -13,12 +13,25 @@ import typer
 from stillhook.base.choice import nearest
 from stillhook.cli.parser import FACTORS_HELP, Columns, Json, MappingFile, Out, Spread, check_out, present, refuse
 from stillhook.cli.sea.response import waves_of_file
+from stillhook.cli.weather.answers import (
+    brief_alpha,
+    brief_forecast,
+    brief_lift,
+    brief_persistence,
+    brief_planned,
+    brief_show,
+    print_alpha,
+    print_forecast,
+    print_lift,
+    print_persistence,
+    print_planned,
+    print_show,
+)
 from stillhook.errors import WeatherError
 from stillhook.formats.table.corrections import corrections_of
-from stillhook.report.formatting import display_number, display_unit, wrapped
-from stillhook.report.terminal import print_table, print_values, progress_bar
+from stillhook.report.terminal import progress_bar
 from stillhook.sea.spectra.directions import parse_direction
-from stillhook.units import number, parse, quote
+from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,7 +115,8 @@ def persistence(
 
         return {PICTURE: persistence_figure(answer)}
 
-    present(answer, lambda: print_persistence(answer), out, {NUMBERS: answer}, json=json, pictures=pictures)
+    show, brief = (lambda: print_persistence(answer)), (lambda: brief_persistence(answer))
+    present(answer, show, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def alpha(
@@ -127,7 +141,7 @@ def alpha(
         read_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
     )
     answer = result.numbers()
-    present(answer, lambda: print_alpha(answer), json=json)
+    present(answer, lambda: print_alpha(answer), brief=lambda: brief_alpha(answer), json=json)
     raise typer.Exit(1 if result.case_by_case else 0)
 
 
@@ -191,7 +205,8 @@ def forecast(
     refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
     answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading)
     pictures = lambda: {PICTURE: figure()}
-    present(answer, lambda: print_forecast(answer), out, {NUMBERS: answer}, json=json, pictures=pictures)
+    show, brief = (lambda: print_forecast(answer)), (lambda: brief_forecast(answer))
+    present(answer, show, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
     raise typer.Exit(0 if answer["go"] else 1)
 
 
@@ -232,7 +247,7 @@ def lift(
     waves = waves_of_file(file, heading, spread, ship)
     with progress_bar(f"{lift_plan.crane.name}: judging {file.name}") as bar:
         answer = spectral_persistence(lift_plan, waves, factors, wanted, bar)
-    present(answer, lambda: print_lift(answer), json=json)
+    present(answer, lambda: print_lift(answer), brief=lambda: brief_lift(answer), json=json)
 
 
 def show(
@@ -249,7 +264,7 @@ def show(
     from stillhook.weather.persistence import show_answer
 
     answer = show_answer(weather_of_file(file, mapping, corrections_of(column or ())))
-    present(answer, lambda: print_show(answer), json=json)
+    present(answer, lambda: print_show(answer), brief=lambda: brief_show(answer), json=json)
 
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
@@ -264,9 +279,6 @@ def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
     return parse_direction(ship, "--ship"), False
-
-
-VERDICTS = {True: "go", False: "no-go", None: "not covered"}
 
 
 def by_limits(
@@ -321,33 +333,8 @@ def by_plan(
     )
     leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
     answer = {name: leading[name] for name in ("go", "first_start", "reason")} | {"alternative": chosen} | answer
-    present(answer, lambda: _print_planned(answer), json=json)
+    present(answer, lambda: print_planned(answer), brief=lambda: brief_planned(answer), json=json)
     return 0 if leading["go"] else 1
-
-
-def _print_go(answer: dict[str, Any], subject: str) -> None:
-    """Go or no-go, the first start that may be one, and the reason."""
-    later = f"; first possible start {answer['first_start']}" if answer["first_start"] and not answer["go"] else ""
-    wrapped(f"{'GO' if answer['go'] else 'NO-GO'}{subject}{later}")
-    if answer["reason"]:
-        wrapped(answer["reason"])
-
-
-def _print_planned(answer: dict[str, Any]) -> None:
-    _print_go(answer, f" with {answer['alternative']}: {answer['plan']}, {answer['file']}")
-    first = answer["alternatives"][0]["starts"][0]["time"]
-    rows = []
-    for one in answer["alternatives"]:
-        start = one["starts"][0]
-        many = f"{one['n_go']} of {one['n_starts']}"
-        verdict, first_start = VERDICTS[start["go"]], one["first_start"] or "-"
-        rows.append([one["alternative"], verdict, first_start, many, start["governs"], *_used(start)])
-    heads = ("winch", f"start {first}", "first start", "starts that go", "governed by", "most", "allowed")
-    credit = "as simulated by the twin" if answer["credit"] == "twin" else "as credited"
-    title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {credit}"
-    print_table(heads, rows, left=3, texts=(4,), title=title)
-    for note in answer["notes"]:
-        wrapped(note)
 
 
 def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tuple[Alternative, ...]:
@@ -358,132 +345,3 @@ def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tupl
                 f"--alternative {quote(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}"
             )
     return tuple(a for a in of if a in names) if names else tuple(of)
-
-
-def print_lift(answer: dict[str, Any]) -> None:
-    """Windows and waiting of every alternative."""
-    every = f"{answer['n_records']} records, {answer['n_valid']} of them valid"
-    wrapped(f"{answer['plan']}: {answer['waves']}, {answer['start']} to {answer['end']}, {every}")
-    rows = [
-        [
-            one["alternative"],
-            *(f"{100.0 * one[name]:.1f}" for name in ("operability", "start_share")),
-            str(one["n_windows_long_enough"]),
-            *(
-                "never" if one[name] != one[name] else f"{one[name] / 86400.0:.1f}"
-                for name in ("wait_mean", "wait_p50", "wait_p90")
-            ),
-            str(one["n_censored"]),
-        ]
-        for one in answer["alternatives"]
-    ]
-    waits = ("wait\nmean d", "wait\nP50 d", "wait\nP90 d", "no later\nwindow")
-    heads = ("winch", "workable\n%", "can start\n%", "windows\nlong enough", *waits)
-    print_table(heads, rows, title=f"Windows of T_R {answer['T_R'] / 3600.0:g} h")
-    wrapped(answer["table"])
-    for note in answer["notes"]:
-        wrapped(note)
-
-
-def print_alpha(answer: dict[str, Any]) -> None:
-    """Factor, forecast limit and reference period."""
-    shown = {
-        k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()
-    }
-    times = {k: f"{answer[k] / 3600.0:g} h" for k in ("T_POP", "T_C", "T_R")}
-    print_values({k: v for k, v in shown.items() if k not in ("reason", "table", *times)})
-    wrapped(", ".join(f"{k} {v}" for k, v in times.items()))
-    if answer["reason"]:
-        wrapped(answer["reason"])
-    wrapped(answer["table"])
-
-
-def print_forecast(answer: dict[str, Any]) -> None:
-    """Go or no-go, and for which starts."""
-    _print_go(answer, f": {answer['file']}, {', '.join(answer['limits'])}")
-    for one in answer["factors"]:
-        wrapped(
-            f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m; T_R"
-            f" {one['T_R'] / 3600.0:g} h"
-        )
-    rows = [[a["time"], b["time"], VERDICTS[a["go"]], a["governs"], *_used(a)] for a, b in _stretches(answer["starts"])]
-    heads = ("from", "to", "start", "governed by", "most", "allowed")
-    print_table(heads, rows, left=4, title="Starts, one a record; governing limit of the first of each")
-    wrapped(answer["factors"][0]["table"])
-    for note in answer["notes"]:
-        wrapped(note)
-
-
-def _stretches(starts: list[dict[str, Any]]) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """First and last of the starts that follow each other with one answer."""
-    spans: list[tuple[dict[str, Any], dict[str, Any]]] = []
-    for one in starts:
-        if spans and spans[-1][0]["go"] is one["go"]:
-            spans[-1] = (spans[-1][0], one)
-        else:
-            spans.append((one, one))
-    return spans
-
-
-def _used(start: dict[str, Any]) -> list[str]:
-    return ["-" if start[key] is None else f"{start[key]:.3g}" for key in ("most", "allowed")]
-
-
-def print_persistence(answer: dict[str, Any]) -> None:
-    """Windows and waits, month by month."""
-    from stillhook.weather.persistence import MONTHS
-
-    every = f"a record every {answer['step'] / 3600.0:g} h"
-    wrapped(f"{answer['file']}: {answer['start']} to {answer['end']}, {every}; {', '.join(answer['limits'])}")
-    heads = ("", "hours", "operable\n%", "can start\n%", "windows", "mean\nh", "longest\nh", "long\nenough")
-    rows = [_row(MONTHS[m["month"] - 1], m) for m in answer["months"]] + [_row("all", answer)]
-    title = f"Windows of {answer['window'] / 3600.0:g} h: waits from every record, by the month in which they begin"
-    waits = ("wait\nmean h", "wait\nP50 h", "wait\nP90 h", "no later\nwindow")
-    print_table((*heads, *waits), rows, title=title)
-    lost = f"{answer['n_missing']} of {answer['n_records']} records without a value that a limit needs"
-    wrapped(f"Gaps in time: {answer['n_gaps']}; {lost}. Both break windows.")
-    if headings := answer.get("by_heading"):
-        best, worst = (choose(headings, key=lambda h: h["operability"]) for choose in (max, min))
-        best, worst = (
-            f"{100.0 * h['operability']:.1f} % at {display_number('ship', h['ship'], 4)} deg" for h in (best, worst)
-        )
-        wrapped(
-            f"The ship turns to what suits each record best. Held on one heading: {best} at best, {worst} at worst."
-        )
-    if answer["n_censored"]:
-        share = answer["n_censored"] / answer["n_records"]
-        end = "of all records have no later window before the series ends: left out of the waits."
-        wrapped(f"{answer['n_censored']} ({number(100.0 * share, 3)} %) {end}")
-    for note in answer["notes"]:
-        wrapped(note)
-
-
-def _row(label: str, numbers: dict[str, Any]) -> list[str]:
-    times = [_h(numbers[name]) for name in ("window_mean", "window_max", "wait_mean", "wait_p50", "wait_p90")]
-    shares = ["-" if (x := numbers[name]) != x else f"{100.0 * x:.1f}" for name in ("operability", "start_share")]
-    counts = [str(numbers[name]) for name in ("n_windows", "n_windows_long_enough", "n_censored")]
-    return [label, f"{numbers['n_hours']:g}", *shares, counts[0], *times[:2], counts[1], *times[2:], counts[2]]
-
-
-def _h(time: float) -> str:
-    """A time in hours."""
-    return "-" if time != time else f"{time / 3600.0:.1f}"
-
-
-def print_show(answer: dict[str, Any]) -> None:
-    """What a file holds."""
-    records = f"{answer['n_records']} records, one every {answer['step'] / 3600.0:g} h"
-    wrapped(f"{answer['file']}: {answer['start']} to {answer['end']}, {records}")
-    rows = [
-        [
-            name,
-            display_unit(name),
-            str(c["n_missing"]),
-            *("-" if c[k] is None else display_number(name, c[k], 4) for k in ("min", "mean", "p90", "max")),
-        ]
-        for name, c in answer["columns"].items()
-    ]
-    print_table(("column", "unit", "missing", "least", "mean", "P90", "most"), rows, left=2)
-    wrapped(f"Gaps in time: {answer['n_gaps']}, with {answer['absent'] / 3600.0:g} h in them.")
-    for note in answer["notes"]:
-        wrapped(note)
