@@ -43,7 +43,8 @@ def html(document: Document) -> str:
 
 def fragment(document: Document) -> str:
     """Title and parts for a notebook, without style and page."""
-    parts = "".join(text for part in (*document.front, *document.sections) for text in _part(part, 4))
+    anchors = _anchors(document)
+    parts = "".join(text for part in (*document.front, *document.sections) for text in _part(part, 4, anchors))
     return f"<div><b>{_escaped(document.heading)}</b>{parts}</div>"
 
 
@@ -54,7 +55,7 @@ def _page(document: Document) -> Iterator[str]:
     yield f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
     yield '<meta name="viewport" content="width=device-width,initial-scale=1">'
     yield f'<meta http-equiv="Content-Security-Policy" content="{policy}"><style>{style}</style></head>\n<body>'
-    anchors = {id(part): f"s{i}" for i, part in enumerate(p for p in document.parts if isinstance(p, Section))}
+    anchors = _anchors(document)
     yield from _contents(document, anchors)
     yield f'<main><section id="top"><h1>{title}</h1>'
     if document.subtitle:
@@ -69,6 +70,11 @@ def _page(document: Document) -> Iterator[str]:
     number = f"No. {document.number}, {document.date}. " if document.number else ""
     yield f"<p><small>{_escaped(number)}Made by {_escaped(document.made_by)}.</small></p></main>"
     yield f"{ZOOM}<script>{script}</script></body></html>\n"
+
+
+def _anchors(document: Document) -> dict[int, str]:
+    """Of the sections, by their identity."""
+    return {id(part): f"s{i}" for i, part in enumerate(p for p in document.parts if isinstance(p, Section))}
 
 
 def _contents(document: Document, anchors: dict[int, str]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.formats.table.corrections import corrections
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_table
+from stillhook.report.terminal import Answer, print_table
 from stillhook.units import quote
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def inspect(
     found = READERS[form](file, rows) if form is not None else _by_content(file, rows)
     if save is not None:
         _save(found, file, save)
-    present(found.facts(), lambda: _print(found), json=json)
+    present(found.facts(), lambda: _print(found), brief=lambda: _brief(found, file), json=json)
     if save is not None and not json:
         print(f"written: {save}")
     raise typer.Exit(1 if found.problem else 0)
@@ -60,6 +60,21 @@ def _save(found: Understood, file: Path, save: Path) -> None:
         )
     with atomic_file(save) as part:
         part.write_text(mapping_text(found), encoding="utf-8")
+
+
+def _brief(found: Understood, file: Path) -> Answer:
+    read = "; ".join(
+        f"{row.name} = {row.heading}{f' [{row.unit}]' if row.unit else ''}{' down' if row.sign < 0 else ''}"
+        for row in found.rows
+    )
+    lines = [
+        f"Refused as it is: {found.problem}" if found.problem else "",
+        f"Read: {read}." if read else "",
+        f"Not read: {', '.join(found.unused)}." if found.unused else "",
+        *found.notes,
+    ]
+    step = "" if found.fixed or not found.rows else f"stillhook inspect {file} --save mapping.toml"
+    return Answer(f"{found.source}: {found.noun}", lines, step, "ranges and remarks of every column")
 
 
 def _print(found: Understood) -> None:

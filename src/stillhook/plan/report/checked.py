@@ -262,7 +262,7 @@ def checked_plan(answer: Mapping[str, Any]) -> Document:
     return Document(answer["name"], name=subject, front=parts)
 
 
-def brief(answer: dict[str, Any], step: str) -> Answer:
+def brief(answer: Mapping[str, Any], step: str) -> Answer:
     """What the plan requests in a dozen lines; step: what to do next. answer: of `checked`."""
     phases, rules = answer["phases"], answer["rules"]
     heaviest = max(phases, key=lambda row: row["F_top_static"])
