@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stillhook.errors import PlanError
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.table import TIERS, Axes, chosen, counting, gathered, governed, untold
+from stillhook.plan.table import TIERS, Axes, chosen, counting, gathered, governed, unreported
 from stillhook.plan.weather.limit_table import KeptHeadings, LimitTable, holdable_headings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
@@ -93,7 +93,7 @@ def test_what_nobody_tells_is_no_number_and_its_phases_are_named():
     table = governed(found)
     assert np.isnan(table.Hs[0]).all()
     assert (table.Hs[1] == 2.0).all()
-    assert untold(found) == {NONE: ("splash", "deep"), SSC: ("splash",)}
+    assert unreported(found) == {NONE: ("splash", "deep"), SSC: ("splash",)}
     assert (counting(found)[0] == "").all()
 
 

@@ -233,7 +233,7 @@ def counting(of: Chosen) -> NDArray[np.str_]:
     return np.asarray(names[of.tier.max(axis=2) + 1])
 
 
-def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
+def unreported(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     """Phases that no tier determines in some cell, by alternative, of those that have such phases."""
     silent = np.asarray((of.tier < 0).all(axis=2))
     phases_of = {}

@@ -25,7 +25,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan, described
 from stillhook.plan.definition.rules import Alternative, Rule, Tier
 from stillhook.plan.limits import as_row, limited
 from stillhook.plan.result import Cause, Remark, cause, grouped, picked
-from stillhook.plan.table import TIERS, Chosen, apart_remarks, untold
+from stillhook.plan.table import TIERS, Chosen, apart_remarks, unreported
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
 from stillhook.plan.weather.value import Forecast, WeatherValue
@@ -254,7 +254,7 @@ def remarks(
     if env.swell is not None:
         lines.append(cause("swell", swell=env.swell.describe()))
     lines += [*plan.notes, *winch_remarks(plan)]
-    for phases, alternatives in grouped((phases, a.value) for a, phases in untold(of.modelled).items()).items():
+    for phases, alternatives in grouped((phases, a.value) for a, phases in unreported(of.modelled).items()).items():
         lines.append(cause("not-assessed", phases=list(phases), alternatives=alternatives))
     if np.isposinf(of.Hs).any():
         lines.append(cause("capped", Hs=max(env.Hs)))
