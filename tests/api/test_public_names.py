@@ -38,12 +38,12 @@ def test_examples_run_as_they_are_printed(name: str) -> None:
 
 
 def test_modules_of_the_face_are_modules() -> None:
-    faces = {"analysis", "identify", "metrics", "plan", "response", "validate"}
+    faces = {"analysis", "identify", "metrics", "plan", "plot", "response", "validate"}
     assert {n for n in NAMES if isinstance(getattr(stillhook, n), ModuleType)} == faces
 
 
 def public_functions() -> dict[str, Callable[..., Any]]:
-    """Functions of the seven faces by their full name."""
+    """Functions of the eight faces by their full name."""
     faces = [stillhook, *(thing for name in NAMES if isinstance(thing := getattr(stillhook, name), ModuleType))]
     return {
         f"{face.__name__}.{name}": thing
@@ -62,8 +62,8 @@ def sections(function: Callable[..., Any]) -> dict[str, str]:
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-def test_there_are_seven_faces() -> None:
-    assert len({name.rpartition(".")[0] for name in FUNCTIONS}) == 7
+def test_there_are_eight_faces() -> None:
+    assert len({name.rpartition(".")[0] for name in FUNCTIONS}) == 8
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -3,11 +3,14 @@
 import math
 from dataclasses import replace
 from importlib.resources import files
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from stillhook.base.progress import CancelToken, Monitor
 from stillhook.engine.simulate import simulate
+from stillhook.errors import Cancelled
 from stillhook.library import load_crane
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Tier
 from stillhook.plan.file import load_plan
@@ -443,6 +446,33 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
             assert none.low[key][0] <= Hs[0] <= none.high[key][0]  # without an upper end where few runs hardly grow
     speeds = first.blocks["landing"]["v_landed"]
     assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
+
+
+@pytest.mark.thorough
+def test_a_search_that_is_cancelled_resumes_from_its_store_with_the_same_limits(narrow, tmp_path):
+    plan = replace(narrow, alternatives=(Alternative.NONE, Alternative.SSC))
+    landing = of_kind(plan, PhaseKind.LANDING).name
+    limits = predicted(plan, {p.name: math.inf for p in plan.phases} | {landing: 0.6})
+    token, events = CancelToken(), []
+
+    def listen(event):
+        events.append(event)
+        if event.done >= 16:
+            token.cancel()
+
+    with pytest.raises(Cancelled):
+        refine(plan, limits, search=FEW, execution=Execution(tmp_path), progress=Monitor(listen, cancel=token))
+    assert all(a.done <= b.done for a, b in pairwise(events))
+    assert events[-1].cell.startswith(landing)
+    more = []
+    resumed = refine(plan, limits, search=FEW, execution=Execution(tmp_path), progress=Monitor(more.append))
+    calms = len(plan.alternatives)  # the first round: they are stored as well
+    assert next(e.done for e in more if e.done > calms) >= 16
+    assert all(a.done <= b.done and a.share <= b.share for a, b in pairwise(more))
+    fresh = refine(plan, limits, search=FEW, execution=Execution())
+    for a, b in zip(resumed.limits, fresh.limits, strict=True):
+        for rule, values in a.Hs.items():
+            np.testing.assert_array_equal(values, b.Hs[rule])
 
 
 def test_the_usual_number_of_runs_grows_with_alternatives(plan):

@@ -184,7 +184,7 @@ def uncertainty(data: xarray.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    return band_figure(data)
+    return band_figure(data, str(data.attrs.get("title", "")))
 
 
 def indices(results: Sequence[Sensitivity]) -> Figure:
@@ -216,7 +216,7 @@ def drives(comparison: DriveComparison) -> Figure:
     Figure
         Of matplotlib.
     """
-    return bars_figure(comparison)
+    return bars_figure(comparison, title=comparison.reference.name)
 
 
 def energy(run: DriveRun) -> Figure:

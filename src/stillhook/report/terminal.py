@@ -31,6 +31,8 @@ FOLDED, BORDER = 10, 3
 space on either side."""
 
 
+BAR = 40
+"""Width of a bar with its share and its time."""
 OUTCOME = 10
 """Width of a verdict at the start of a line."""
 MOST_LINES, MOST_COLUMNS = 12, 100
@@ -367,7 +369,10 @@ def progress_bar(title: str) -> Iterator[Progress | None]:
 
         def show(event: Event) -> None:
             count = f"{event.done:,} of {event.total:,}" if event.total > 1 else ""
-            words = ", ".join(text for text in (title, "" if event.stage == RUNS else event.stage, count) if text)
+            stage = "" if event.stage == RUNS or title.startswith(event.stage) else event.stage
+            words = ", ".join(text for text in (title, stage, count) if text)
+            if stage and len(words) > console.width - BAR:
+                words = words.removeprefix(f"{title}, ")
             bar.update(task, completed=event.share, description=_escaped(words))
 
         monitor = Monitor(show)
