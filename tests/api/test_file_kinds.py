@@ -33,7 +33,6 @@ TEXTS = {
     FileKind.FACTORS: "[factors]\nfriction = { lognormal = [1, 1.3] }\n",
     FileKind.MAPPING: MAPPING,
     FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
-    FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
     FileKind.EVENTS: '[[event]]\ndate = 2027-03-01\nwhat = "repair"\nnumbers = ["friction"]\n',
     FileKind.COSTS: '[year]\nhours = "600 h"\n[drive.electric]\nmass = "60 t"\n',
     FileKind.LIVE: 'case = "case.toml"\nfolder = "twin"\n',

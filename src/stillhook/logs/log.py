@@ -212,7 +212,8 @@ def clock_of(source: Source, time: Signal, column: str) -> Clock:
         pattern = time.unit if time.unit is not None and "%" in time.unit else STAMPS
         return Clock(source.base(places[0]), Want(places, pattern), 1.0, 0.0, column)
     place = place_of(column, source.headings, where)
-    if time.unit is None and not _file_unit(source, place) and is_stamp(source.sample(place)):
+    known = our_unit(_file_unit(source, place), "time")  # a row of units may say how stamps are written, dd.mm.yyyy
+    if time.unit is None and known is None and is_stamp(source.sample(place)):
         unit = STAMPS
     else:
         unit = unit_of(source, time, place)

@@ -221,9 +221,10 @@ def _table(path: Path, error: type[StillhookError]) -> TextTable:
 
 def chosen_rows(rows: Mapping[str, Any], specs: Sequence[ColumnSpec], where: str) -> dict[str, ColumnRow]:
     """Rows of a mapping by the name of the column that they describe. Errors: LogError, UnitError of one line."""
-    by_name = {spec.name: spec for spec in specs}
+    by_name, in_any_case = {spec.name: spec for spec in specs}, {spec.name.lower(): spec.name for spec in specs}
     chosen = {}
-    for name, row in rows.items():
+    for written, row in rows.items():
+        name = in_any_case.get(written.lower(), written)
         if name not in by_name:
             near = nearest(name, by_name)
             raise LogError(f"{where}.{name}: unknown column{near} Allowed: {', '.join(by_name)}.")
