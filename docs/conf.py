@@ -1,4 +1,4 @@
-"""Settings of the documentation site. `make site` builds it from these pages and the docstrings; it needs no network."""
+"""Settings of the documentation site: `make site` builds it from these pages and the docstrings, without a network."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = DOCS.parent
 SOURCE = ROOT / "src" / "stillhook"
 sys.path[:0] = [str(DOCS / "site"), str(SOURCE.parent)]
 
-from stillhook import __version__
+from stillhook import __version__  # noqa: E402
 
 
 def source_digest() -> str:
@@ -22,7 +22,7 @@ def source_digest() -> str:
 
 project = "Stillhook"
 author = "The Stillhook authors"
-copyright = author
+copyright = author  # noqa: A001
 release = version = __version__
 
 extensions = [
@@ -43,7 +43,7 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = str(ROOT / "build" / "site" / f"notebooks-{source_digest()}")
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+nb_execution_timeout = 900
 nb_merge_streams = True
 
 autodoc_member_order = "bysource"

@@ -27,7 +27,7 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
 
 
 def sections(text: str, folder: str, known: Iterable[str]) -> dict[str, list[str]]:
-    """Entries of the menu under the headings of an index page; a page of its folder that it does not name comes last."""
+    """Entries of the menu by heading of an index page; pages of its folder that it does not name come last."""
     entries: dict[str, list[str]] = {"": []}
     heading, seen = "", {f"{folder}/index" if folder else "index"}
     for found in HEADING_OR_LINK.finditer(FENCE.sub("", text)):
