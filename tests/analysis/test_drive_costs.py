@@ -82,6 +82,12 @@ def test_dearer_energy_costs_more_and_returned_energy_never_costs(pair):
     assert math.isnan(energy(grid="0.2 EUR/kWh"))
 
 
+def test_operations_that_no_year_holds_are_named(pair):
+    rows = owner_rows(pair, costs(electric={}), {"electric": 39.0, "pure-active": 3.0})
+    line = omissions(rows)[-1]
+    assert line == "Vessel days that no year holds: electric 780. State fewer operations, or plan for a season."
+
+
 def test_a_winch_that_is_not_built_is_marked(pair):
     rows = {row.name: row for row in owner_rows(pair, costs(electric={}))}
     assert (rows["electric"].basis, rows["pure-active"].basis) == (PAPER, "as built")

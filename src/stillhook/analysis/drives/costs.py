@@ -24,6 +24,8 @@ from stillhook.tables.table import Count, Number, Spec, Text
 from stillhook.winches.registry import WINCH_TYPES
 
 NOT_STATED = "not stated"
+LONGEST_YEAR = 366.0
+"""[d]"""
 PAPER, SCALED, AS_BUILT = "paper", "scaled", "as built"
 """Whether the winch that a drive was sized from is built."""
 CELLS = ("energy", "maintenance", "capital", "vessel")
@@ -240,7 +242,7 @@ def _energy(run: DriveRun, costs: CostFile) -> float | None:
 
 
 def omissions(rows: Sequence[OwnerRow]) -> list[str]:
-    """What sums leave out, in sentences: one for all drives where it is the same."""
+    """What sums leave out, in sentences: one for all drives where it is the same; and operations that no year holds."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for row in rows:
         groups.setdefault(row.left_out, []).append(row.name)
@@ -252,4 +254,9 @@ def omissions(rows: Sequence[OwnerRow]) -> list[str]:
         lines.append(f"{of} {verb} out: {', '.join(left_out)}." if left_out else f"{nothing}.")
     if len(groups) > 1:
         lines.append("Sums that leave out different costs do not compare.")
+    crowded = [f"{row.name} {row.vessel_days:.0f}" for row in rows if (row.vessel_days or 0.0) > LONGEST_YEAR]
+    if crowded:
+        lines.append(
+            f"Vessel days that no year holds: {', '.join(crowded)}. State fewer operations, or plan for a season."
+        )
     return lines

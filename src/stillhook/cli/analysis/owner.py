@@ -44,7 +44,7 @@ def print_owner(rows: Sequence[OwnerRow], costs: CostFile) -> None:
     """The table with what its sums leave out, deck areas and masses, and which winches are not built."""
     unit = f"{costs.currency} per year" if costs.currency else "none stated"
     print_table(HEADERS, [_row(row) for row in rows], title=f"costs, {unit}; {EMPTY}: {NOT_STATED}")
-    for line in (*omissions(rows), _places(rows), *_bases(rows)):
+    for line in (" ".join(omissions(rows)), _places(rows), *_bases(rows)):
         wrapped(line)
 
 
