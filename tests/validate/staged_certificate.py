@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from stillhook.logs.types import Log
 from stillhook.report.document import Table
+from stillhook.report.kit import caption
 from stillhook.spec.scenario import Mode
 from stillhook.validate.criteria.criteria import Criterion, Limit
 from stillhook.validate.criteria.judge import judge
@@ -109,4 +110,4 @@ def drawn(estimates: object, campaign: Campaign) -> dict[str, Figure]:
     for r in map(record, campaign.tests):
         ax.plot(r.t, r.signals["s_tip"], label=f"{r.test.name}, {'SYNTHETIC' if campaign.synthetic else 'measured'}")
     ax.legend()
-    return {"tip-over-time": figure}
+    return {"tip-over-time": caption(figure, "Motion of the crane tip over time, all tests.")}

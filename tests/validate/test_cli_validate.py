@@ -16,6 +16,7 @@ from stillhook.cli import run as command
 from stillhook.errors import ValidateError
 from stillhook.logs.types import Log
 from stillhook.report.document import Table
+from stillhook.report.kit import caption
 from stillhook.spec.scenario import Mode
 from stillhook.validate import validation as frame
 from stillhook.validate.certificate import certificate as report_files
@@ -100,7 +101,7 @@ def staged(
 def drawn(estimates: object, campaign: Campaign) -> dict[str, Figure]:
     figure = Figure()
     figure.subplots().plot([0.0, 1.0])
-    return {"error-over-time": figure}
+    return {"error-over-time": caption(figure, "Control error over time, <all> load cases.")}
 
 
 @pytest.fixture
@@ -266,7 +267,7 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
         "Step 5: active heave compensation",
         "Step 5 alone: passed",
         "the <worst> one",
-        "Step 5: error over time",
+        "Control error over time, <all> load cases.",
         "2.1 cm (1.6 to 2.7 cm)",
         "Closest to their limits",
         "wind 12 m/s",

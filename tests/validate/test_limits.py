@@ -21,7 +21,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.spec.scenario import Commands, Mode
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
-from stillhook.validate.report.figures import at_limits
+from stillhook.validate.report.figures import Curves, at_limits, over_time
 from stillhook.validate.speed_limits import NEAR_LIMIT, check_limits
 
 pytestmark = pytest.mark.slow
@@ -209,3 +209,14 @@ def test_figures_are_marked_and_few():
     assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())
     none = replace(own_step().estimates, parts=(), plateaus=())
     assert not at_limits(none, campaign(found_record))
+
+
+def test_what_does_not_vary_is_a_sentence_and_no_panel():
+    t = np.linspace(0.0, 10.0, 101)
+    wave, flat = Curves(t, np.sin(t)), Curves(t, np.full(101, 40.0), [("simulated", "red", np.full(101, 40.0))])
+    columns = [("one", [wave, flat, flat]), ("two", [wave, flat, wave])]
+    figure = over_time(campaign(), "Title", "Of tests.", columns, ["speed", "Pressure [bar]\n(A)", "angle"], (6.0, 6.0))
+    assert len(figure.axes) == 4
+    assert figure.get_label() == "Of tests. Not drawn, because it does not vary: pressure [bar]."
+    assert [[text.get_text() for text in ax.texts] for ax in figure.axes] == [[], [], ["40 throughout"], []]
+    assert sum(bool(ax.lines) for ax in figure.axes) == 3

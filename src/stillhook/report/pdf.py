@@ -23,6 +23,8 @@ ARCHIVE = "a-2u"
 searched."""
 
 
+SHORT = 30
+"""Letters of cells that are better not folded."""
 MOST_ROWS, MOST_LETTERS = 9, 1500
 """Of a table that is not parted by the end of a page."""
 
@@ -107,12 +109,17 @@ def _table(table: Table) -> dict[str, Any]:
         "title": table.title,
         "header": table.heads(),
         "kinds": kinds,
-        "widths": [fmean(column or [1]) ** 0.5 for column in lengths],  # of folded columns, relative to each other
+        "widths": [_width(column or [1]) ** 0.5 for column in lengths],  # of folded columns, relative to each other
         "one_page": len(table.rows) <= MOST_ROWS and letters <= MOST_LETTERS,
         "rows": [[_cell(cell) for cell in row] for row in table.rows],
         "bold_rows": list(table.bold_rows),
         "bold_columns": list(table.bold_columns),
     }
+
+
+def _width(lengths: Sequence[int]) -> float:
+    """Letters that set the width of a folded column: of the longest cell where all are short, else of a usual one."""
+    return max(lengths) if max(lengths) <= SHORT else fmean(lengths)
 
 
 def _cell(cell: Cell) -> dict[str, Any]:

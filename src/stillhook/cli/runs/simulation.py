@@ -332,6 +332,8 @@ def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
     names = list(dict.fromkeys(each.strip().lower() for each in text.split(",")))
     if unknown := [name for name in names if name not in known]:
         raise LiftError(f"--film: unknown controller {quote(unknown[0])}. Choose of {', '.join(known)}.")
+    if len(names) > 1 and not any(phase.compensated for phase in file.lift.programme):
+        raise LiftError("--film: no phase of this lift is compensated, so controllers do not differ. Give one.")
     if len(names) > MOST_FILMED:
         raise LiftError(f"--film: {len(names)} controllers. Give {MOST_FILMED} at most.")
     return {name: file.lift.model_copy(update={"controller": known[name]}) for name in names}

@@ -23,7 +23,7 @@ from stillhook.plan.report.words import (
 )
 from stillhook.plan.result import FAILED, PlanResult
 
-MOST = 7
+MOST = 8
 """Lines at most: those of the end are the least urgent."""
 FACTORS = {
     "C_A": "added mass",
@@ -45,7 +45,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("missing", text=sentence(each))
     if apart := result.caused("apart"):
         pairs = dict.fromkeys(f"{each['phase']}: {each['rule'].replace('-', ' ')}" for each in apart)
-        yield _write("apart", pairs=list(pairs))
+        yield _write("apart", pairs="; ".join(pairs))
     certificate = facts["crane"]["certificate"]
     if any(a.twin for a in result.alternatives) and (not certificate or certificate.get("synthetic")):
         more = {"range": between(limits(result, TWIN, name), highest(result))}

@@ -316,13 +316,18 @@ def _table(result: PlanResult) -> list[Table]:
     rows: list[list[str]] = []
     strong: list[int] = []
     for v, variant in enumerate(names(block, "variant")):
+        last: tuple[list[str], int] | None = None
         for k, each in enumerate(pays_at(block, v)):
-            if each.verdict == 1:
-                strong.append(len(rows))
-            cells = []
+            cells: list[str] = []
             for name, Hs in ((each.classic, each.Hs_classic), (each.new, each.Hs_new)):
                 value, low, high = (height_in_ladder(float(x), heights) for x in Hs)
                 cells += [named(name), value, f"{low} to {high}" if len({value, low, high}) > 1 else ""]
+            if (cells, each.verdict) == last:  # tolerances with one answer are one row
+                rows[-1][1] = f"{rows[-1][1].partition(' to ')[0]} to {each.tolerance:.3g}"
+                continue
+            last = cells, each.verdict
+            if each.verdict == 1:
+                strong.append(len(rows))
             rows.append([variant if k == 0 else "", f"{each.tolerance:.3g}", *cells])
     head = ("payload, depth, period", "tolerance [m]", "classic", "Hs [m]", "95 %", "new", "Hs [m]", "95 %")
     title = "Limiting Hs over the seabed with the best classic and the best new controller; bold: the new one is higher"
