@@ -13,7 +13,6 @@ from stillhook.cli.runs.plan import Work, run
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.formatting import fixed
-from stillhook.report.kit import can_draw, can_set
 from stillhook.report.terminal import progress_bar, started
 from stillhook.units import quote, show
 
@@ -71,6 +70,7 @@ def _in_waves(out: Path) -> None:
     from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.library import load_crane
+    from stillhook.report.kit import can_draw
     from stillhook.sea.spectra.text import parse_sea
     from stillhook.sea.vessel.realisation import realise, tip_motion
     from stillhook.spec.scenario import Scenario
@@ -99,6 +99,7 @@ def _lift(result: PlanResult, out: Path) -> None:
     from stillhook.plan.report.summary_page import verdict
     from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
     from stillhook.report.formatting import percent
+    from stillhook.report.kit import can_set
 
     data = result.data
     limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}

@@ -26,24 +26,23 @@ from stillhook.cli.parser import (
     announce,
     case_of,
     check_out,
+    declared,
     present,
     refuse,
     say_left_out,
     write_out,
 )
 from stillhook.errors import LiftError, StillhookError
-from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, counted, wrapped
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
 from stillhook.units import show
-from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
     from stillhook.formats.lift_file import LiftFile
     from stillhook.spec.crane import Crane
 
-DRIVES = ", ".join(WINCH_TYPES)
+DRIVES = ", ".join(declared("winches", "types"))
 """Drives as help lists them."""
 USUAL_CASE = {"load": "100 t", "s_w": "100 m", "tip": "sine 2.8 m 12 s", "warm_up": "30 s"}
 """What is compared where neither a case file nor an option says it."""
@@ -312,6 +311,7 @@ def lower(
 def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
     """Status, tension against what is allowed, the worst phase, touch-down and compensation of a lowering."""
     from stillhook.engine.certificate import twin_line
+    from stillhook.physics.scalar import G
 
     allowed, phases = (file.crane.SWL + file.crane.hook_mass) * G, answer["phases"]
     used = f"{show(answer['F_w_max'], 'force')} of {show(allowed, 'force')} (SWL and hook)"
@@ -343,6 +343,8 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
+    from stillhook.physics.scalar import G
+
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")

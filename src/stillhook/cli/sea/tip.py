@@ -28,15 +28,12 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import counted, display_number, display_unit, wrapped
-from stillhook.report.kit import can_draw
 from stillhook.report.terminal import Answer, print_table, print_values
-from stillhook.sea.spectra.directions import parse_direction
-from stillhook.sea.spectra.measured import SpectrumSeries
-from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     from stillhook.sea.motion.motion import Motion
+    from stillhook.sea.spectra.spectrum import Sea
     from stillhook.sea.vessel.rao import Rao
     from stillhook.sea.vessel.tip import TipPoint
 
@@ -141,6 +138,7 @@ def _in_sea(
     *,
     json: bool,
 ) -> None:
+    from stillhook.report.kit import can_draw
     from stillhook.sea.vessel.tip import tip_summary
 
     summary = tip_summary(rao, sea, point, duration)
@@ -286,6 +284,8 @@ def _all_round(
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     """The sea that a text describes, or a record of a file of measured waves."""
+    from stillhook.sea.spectra.directions import parse_direction
+
     if Path(wave).is_file():
         return _measured(wave, None if heading is None else parse_direction(heading, "--heading"), spread, record, ship)
     from stillhook.sea.spectra.text import parse_sea
@@ -309,6 +309,9 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
 
 def _measured(wave: str, beta: float | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     from stillhook.formats.waves.wavespectra import read_sea
+    from stillhook.sea.spectra.directions import parse_direction
+    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.spectrum import Sea, Train
 
     series = read_sea(wave)
     if not isinstance(series, SpectrumSeries):
