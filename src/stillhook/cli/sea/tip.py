@@ -27,7 +27,7 @@ from stillhook.cli.parser import (
     say_left_out,
 )
 from stillhook.errors import MotionError, SeaError
-from stillhook.report.formatting import counted, display_number, display_unit, wrapped
+from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
 from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.units import parse, quote
 
@@ -207,7 +207,7 @@ def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:
     """Standard deviations, periods and most probable largest motion, speed and acceleration of the tip."""
 
     def texts(names: Iterable[str]) -> list[str]:
-        return [f"{n} {display_number(n, summary[n], 4)} {display_unit(n)}" for n in names if n in summary]
+        return [f"{n} {variable(n, summary[n])}" for n in names if n in summary]
 
     largest = [f"{label} {', '.join(texts([f'{n}_mpm']))}" for n, label in LARGEST]
     met = [f"{label} {', '.join(texts([f'{n}_max']))}" for n, label in LARGEST if f"{n}_max" in summary]

@@ -11,7 +11,7 @@ import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.errors import SeaError
-from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.formatting import display_number, display_unit, variable
 from stillhook.report.terminal import Answer, columns, print_table, print_values
 
 if TYPE_CHECKING:
@@ -158,12 +158,12 @@ def _brief(answer: dict[str, Any]) -> Answer:
     """Height, periods and steepness of a sea; of a file its means and largest values."""
     names = [name for name in OF_SPECTRUM if name in answer]
     if "records" not in answer:
-        text = ", ".join(f"{n} {display_number(n, answer[n], 4)} {display_unit(n)}".strip() for n in (*names, "S_p"))
+        text = ", ".join(f"{n} {variable(n, answer[n])}" for n in (*names, "S_p"))
         return Answer(answer["waves"], [f"{text}.", *answer["notes"][:3]], more="meanings, moments, cut-off frequency")
     rows = []
     for n in names:
         numbers = (answer[n].get(k) for k in ("mean", "min", "max"))
-        rows.append([n, display_unit(n), *("-" if x is None else display_number(n, x, 4) for x in numbers)])
+        rows.append([n, display_unit(n), *("-" if x is None or x != x else display_number(n, x, 4) for x in numbers)])
     title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start'][:10]}"
     lines = [*columns(["", "unit", "mean", "least", "largest"], rows, left=(0, 1)), *answer["notes"][:2]]
     return Answer(f"{title} to {answer['end'][:10]}", lines, more="first record, meanings, notes")
