@@ -36,6 +36,9 @@ RUNS = [sys.executable, "-m", "stillhook"]
 COMMANDS: dict[str, Sequence[str]] = {
     REFERENCE: [sys.executable, "-c", "import numpy"],
     "stillhook --help": [*RUNS, "--help"],
+    "stillhook plan --help": [*RUNS, "plan", "--help"],
+    "stillhook compare --help": [*RUNS, "compare", "--help"],
+    "stillhook live run --help": [*RUNS, "live", "run", "--help"],
     "stillhook compare": [*RUNS, "compare"],
     "stillhook map (324 runs)": [*RUNS, "map"],
     "stillhook plan --check": [*RUNS, "plan", "template-to-1500m", "--check"],
@@ -44,6 +47,9 @@ COMMANDS: dict[str, Sequence[str]] = {
 
 AIMS = {
     "stillhook --help": 0.15,
+    "stillhook plan --help": 0.2,
+    "stillhook compare --help": 0.2,
+    "stillhook live run --help": 0.2,
     "stillhook compare": 0.9,
     "stillhook map (324 runs)": 1.0,
     "stillhook plan --check": 1.0,

@@ -215,7 +215,7 @@ def test_a_phase_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
     lift_toml.write_text(LID.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
     assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
     out = capsys.readouterr().out
-    assert "status: stuck" in out
+    assert "Status: stuck" in out
     assert 'phase "through" did not end within its timeout of 5 s' in out
 
 

@@ -138,11 +138,11 @@ def test_water_in_a_wrong_unit_is_refused(capsys):
 
 def test_a_sheet_says_where_every_number_is_from(tmp_path, capsys):
     given = 'name = "m"\nmass = "60 t"\nheight = "4 m"\nC_D = 3.1\nsource = "model test 17"\n'
-    out = told(capsys, "payload", file(tmp_path / "levels.toml", given + LEVELS))
+    out = told(capsys, "payload", "--verbose", file(tmp_path / "levels.toml", given + LEVELS))
     assert "model test 17" in out
     assert "given in" not in out
     assert "DNV" not in out
-    out = told(capsys, "payload", file(tmp_path / "anchor.toml", ANCHOR))
+    out = told(capsys, "payload", "--verbose", file(tmp_path / "anchor.toml", ANCHOR))
     assert all(name in out for name in ("C_D", "C_s", "engaged", "seabed.settlement"))
     assert "mass over that of steel" in out
     assert "e-1" not in out

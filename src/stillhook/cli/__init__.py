@@ -106,7 +106,6 @@ app = typer.Typer(
     cls=Stillhook,
     name="stillhook",
     help="Digital twin of hydraulic active-heave-compensated crane winches: keeps the hook still, and quantifies it.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )

@@ -15,7 +15,6 @@ from stillhook.errors import CommandError, ConvertError, StillhookError
 from stillhook.report.formatting import counted
 from stillhook.report.terminal import Answer, say
 from stillhook.units import KINDS, quote, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.formats.out import Content
@@ -395,6 +394,7 @@ def _log(source: Path, mapping: Path | None, column: list[str] | None, every: st
     from stillhook.formats.out import TIME, Content
     from stillhook.logs.log import read_log
     from stillhook.logs.understood import signals_of
+    from stillhook.variables import BY_NAME
 
     if not source.is_file():
         raise StillhookError(f"{source}: no such file. Give a run (NetCDF) or a log.")

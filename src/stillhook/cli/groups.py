@@ -1,21 +1,23 @@
-"""The program as a tree of commands, each loaded when it is called: help of the program imports none of them."""
+"""The program as a tree of commands, each loaded when it is called, and their help: that of the program and of groups
+imports none of them."""
 
 from __future__ import annotations
 
 import functools
 import inspect
 import re
-import sys
-from collections.abc import Callable, Iterable, Mapping
+import shutil
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import typer
 import typer.main
 from typer.core import TyperCommand, TyperGroup
+from typer.models import ArgumentInfo, OptionInfo
 
 from stillhook.errors import CommandError
 
@@ -68,25 +70,28 @@ class Group(NamedTuple):
 class Commands(dict[str, Any]):
     """Commands and groups by name, each built from its entry when it is looked up first."""
 
+    def __init__(self, entries: Mapping[str, Entry | Group], words: tuple[str, ...]) -> None:
+        super().__init__(entries)
+        self.words = words  # how the group that they are in is called
+
     def __getitem__(self, name: str) -> Any:
         built = super().__getitem__(name)
         if isinstance(built, Entry | Group):
-            self[name] = built = build(name, built)
+            self[name] = built = build(name, built, self.words)
         return built
 
 
-def build(name: str, entry: Entry | Group) -> Any:
-    """Import a command, or those of a group."""
-    program = typer.Typer(add_completion=False)
+def build(name: str, entry: Entry | Group, words: tuple[str, ...]) -> Any:
+    """A command, imported; or a group, whose commands are imported when they are called."""
     if isinstance(entry, Entry):
-        program.command(name)(entry.load())
-    else:
-        group = typer.Typer(no_args_is_help=True)
-        for each, of in entry.commands.items():
-            group.command(each)(of.load())
-        program.add_typer(group, name=name, help=entry.help)
-    adopt(program)
-    return typer.main.get_group(program).commands[name]
+        single = typer.Typer(add_completion=False)
+        single.command(name, cls=Command)(entry.load())
+        return typer.main.get_command(single)
+    content = {"entries": entry.commands, "words": (*words, name)}
+    kind: Any = type("Subgroup", (Program,), content)
+    group = typer.Typer(cls=kind, name=name, help=entry.help, add_completion=False)
+    group.callback()(lambda: None)
+    return typer.main.get_command(group)
 
 
 def first_paragraph(entry: Entry) -> str:
@@ -96,34 +101,82 @@ def first_paragraph(entry: Entry) -> str:
     return inspect.cleandoc(result[1]) if result else ""
 
 
-def adopt(app: typer.Typer) -> None:
-    """Give a program, and the groups within it, these commands."""
-    app.info.cls = HelpfulGroup
-    for command in app.registered_commands:
-        command.cls = Command
-    for group in app.registered_groups:
-        if group.typer_instance is not None:
-            adopt(group.typer_instance)
+def page(words: Sequence[str], text: str, entry: Entry | None, commands: Mapping[str, str]) -> str:
+    """A page of help, as wide as the terminal and at most `WIDEST`: usage, what it does, examples (a line each, never
+    folded), arguments, options, commands with their help. It is read from the function's signature: the parser of
+    the command line is not built for it."""
+    width = min(shutil.get_terminal_size().columns, WIDEST)
+    parameters = [] if entry is None else list(inspect.signature(entry.load()).parameters.values())
+    arguments = [_argument(p) for p in parameters if isinstance(_mark(p), ArgumentInfo)]
+    options = [_option(p) for p in parameters if isinstance(_mark(p), OptionInfo)]
+    called = ["stillhook", *words, *(name for name, _ in arguments), "COMMAND ..." if commands else "[OPTIONS]"]
+    lines = _folded(f"Usage: {' '.join(called)}", width, "  ")
+    about, *examples = re.split(r"\bExample: ", text)
+    for paragraph in about.strip().split("\n\n"):
+        lines += ["", *_folded(paragraph, width)]
+    if examples:
+        lines += ["", "Examples:", *(f"  {' '.join(each.split())}" for each in examples)]
+    program = [("--version", "Print the version.")] if not words else []
+    shown = {"Arguments": arguments, "Options": [*options, *program, ("--help", "Show this page.")]}
+    for title, rows in (shown | {"Commands": [(n, _first_sentence(t)) for n, t in commands.items()]}).items():
+        lines += ["", f"{title}:", *_rows(rows, width)] if rows else []
+    return "\n".join(lines)
 
 
-class Helpful:
-    """A command, or a group of them, whose help keeps its brackets: what rich would take for markup is escaped."""
-
-    def __init__(self, *names: Any, **settings: Any) -> None:
-        from rich.markup import escape
-
-        super().__init__(*names, **settings)
-        for part in (self, *self.params):  # type: ignore[attr-defined]  # of a command of typer
-            for name in ("help", "short_help", "epilog"):
-                if text := getattr(part, name, None):
-                    setattr(part, name, escape(text))
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        load_pages()
-        super().format_help(ctx, formatter)  # type: ignore[misc]
+WIDEST, NAMES = 100, 28
+"""Columns of a page of help, and of the names in it at most."""
 
 
-class Command(Helpful, TyperCommand):
+def _mark(parameter: inspect.Parameter) -> Any:
+    """What typer knows of a parameter."""
+    return next((m for m in parameter.annotation.__metadata__ if isinstance(m, ArgumentInfo | OptionInfo)), None)
+
+
+def _argument(parameter: inspect.Parameter) -> tuple[str, str]:
+    """Name of an argument, in brackets where it may be left out, and its help."""
+    mark, name = _mark(parameter), parameter.name.upper()
+    name = str(mark.metavar or name)
+    optional = parameter.default is not inspect.Parameter.empty and not name.startswith("[")
+    return f"[{name}]" if optional else name, mark.help or ""
+
+
+def _option(parameter: inspect.Parameter) -> tuple[str, str]:
+    """Names of an option, and its help with the default."""
+    mark, default = _mark(parameter), parameter.default
+    declared = [name for name in (mark.default, *(mark.param_decls or ())) if isinstance(name, str)]
+    names = ", ".join(declared or [f"--{parameter.name.replace('_', '-')}"])
+    text = " ".join((mark.help or "").split())
+    if parameter.annotation.__origin__ is bool:
+        return names, text
+    if default is inspect.Parameter.empty:
+        text += " [required]"
+    elif default not in (None, "") and "default" not in text.lower():
+        text += f" [default: {default}]"
+    return f"{names} VALUE", text
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=[.)]) (?=[A-Z])", " ".join(text.split()))[0]
+
+
+def _rows(rows: Iterable[tuple[str, str]], width: int) -> Iterator[str]:
+    """Names with their texts, folded beside them."""
+    rows = list(rows)
+    names = min(max(len(name) for name, _ in rows), NAMES)
+    for name, text in rows:
+        first, *others = _folded(text, width - names - 4) or [""]
+        beside = len(name) <= names
+        yield from [] if beside else [f"  {name}"]
+        yield f"  {name if beside else '':<{names}}  {first}".rstrip()
+        yield from (f"{'':<{names + 4}}{line}" for line in others)
+
+
+def _folded(text: str, width: int, indent: str = "") -> list[str]:
+    joined = " ".join(text.split())
+    return textwrap.wrap(joined, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+class Command(TyperCommand):
     """A command that refuses an option of one value given several times."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -133,31 +186,55 @@ class Command(Helpful, TyperCommand):
         return list(super().parse_args(ctx, args))
 
 
-class HelpfulGroup(Helpful, TyperGroup):
-    """A group of such commands."""
-
-
-class Program(HelpfulGroup):
-    """The group at the top: `commands` of its `entries` are built when they are called."""
+class Program(TyperGroup):
+    """A group of commands: those of its `entries` are built when they are called, and their help without that."""
 
     entries: Mapping[str, Entry | Group] = {}
+    words: tuple[str, ...] = ()  # how it is called
 
     def __init__(self, *names: Any, **settings: Any) -> None:
         super().__init__(*names, **settings)
-        self.commands: Any = Commands(self.entries)
+        self.commands: Any = Commands(self.entries, self.words)
 
     def list_commands(self, ctx: Any) -> list[str]:
         return list(self.entries)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """What help and completion show of a command: its name and the first paragraph of its help."""
+        """What completion shows of a command: its name and the first paragraph of its help."""
         if (entry := self.entries.get(cmd_name)) is None:
             return None
-        return Command(cmd_name, help=first_paragraph(entry) if isinstance(entry, Entry) else entry.help)
+        return Command(cmd_name, help=outline(entry))
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Help is printed before anything else is read; also without a command."""
+        if not args or (text := requested(self.words, self.entries, args)):
+            print(text if args else self.get_help(ctx))
+            ctx.exit(0 if args else 2)
+        return list(super().parse_args(ctx, args))
+
+    def get_help(self, ctx: Any) -> str:
+        return page(self.words, self.help or "", None, {name: outline(entry) for name, entry in self.entries.items()})
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        name, command, rest = super().resolve_command(ctx, args)
-        return name, None if command is None else self.commands[command.name], rest
+        name, command, others = super().resolve_command(ctx, args)
+        return name, None if command is None else self.commands[command.name], others
+
+
+def requested(words: tuple[str, ...], entries: Mapping[str, Entry | Group], args: Sequence[str]) -> str:
+    """The page of help that a command line asks for; empty without."""
+    name, typed = args[0], args[1 : args.index("--")] if "--" in args else args[1:]
+    if (entry := entries.get(name)) is None or "--help" not in typed:
+        return ""
+    if isinstance(entry, Entry):
+        return page((*words, name), inspect.cleandoc(entry.load().__doc__ or ""), entry, {})
+    if typed[0] == "--help":
+        return page((*words, name), entry.help, None, {each: outline(of) for each, of in entry.commands.items()})
+    return requested((*words, name), entry.commands, typed)
+
+
+def outline(entry: Entry | Group) -> str:
+    """First paragraph of a command's help, or the help of a group."""
+    return first_paragraph(entry) if isinstance(entry, Entry) else entry.help
 
 
 def refuse_repeated(order: Iterable[Any]) -> None:
@@ -174,36 +251,3 @@ def refuse_repeated(order: Iterable[Any]) -> None:
                 "Give it once; where it takes a list, with commas between the values."
             )
         seen.append(parameter)
-
-
-class Later(type):
-    """A class that stands for another of the same module and name, which is imported when it is used."""
-
-    def __call__(cls, *args: Any, **settings: Any) -> Any:
-        return cls.meant()(*args, **settings)
-
-    def __getattr__(cls, name: str) -> Any:
-        return getattr(cls.meant(), name)
-
-    def meant(cls) -> Any:
-        return getattr(import_module(cls.__module__), cls.__name__)
-
-
-UNUSED = {"rich.markdown": "Markdown", "rich.traceback": "Traceback"}
-"""Parts of rich that typer imports with its help pages, at a third of the time of `stillhook --help`, for pages in
-Markdown and for coloured tracebacks. Stillhook has neither. typer's plain pages (rich_markup_mode = None) need no rich,
-and cut the summaries of the commands off."""
-
-
-@functools.cache
-def load_pages() -> None:
-    """Import typer's help pages without those parts."""
-    absent = [module for module in UNUSED if module not in sys.modules]
-    for module in absent:
-        sys.modules[module] = ModuleType(module)
-        setattr(sys.modules[module], UNUSED[module], Later(UNUSED[module], (), {"__module__": module}))
-    try:
-        import_module("typer.rich_utils")
-    finally:
-        for module in absent:
-            del sys.modules[module]

@@ -159,8 +159,9 @@ def _brief_list(what: str, kind: Kind, rows: list[dict[str, Any]], cells: list[l
     """Names with what they are, as many as find a place, and what to do with one."""
     names = list(kind.columns)
     chosen = [i for i, name in enumerate(names) if name in SHORT]
-    table = columns([], [[row[i] for i in chosen] for row in cells], left=range(len(chosen)), most=MOST_NAMES)
-    hidden = [row[0] for row in cells[MOST_NAMES:]]
+    shown = cells if len(cells) <= MOST_NAMES else cells[: MOST_NAMES - 1]
+    table = columns([], [[row[i] for i in chosen] for row in shown], left=range(len(chosen)), most=MOST_NAMES)
+    hidden = [row[0] for row in cells[len(shown) :]]
     step = OF_KIND.get(what, "")
     first = f"stillhook {step} {rows[0][names[0]]}" if step else ""
     lines = [*table, f"also {', '.join(hidden)}"] if hidden else table

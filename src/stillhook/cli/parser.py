@@ -8,6 +8,7 @@ Files that a command leaves in a folder: checked before anything runs, written a
 from __future__ import annotations
 
 import os
+import re
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,8 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.atomic import check_folder
-from stillhook.cli.groups import VERBOSE, WRITES
-from stillhook.control.registry import Mode
+from stillhook.cli.groups import FOLDER, VERBOSE, WRITES
 from stillhook.errors import CommandError, MotionError, SimulationError
 from stillhook.units import quote
 
@@ -36,11 +36,33 @@ def refuse(options: Mapping[str, Any], reason: str) -> None:
             raise CommandError(f"{name}: {reason}")
 
 
-CONTROLLERS = ", ".join(mode.value for mode in Mode if mode.compensates)
+def declared(room: str, folder: str, *, compensating: bool = False) -> list[str]:
+    """Names that the modules of a room's folder declare, read from their text without importing them, in the order of
+    lists; with modules of the user those that are registered."""
+    from stillhook.base.extensions import VARIABLE
+
+    if os.environ.get(VARIABLE):
+        from stillhook.control.registry import CONTROLLERS
+        from stillhook.winches.registry import WINCH_TYPES
+
+        laws = [law.name for law in CONTROLLERS.values() if law.compensates or not compensating]
+        return laws if room == "control" else list(WINCH_TYPES)
+    found = []
+    for path in sorted((FOLDER.parent / room / folder).glob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if (name := re.search(r'^NAME = "(.*)"', text, re.MULTILINE)) and not (
+            compensating and re.search("^COMPENSATES = False", text, re.MULTILINE)
+        ):
+            order = re.search(r"^ORDER = (.*)", text, re.MULTILINE)
+            found.append((float(order[1]) if order else 0.0, name[1]))
+    return [name for _, name in sorted(found, key=lambda each: each[0])]
+
+
+CONTROLLERS = ", ".join(declared("control", "controllers", compensating=True))
 """Controllers as help lists them."""
 USUAL = " Default: the usual ones of the winch type, ns,hs,ssc on a closed circuit."
 """End of the help of an option that names controllers."""
-MODES = ", ".join(Mode)
+MODES = ", ".join(declared("control", "controllers"))
 """Controllers and manual mode as help lists them."""
 FACTORS_HELP = "Table of factors on forecast heights: a name, or a file (TOML, CSV, XLSX)."
 PATIENCE = 15.0

@@ -10,7 +10,6 @@ import textwrap
 from typing import Any
 
 from stillhook.units import KINDS, in_display, number
-from stillhook.variables import BY_NAME
 
 EMPTY = "-"
 HOUR, DAY = 3600.0, 86400.0
@@ -59,6 +58,8 @@ def display_unit(name: str) -> str:
 
 def kind_of(name: str) -> str:
     """Kind of a variable; empty for a pure number and for an unknown name."""
+    from stillhook.variables import BY_NAME
+
     return BY_NAME[name].kind if name in BY_NAME else ""
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from stillhook.base.progress import RUNS, Monitor, Relay
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
 from stillhook.report.formatting import display_number, display_unit, wrapped
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from rich.table import Table as Grid
@@ -152,6 +151,8 @@ def print_values(values: dict[str, Any]) -> None:
     """Name, value, unit and meaning, one line each."""
     from rich.console import Console
     from rich.table import Table as Grid
+
+    from stillhook.variables import BY_NAME
 
     table = Grid(box=None, show_header=False, pad_edge=False)
     for name, value in values.items():

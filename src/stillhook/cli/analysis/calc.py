@@ -13,7 +13,6 @@ from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import MOST_LINES, Answer, columns, print_table, print_values, say
 from stillhook.units import parse, quote, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
@@ -245,4 +244,6 @@ def calc(
 
 
 def _meaning(name: str) -> str:
+    from stillhook.variables import BY_NAME
+
     return BY_NAME[name].meaning if name in BY_NAME else ""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, present, write_out
-from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar
 
@@ -98,6 +97,8 @@ def _slower(both: Any) -> int:
 
 def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str, float]:
     """By how much a mode is faster than the requested classic ones, in the slower direction each."""
+    from stillhook.control.registry import CLASSIC
+
     available = [str(m) for m in data["mode"].values]
     if mode in CLASSIC:
         return {}

@@ -15,7 +15,6 @@ from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import Answer, columns, print_table, progress_bar
 from stillhook.units import number, parse, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
@@ -141,6 +140,7 @@ def draws(
     from stillhook.formats.case_file import load_subject
     from stillhook.library import load_set
     from stillhook.library.draws import crane_with, draw_cranes
+    from stillhook.variables import BY_NAME
 
     subject = load_subject(crane)
     machine, n, seed = subject.crane, draws, subject.settings.seed
@@ -195,6 +195,8 @@ def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
 def _print_draws(
     spread: dict[str, dict[str, float]], at_values: dict[str, float], title: str, lines: list[str]
 ) -> None:
+    from stillhook.variables import BY_NAME
+
     rows = []
     for name, q in spread.items():
         shown = [cell(name, x) for x in (at_values[name], q["median"], q["low"], q["high"])]

@@ -17,7 +17,6 @@ from stillhook.cli.parser import (
     present,
     refuse,
 )
-from stillhook.control.registry import CLASSIC
 from stillhook.errors import SpecError
 from stillhook.report.terminal import Answer, columns, print_implausible, print_table, print_twin, progress_bar, started
 from stillhook.units import in_display, number, quote, show
@@ -233,6 +232,7 @@ def controller_name(label: str) -> str:
 def one_line(result: Map) -> str:
     """Where each controller can be used, and the new ones against the best classic one."""
     from stillhook.analysis.maps.result import BEST_CLASSIC
+    from stillhook.control.registry import CLASSIC
 
     summary = result.summary()
     parts = [

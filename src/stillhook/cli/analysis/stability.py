@@ -14,7 +14,6 @@ from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import Answer, print_implausible, print_table
 from stillhook.units import parse, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.loop_stability.stability import Stability
@@ -285,6 +284,8 @@ def _references(v: Verdict) -> list[str]:
 
 def _print_loops(crane: Crane, loops: list[Stability], where: str) -> None:
     """Margins of single loops in a table, and each in a sentence."""
+
+    from stillhook.variables import BY_NAME
 
     def row(label: str, name: str) -> list[str]:
         return [label, *(_cell(name, getattr(s, name)) for s in loops), display_unit(name), BY_NAME[name].meaning]

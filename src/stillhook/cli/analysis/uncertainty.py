@@ -25,7 +25,6 @@ from stillhook.cli.parser import (
     write_out,
 )
 from stillhook.cli.runs import simulation
-from stillhook.control.registry import Mode
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.formatting import cell, percent
 from stillhook.report.terminal import (
@@ -38,7 +37,6 @@ from stillhook.report.terminal import (
     started,
 )
 from stillhook.units import KINDS, in_display, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.attribution import Attribution
@@ -183,6 +181,7 @@ def _indices(request: _Request, run: Any, pairs: list[tuple[str, str]], options:
 def _causes(request: _Request, limits: list[Limit], factors_table: Uncertainty | None) -> Attribution:
     """What brings each limit about in each mode, or breaks it."""
     from stillhook.analysis.uncertainty.attribution import Figure, attribute
+    from stillhook.variables import BY_NAME
 
     figures = []
     for label in request.labels:
@@ -260,4 +259,6 @@ def _write(
 
 def _fixed(label: str) -> bool:
     """Whether this is a controller with motors at a fixed displacement."""
+    from stillhook.control.registry import Mode
+
     return label in list(Mode) and Mode(label).law.family == "classic"

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import check_out, say_left_out
+from stillhook.cli.groups import VERBOSE
+from stillhook.cli.parser import check_out, say_answer, say_left_out
 from stillhook.cli.runs.plan import Work, run
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.formatting import fixed
-from stillhook.report.kit import can_draw, can_set
-from stillhook.report.terminal import progress_bar, started
+from stillhook.report.terminal import Answer, first_sentence, progress_bar, started
 from stillhook.units import quote, show
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ def _in_waves(out: Path) -> None:
     from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.library import load_crane
+    from stillhook.report.kit import can_draw
     from stillhook.sea.spectra.text import parse_sea
     from stillhook.sea.vessel.realisation import realise, tip_motion
     from stillhook.spec.scenario import Scenario
@@ -90,21 +91,38 @@ def _in_waves(out: Path) -> None:
         residual = f"{show(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
         print(f"  {mode.upper():4} the hook keeps {residual}; {summary['status']}")
     write_comparison(result, out, quiet=True, hint=False, start=result.runs[0].case.duration - 2.0 * SHOWN)
-    print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n" if can_draw() else "")
+    if VERBOSE.get():
+        print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n" if can_draw() else "")
 
 
 def _lift(result: PlanResult, out: Path) -> None:
-    """The lift: limiting sea states, what governs, days gained, and where the report is."""
+    """The lift: limiting sea states, what governs, and where the report is."""
     from stillhook.plan.report.document import PAGE, PDF, marks
-    from stillhook.plan.report.summary_page import verdict
-    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
-    from stillhook.report.formatting import percent
+    from stillhook.plan.report.summary_page import verdict, waiting
+    from stillhook.report.kit import can_set
 
-    data = result.data
     limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
     tolerance = show(limits["load-motion"], "length")
     answer = verdict(result)
     landed = f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited."
+    report = out / (PDF if can_set() else PAGE)
+    marked = f"{'; '.join(mark.partition(':')[0] for mark in marks(result))}."
+    lines = [first_sentence(text) for text in (answer.text[0], *waiting(result))]
+    brief = Answer(landed, [marked, *lines], f"read {report}", "limits by period, days gained, tolerances")
+    say_answer(lambda: brief, lambda: _in_full(result, landed))
+    say_left_out(pdf=True)
+    if VERBOSE.get():
+        print(f"report: {report.resolve()}")
+
+
+def _in_full(result: PlanResult, landed: str) -> None:
+    """Limits and days gained of every alternative, as simulated and as credited."""
+    from stillhook.plan.report.document import marks
+    from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
+    from stillhook.report.formatting import percent
+
+    data, answer = result.data, verdict(result)
     print(textwrap.fill(landed, WIDTH, subsequent_indent="  "))
     for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
@@ -135,8 +153,6 @@ def _lift(result: PlanResult, out: Path) -> None:
         *(f"{mark}." for mark in marks(result)),
     ):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
-    say_left_out(pdf=True)
-    print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
 
 
 def _other_tolerances(result: PlanResult) -> list[str]:

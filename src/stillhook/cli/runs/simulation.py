@@ -26,13 +26,13 @@ from stillhook.cli.parser import (
     announce,
     case_of,
     check_out,
+    declared,
     present,
     refuse,
     say_left_out,
     write_out,
 )
 from stillhook.errors import LiftError, StillhookError
-from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, counted, wrapped
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, say, started
 from stillhook.units import quote, show
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
     from stillhook.spec.lift.lowering import Lowering
 
-DRIVES = ", ".join(WINCH_TYPES)
+DRIVES = ", ".join(declared("winches", "types"))
 """Drives as help lists them."""
 USUAL_CASE = {"load": "100 t", "s_w": "100 m", "tip": "sine 2.8 m 12 s", "warm_up": "30 s"}
 """What is compared where neither a case file nor an option says it."""
@@ -342,6 +342,7 @@ def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
 def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
     """Status, tension against what is allowed, the worst phase, touch-down and compensation of a lowering."""
     from stillhook.engine.certificate import twin_line
+    from stillhook.physics.scalar import G
 
     allowed, phases = (file.crane.SWL + file.crane.hook_mass) * G, answer["phases"]
     used = f"{show(answer['F_w_max'], 'force')} of {show(allowed, 'force')} (SWL and hook)"
@@ -373,6 +374,8 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
+    from stillhook.physics.scalar import G
+
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")

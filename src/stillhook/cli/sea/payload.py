@@ -8,7 +8,7 @@ import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present
 from stillhook.errors import LiftError
-from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.formatting import display_number, display_unit, variable
 from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.units import parse, quote
 
@@ -53,7 +53,7 @@ def payload(
 def _brief(answer: dict[str, Any]) -> Answer:
     """The payload's numbers, by name and unit, and what to check."""
     values = {k: v for k, v in answer.items() if isinstance(v, float)}
-    text = ", ".join(f"{n} {display_number(n, v, 4)} {display_unit(n)}".strip() for n, v in values.items())
+    text = ", ".join(f"{n} {variable(n, v)}" for n, v in values.items())
     title = f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})"
     check = "Coefficients follow DNV-RP-N103; results of a model test or CFD take precedence."
     lines = [f"{text}.", *answer["notes"], check if answer["shape"] != "levels" else ""]

@@ -29,14 +29,12 @@ from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, counted, display_number, wrapped
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
-from stillhook.sea.spectra.directions import parse_direction
-from stillhook.sea.spectra.measured import SpectrumSeries
-from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
     from stillhook.formats.lift_file import LiftFile
     from stillhook.response.lift import LiftResponse, Waves
+    from stillhook.sea.spectra.spectrum import Sea
 
 
 DEPTH_HELP = (
@@ -265,6 +263,9 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     """All records of a file, with one direction from the bow or their own from north. Errors: SeaError."""
     from stillhook.formats.waves.wavespectra import read_sea
     from stillhook.response.lift import Waves
+    from stillhook.sea.spectra.directions import parse_direction
+    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.spectrum import check_spread
 
     beta, bow = (
         None if text is None else parse_direction(text, name)
@@ -293,6 +294,9 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
 
 def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
     """The lift file's sea, with another direction or spread where they are given."""
+    from stillhook.sea.spectra.directions import parse_direction
+    from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
+
     assert file.sea is not None
     if heading is None and spread is None:
         return file.sea

@@ -30,16 +30,14 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.formats.table.corrections import corrections
-from stillhook.report.formatting import counted, display_number, display_unit, wrapped
+from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
 from stillhook.report.kit import can_draw
 from stillhook.report.terminal import Answer, print_table, print_values
-from stillhook.sea.spectra.directions import parse_direction
-from stillhook.sea.spectra.measured import SpectrumSeries
-from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     from stillhook.sea.motion.motion import Motion
+    from stillhook.sea.spectra.spectrum import Sea
     from stillhook.sea.vessel.rao import Rao
     from stillhook.sea.vessel.tip import TipPoint
 
@@ -221,7 +219,7 @@ def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:
     """Standard deviations, periods and most probable largest motion, speed and acceleration of the tip."""
 
     def texts(names: Iterable[str]) -> list[str]:
-        return [f"{n} {display_number(n, summary[n], 4)} {display_unit(n)}" for n in names if n in summary]
+        return [f"{n} {variable(n, summary[n])}" for n in names if n in summary]
 
     largest = [f"{label} {', '.join(texts([f'{n}_mpm']))}" for n, label in LARGEST]
     met = [f"{label} {', '.join(texts([f'{n}_max']))}" for n, label in LARGEST if f"{n}_max" in summary]
@@ -298,6 +296,8 @@ def _all_round(
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     """The sea that a text describes, or a record of a file of measured waves."""
+    from stillhook.sea.spectra.directions import parse_direction
+
     if Path(wave).is_file():
         return _measured(wave, None if heading is None else parse_direction(heading, "--heading"), spread, record, ship)
     from stillhook.sea.spectra.text import parse_sea
@@ -321,6 +321,9 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
 
 def _measured(wave: str, beta: float | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     from stillhook.formats.waves.wavespectra import read_sea
+    from stillhook.sea.spectra.directions import parse_direction
+    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.spectrum import Sea, Train
 
     series = read_sea(wave)
     if not isinstance(series, SpectrumSeries):

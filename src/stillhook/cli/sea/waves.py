@@ -11,14 +11,12 @@ import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.errors import SeaError
-from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.formatting import display_number, display_unit, variable
 from stillhook.report.terminal import Answer, columns, print_table, print_values
-from stillhook.sea.spectra.measured import SpectrumSeries
-from stillhook.sea.spectra.spectrum import WaveSpectrum, doubts, steepness
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from stillhook.sea.spectra.measured import SeaStates
+    from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
+    from stillhook.sea.spectra.spectrum import WaveSpectrum
 
 OUT_FILES = ("sea.png", "sea.json")
 OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
@@ -54,6 +52,8 @@ def sea(
 
     Example: stillhook sea 46042w1996.txt.gz --json
     """
+    from stillhook.sea.spectra.spectrum import WaveSpectrum
+
     check_out(out, OUT_FILES)
     waves_read = _read_waves(waves, record, form, point)
     answer = _of_spectrum(waves_read) if isinstance(waves_read, WaveSpectrum) else _of_file(waves_read)
@@ -73,6 +73,7 @@ def sea(
 def _read_waves(
     waves: str, record: str | None, form: str | None, point: int | None
 ) -> WaveSpectrum | SpectrumSeries | SeaStates:
+    from stillhook.sea.spectra.measured import SpectrumSeries
     from stillhook.sea.spectra.text import FIELDS, parse_wave
 
     first = (waves.split() or [""])[0].lower()
@@ -97,6 +98,8 @@ def _read_waves(
 
 
 def _of_spectrum(wave: Any) -> dict[str, Any]:
+    from stillhook.sea.spectra.spectrum import doubts, steepness
+
     numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
     moments = {f"m_{n}": wave.moment(n) for n in range(5)}
     steep = {"S_p": steepness(numbers["H_m0"], numbers["T_p"]), "S_s": steepness(numbers["H_m0"], numbers["T_m02"])}
@@ -144,6 +147,8 @@ def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
 
 def _steep(series: Any) -> list[str]:
     """A line on records that are steeper than wind raises waves."""
+    from stillhook.sea.spectra.spectrum import doubts
+
     both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
     many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)
     return [f"{many} records are steeper than wind raises waves (DNV-RP-C205)"] if many else []
@@ -153,12 +158,12 @@ def _brief(answer: dict[str, Any]) -> Answer:
     """Height, periods and steepness of a sea; of a file its means and largest values."""
     names = [name for name in OF_SPECTRUM if name in answer]
     if "records" not in answer:
-        text = ", ".join(f"{n} {display_number(n, answer[n], 4)} {display_unit(n)}".strip() for n in (*names, "S_p"))
+        text = ", ".join(f"{n} {variable(n, answer[n])}" for n in (*names, "S_p"))
         return Answer(answer["waves"], [f"{text}.", *answer["notes"][:3]], more="meanings, moments, cut-off frequency")
     rows = []
     for n in names:
         numbers = (answer[n].get(k) for k in ("mean", "min", "max"))
-        rows.append([n, display_unit(n), *("-" if x is None else display_number(n, x, 4) for x in numbers)])
+        rows.append([n, display_unit(n), *("-" if x is None or x != x else display_number(n, x, 4) for x in numbers)])
     title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start'][:10]}"
     lines = [*columns(["", "unit", "mean", "least", "largest"], rows, left=(0, 1)), *answer["notes"][:2]]
     return Answer(f"{title} to {answer['end'][:10]}", lines, more="first record, meanings, notes")
@@ -172,6 +177,8 @@ def _print_spectrum(answer: dict[str, Any]) -> None:
 
 
 def _print_file(answer: dict[str, Any]) -> None:
+    from stillhook.variables import BY_NAME
+
     names = [name for name in (*OF_SPECTRUM, "come_from") if name in answer]
     heads = ("first", "mean", "min", "max")
     rows = [

@@ -30,7 +30,6 @@ from stillhook.cli.weather.answers import (
 from stillhook.errors import WeatherError
 from stillhook.formats.table.corrections import corrections_of
 from stillhook.report.terminal import progress_bar
-from stillhook.sea.spectra.directions import parse_direction
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
@@ -269,6 +268,7 @@ def show(
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
     """Heading of the ship [rad], and whether it is free; planned: a plan needs it as well as limits on beta."""
+    from stillhook.sea.spectra.directions import parse_direction
     from stillhook.weather.limit_text import BETA
 
     if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
