@@ -65,7 +65,7 @@ def test_the_answer_comes_first_and_fits_in_twelve_lines(capsys):
     assert lines[1].endswith("100 m of wire.")
     assert len(lines) <= 12
     assert max(map(len, lines)) <= 100
-    assert any(line.startswith("Gain margin, a Stribeck speed faster than that, ") for line in lines)
+    assert any(line.startswith("Gain margin, one Stribeck speed above that, ") for line in lines)
     assert run(["stability", "nov-250t", "--load", "0 t", "--s-w", "100 m"]) == 0
     out = capsys.readouterr().out
     assert "STABLE at all" in out.splitlines()[0]

@@ -170,7 +170,7 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path,
     ("old", "new", "text"),
     [
         ('"Y_4"]', '"Y_9"]', 'evidence.names: "Y_9" is not one of Y_1, Y_2, Y_3, Y_4, Y_5, Y_6.'),
-        ('"Y_4"]', '"Y_1"]', "evidence: names: a name comes twice. Name each parameter once."),
+        ('"Y_4"]', '"Y_1"]', "evidence: names: a name is given twice. Name each parameter once."),
         ("0.25]]", "0.25], [0.0, 0.0]]", "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2."),
         ("[1e-7, 0.25]]", "[1e-7]]", "evidence: covariance: 2 rows of 1, 2 values for 2 names. Give 2 rows of 2."),
         (

@@ -138,10 +138,10 @@ BAD = [
     ('base = "ofshore-lift"\nversion = "1"\n', 'did you mean "offshore-lift"?'),
     ('version = "1"\n', "Write one table [[rule]] for each."),
     (BASE + 'drop = ["slack"]\n', 'the base has no rule "slack"'),
-    (BASE + OWN + OWN, 'rule "slack-chance": comes twice'),
+    (BASE + OWN + OWN, 'rule "slack-chance": is given twice'),
     (BASE + 'drop = ["snap-load"]\n[[rule]]\nkey = "snap-load"\nat_most = "1 kN"\n', "is dropped as well"),
     (BASE + OWN.replace("slack_chance", "slack_chanse"), 'did you mean "slack_chance"?'),
-    (BASE + OWN.replace('"1 %"', "-0.5"), "nothing that a rule is about can be below 0"),
+    (BASE + OWN.replace('"1 %"', "-0.5"), "no quantity of a rule is below 0"),
     (BASE + OWN.replace('at_most = "1 %"', ""), "give exactly one of at_most, at_least"),
     (
         BASE + OWN.replace('"splash-zone"', '"splash"'),

@@ -37,7 +37,7 @@ class TestWavesAsText:
             assert set(found) - {"notes"} <= set(BY_NAME)
 
     def test_a_sea_too_steep_is_told_and_not_refused(self, capsys):
-        assert "steeper than wind raises waves" in answer(capsys, "jonswap Hs=8 m Tp=6 s")["notes"][0]
+        assert "above the steepness limit" in answer(capsys, "jonswap Hs=8 m Tp=6 s")["notes"][0]
 
     def test_the_table_for_people_names_units(self, capsys):
         assert run(["sea", "jonswap Hs=1 m Tp=8 s gamma=3.3"]) == 0

@@ -42,7 +42,7 @@ def test_a_later_pass_counts_and_is_said(tmp_path: Path) -> None:
     first = aqwa_text(OMEGA, ROUND, 0.9 * plank_motions(OMEGA, np.radians(ROUND)))
     ship = read_vessel(written(tmp_path / "plank.lis", first + text()))
     assert np.abs(ship.H - plank_motions(OMEGA, ship.beta)).max() < FOUR_DECIMALS
-    assert any("motions come twice: the last count" in note for note in ship.notes)
+    assert any("motions are given twice: the last count" in note for note in ship.notes)
 
 
 def test_what_is_not_read_ends_in_one_line(tmp_path: Path) -> None:

@@ -183,7 +183,7 @@ def test_a_missing_motion_is_named(tmp_path: Path) -> None:
     ("spoil", "text"),
     [
         (lambda rows: rows[:-1], "is missing: every heading has every frequency"),
-        (lambda rows: [*rows, rows[3]], "comes twice"),
+        (lambda rows: [*rows, rows[3]], "is given twice"),
         (lambda rows: [[*rows[0][:-1], float("nan")], *rows[1:]], '"nan" is not a finite number'),
         (lambda rows: [[-w, *rest] for w, *rest in rows], "must be above 0"),
         (lambda rows: [r for r in rows if r[1] < 200.0], "no heading within"),

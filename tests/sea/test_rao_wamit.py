@@ -73,7 +73,7 @@ def test_damaged_files_end_in_one_line(tmp_path: Path) -> None:
 
     assert "mode 6 (yaw) is missing" in line("\n".join(lines[:-1]))
     assert f"line {len(lines)}: " in line("\n".join([*lines[:-1], lines[-1][:40]]))
-    assert "comes twice" in line("\n".join([*lines, lines[0]]))
+    assert "is given twice" in line("\n".join([*lines, lines[0]]))
     assert "line 3: " in line(text.replace(lines[2][30:44], "           NaN", 1))
     assert "are not real part" in line("\n".join([lines[0][:62] + f"{0.5:14.6E}" + lines[0][76:], *lines[1:]]))
     assert "mode 2 (sway) is missing" in line("\n".join(l for l in lines if l.split()[2] != "2"))

@@ -168,7 +168,7 @@ SET = 'base = "paper-f"\nversion = "1"\n'
         (f"{SET}[settings]\nwindow = 30", "window"),
         ('version = "1"', "Write one table [[criterion]] for each."),
         (f"{SET}criterion = 3", "criterion = 3: it must be a list (one [[criterion]] table for each row)."),
-        (f'{SET}[[criterion]]\nkey = "2b"\n[[criterion]]\nkey = "2b"', "comes twice"),
+        (f'{SET}[[criterion]]\nkey = "2b"\n[[criterion]]\nkey = "2b"', "is given twice"),
         (f'{SET}drop = ["2b"]\n[[criterion]]\nkey = "2b"', "dropped as well"),
         ("", "empty"),
         ("[[criterion", "not valid TOML"),

@@ -204,7 +204,7 @@ class TestTablesOfCells:
             ("T_POP [m],Hs [m],alpha [1]\n12,1,0.6\n", ['unit "m"']),
             ("T_POP [h],Hs [m],alpha [1]\n12,1,\n", ["row 2", "empty"]),
             ("T_POP [h],Hs [m],alpha [1]\n12,1,65\n", ["row 2", "alpha 65", "at most 1"]),
-            ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n12,1,0.7\n", ["row 3", "comes twice"]),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n12,1,0.7\n", ["row 3", "is given twice"]),
             ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n24,2,0.7\n", ["no alpha for T_POP 12 h at Hs 2 m"]),
             ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n24,1,0.7\n", ["alpha rises from 0.6", "24 h"]),
             ("T_POP [h],Hs [m],alpha [1]\n", ["no data below"]),

@@ -78,7 +78,7 @@ class TestTimes:
         [
             (
                 "2013-03-31 01:00,1\n2013-03-31 01:00,1\n",
-                "line 3: the time 2013-03-31T01:00 comes twice, first in line 2",
+                "line 3: the time 2013-03-31T01:00 is given twice, first in line 2",
             ),
             (
                 "2013-03-31 02:00,1\n2013-03-31 01:00,1\n",

@@ -75,7 +75,7 @@ class Evidence(Spec):
     def _is_a_covariance(self) -> Self:
         n = len(self.names)
         if len(set(self.names)) < n:
-            raise ValueError("names: a name comes twice. Name each parameter once.")
+            raise ValueError("names: a name is given twice. Name each parameter once.")
         if len(self.covariance) != n or any(len(row) != n for row in self.covariance):
             sizes = ", ".join(map(str, sorted({len(row) for row in self.covariance})))
             counts = f"{len(self.covariance)} rows of {sizes} values for {n} names"

@@ -101,7 +101,7 @@ class PlanFile(LiftTables):
         several = names or ()
         twice = next((name for name in several if several.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"{u.quote(twice.value)} comes twice. Write it once.")
+            raise ValueError(f"{u.quote(twice.value)} is given twice. Write it once.")
         return names
 
 

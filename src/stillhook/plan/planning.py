@@ -254,7 +254,7 @@ def days_gained(
         " than a flat 80 % of compensation."
     )
     if not any("low" in of for row in rows.values() for of in row["gained_over"].values()):
-        basis += " The plan gives no interval for them, so they tell no two drives apart."
+        basis += " The plan gives no interval for them, so the drives cannot be distinguished by them."
     return {"plan": lift_plan.name, "tier": tier.value, "basis": basis, "drives": rows}
 
 

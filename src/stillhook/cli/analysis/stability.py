@@ -252,7 +252,7 @@ def _margin(v: Verdict) -> list[str]:
     m, least = v.margins, v.found.limit
     if m is None or least is None:
         return ["No margin: no place is clear of the speeds at which it oscillates without feedback."]
-    away = ", a Stribeck speed faster than that," if v.found.no_gain else ""
+    away = ", one Stribeck speed above that," if v.found.no_gain else ""
     at = f"least at {least.describe()}"
     margin = f"K_p is above its limit{away}, {at}, limit {_gain(least.gains.high, 4)}."
     if m.gain_margin > 1.0:

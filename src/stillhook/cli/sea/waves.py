@@ -146,12 +146,12 @@ def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
 
 
 def _steep(series: Any) -> list[str]:
-    """A line on records that are steeper than wind raises waves."""
+    """A line on records that are above the steepness limit."""
     from stillhook.sea.spectra.spectrum import doubts
 
     both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
     many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)
-    return [f"{many} records are steeper than wind raises waves (DNV-RP-C205)"] if many else []
+    return [f"{many} records are above the steepness limit of DNV-RP-C205"] if many else []
 
 
 def _brief(answer: dict[str, Any]) -> Answer:

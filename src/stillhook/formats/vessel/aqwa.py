@@ -74,7 +74,7 @@ def read_aqwa(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
         where += f", X = {x} m, Y = {y} m, Z = {z} m of the model (Z = 0 is the still waterline)"
     depth = _DEPTH.search(text)
     notes = (
-        f"{again} motions come twice: the last count, as after a pass with linearised damping" if again else "",
+        f"{again} motions are given twice: the last count, as after a pass with linearised damping" if again else "",
         f"read as AQWA: phases lag the crest at the centre of gravity; {replace(convention, time=1).describe()}",
     )
     return to_rao(

@@ -57,12 +57,12 @@ def gridded(
     values: ComplexArray,
 ) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """Waves (n,) and headings (m,), ascending, and values (6, m, n) of rows in any order, each of a wave, a heading and
-    a degree of freedom. place: words for these three. Errors: SeaError where one is missing, or comes twice."""
+    a degree of freedom. place: words for these three. Errors: SeaError where one is missing, or is given twice."""
     w, k = np.unique(waves, return_inverse=True)
     b, j = np.unique(headings, return_inverse=True)
     count = np.zeros((len(DOFS), len(b), len(w)), dtype=np.intp)
     np.add.at(count, (dof, j, k), 1)
-    for problem, bad in (("is missing", count == 0), ("comes twice", count > 1)):
+    for problem, bad in (("is missing", count == 0), ("is given twice", count > 1)):
         if bad.any():
             d, m, n = np.argwhere(bad)[0]
             raise wrong(

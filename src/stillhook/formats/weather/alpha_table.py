@@ -34,7 +34,7 @@ def read_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
     """A table by its name in the library, or from a file: TOML, CSV or XLSX.
 
     Errors: WeatherError of one line that names file and place: a column, unit or cell that is missing, a factor that is
-    not above 0 and at most 1, a cell that comes twice, remarks that are none.
+    not above 0 and at most 1, a cell that is given twice, remarks that are none.
     """
     if name_or_path in alpha_tables() or Path(name_or_path).suffix.lower() not in ENDINGS:
         return load_alpha_table(name_or_path)
@@ -56,7 +56,7 @@ def _table(columns: Columns) -> AlphaTable:
             allowed = "times and heights are above 0, factors above 0 and at most 1"
             raise WeatherError(f"{where}: {cell}, alpha {alpha:g}: {allowed}. Check numbers and units.")
         if (T_POP, Hs) in cells:
-            raise WeatherError(f"{where}: {cell} comes twice.")
+            raise WeatherError(f"{where}: {cell} is given twice.")
         cells[float(T_POP), float(Hs)] = float(alpha)
     times, heights = (sorted({cell[i] for cell in cells}) for i in (0, 1))
     for T, H in product(times, heights):

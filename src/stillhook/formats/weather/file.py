@@ -229,7 +229,7 @@ def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
     stamp = np.datetime_as_string(time[i + 1], unit="m")
     if time[i] == time[i + 1]:
         do = "Remove one of them; local time in autumn does this: export in UTC."
-        raise WeatherError(f"{table.at(i + 1)}: the time {stamp} comes twice, first in line {table.lines[i]}. {do}")
+        raise WeatherError(f"{table.at(i + 1)}: the time {stamp} is given twice, first in line {table.lines[i]}. {do}")
     do = "Sort the rows by time, oldest first; if day and month were taken for each other, say date_order."
     raise WeatherError(f"{table.at(i + 1)}: the time {stamp} is before that of line {table.lines[i]}. {do}")
 

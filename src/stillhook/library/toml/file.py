@@ -206,7 +206,7 @@ def rows_on_base(
     for i, row in enumerate(listed):
         place = table.at(name, i)
         if row.key in keys[:i] or row.key in file.drop:
-            problem = "comes twice" if row.key in keys[:i] else "is dropped as well"
+            problem = "is given twice" if row.key in keys[:i] else "is dropped as well"
             raise place.wrong(f"{problem}. Write it once.")
         rows[row.key] = row_of(row, rows.get(row.key), place)
     return tuple(row for row in rows.values() if row.key not in file.drop)

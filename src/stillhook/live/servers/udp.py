@@ -161,7 +161,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """A table of keys that are there once. Errors: ValueError."""
     table = dict(pairs)
     if len(table) < len(pairs):
-        raise ValueError("a key comes twice")
+        raise ValueError("a key is given twice")
     return table
 
 

@@ -79,7 +79,7 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
             raise ValueError(f"{show(value, kind)} is not between {low} and {high}.")
     in_order = tuple(v % (2.0 * math.pi) for v in values) if key == "headings" else tuple(sorted(values))
     if any(math.isclose(a, b, abs_tol=1e-9) for a, b in pairwise(sorted(in_order))):
-        raise ValueError("a value comes twice. Write it once.")
+        raise ValueError("a value is given twice. Write it once.")
     return in_order
 
 

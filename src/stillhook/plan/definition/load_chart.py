@@ -307,7 +307,7 @@ def _check_heights(chart: LoadChart) -> None:
                 raise PlanError(
                     f"{chart.name}: at {show(radius, 'length')} the SWL rises from {show(below[radius].SWL, 'mass')} at"
                     f" Hs {show(below[radius].Hs, 'length')} to {show(point.SWL, 'mass')} at Hs"
-                    f" {show(point.Hs, 'length')}: a crane carries no more in a higher sea. Correct the chart."
+                    f" {show(point.Hs, 'length')}: capacity does not rise with Hs. Correct the chart."
                 )
 
 

@@ -287,7 +287,7 @@ def _limit(value: Any, table: TomlTable, key: str, quantity: str) -> tuple[float
         raise table.wrong(f"no such capacity{nearest(name, CAPACITIES)} Known: {', '.join(CAPACITIES)}.", key)
     limit, written = table.quantity(kind, key)
     if limit < 0.0:
-        raise table.wrong("nothing that a rule is about can be below 0 in a sound lift. Give 0 or more.", key)
+        raise table.wrong("no quantity of a rule is below 0. Give 0 or more.", key)
     if quantity == "sling_ratio" and limit >= 1.0:
         raise table.wrong("slings at rest have 1. Give less, such as 0.1.", key)
     return limit, 1.0, written

@@ -310,7 +310,7 @@ def _seas(answer: Mapping[str, Any]) -> str:
     Hs, Tp = ([min(seas[key]), max(seas[key])] for key in ("Hs", "Tp"))
     headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
     count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
-    steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
+    steep = f"; {seas['steep']} of them above the steepness limit of DNV-RP-C205" if seas["steep"] else ""
     return (
         f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
         f" bow{steep}{f', each with a {swell}' if (swell := seas.get('swell')) else ''}"

@@ -83,7 +83,7 @@ def _governing(result: PlanResult) -> Part:
     rows = []
     for pair, _ in counted.most_common():
         code = codes(result, *map(str, pair))
-        what = f"{code}: {governs(*map(str, pair))}" if code else "nothing up to the highest sea, or no result"
+        what = f"{code}: {governs(*map(str, pair))}" if code else "no limit up to the highest sea state, or no result"
         rows.append([what, *(str(pairs_of[name].get(pair, "")) for name in labels)])
     return Table(("governs, credited", *(named(x) for x in labels)), rows, "What governs, in cells of the table")
 

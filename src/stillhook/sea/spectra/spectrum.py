@@ -202,7 +202,5 @@ def doubts(H_m0: float, T_p: float, T_m02: float) -> tuple[str, ...]:
     for name, T in (("T_p", T_p), ("T_m02", T_m02)):
         s, most = steepness(H_m0, T), steepest(T, name)
         if s > most:
-            lines.append(
-                f"steeper than wind raises waves: 2 pi H_m0/(g {name}^2) = {s:.3g}, limit {most:.3g} (DNV-RP-C205)"
-            )
+            lines.append(f"above the steepness limit: 2 pi H_m0/(g {name}^2) = {s:.3g}, limit {most:.3g} (DNV-RP-C205)")
     return tuple(lines)

@@ -49,7 +49,7 @@ MOST_NAMED = 8
 """Headings that are named of a doubtful motion."""
 HEAVY = (0, 1, 2, 4)
 """Motions that long waves fix: surge, sway, heave and pitch."""
-BLIND = "bow for stern and time backwards at once would not show"
+BLIND = "bow and stern exchanged together with a reversed time sign is not detected"
 """What the test cannot see."""
 
 
@@ -112,7 +112,7 @@ def verdict_of(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[Verdict, str]:
         reason = f"the longest wave of the table, {long}, is too short"
         do = f"Export waves of {2.0 * math.pi / LONG:.0f} s and more"
         return "not shown", f"{met}; {motions} not shown: {reason}. {do}"
-    return "fits", f"{met}: signs, phases, axes, headings and units fit ({BLIND})"
+    return "fits", f"{met}: signs, phases, axes, headings and units agree ({BLIND})"
 
 
 def _where(rao: Rao, t: LongWave) -> str:
@@ -124,7 +124,7 @@ def _where(rao: Rao, t: LongWave) -> str:
         order = [j for j in np.argsort(-np.abs(rao.H[d]).max(axis=1)) if beyond[j]]
         headings = ", ".join(f"{math.degrees(rao.beta[j]):.4g}" for j in order[:MOST_NAMED])
         more = f" and {len(order) - MOST_NAMED} more" if len(order) > MOST_NAMED else ""
-        reason = "a resonance with hardly any damping or a slip in the table"
+        reason = "a resonance with almost no damping, or an error in the table"
         return f"{t.dof} reaches {amount} at {place}, {reason} (too much at {headings} deg{more})"
     water = "the slope" if t.dof in DOFS[3:] else "the motion"
     long = f"in waves of {2.0 * math.pi / rao.omega[0]:.3g} s"
@@ -197,7 +197,7 @@ def _beyond(rao: Rao) -> str | None:
         )
         return f"{rao.source or rao.name}: {problem} rad/s, those of waves. Check their unit."
     if rao.depth < SHALLOW:
-        return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m floats no ship. Check its unit."
+        return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m is too shallow for a vessel. Check its unit."
     for d, dof in enumerate(DOFS):
         size, amount, place = _peak(rao, d)
         if size > (NO_SHIFT if d < 3 else NO_TURN):
@@ -249,7 +249,7 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     if remaining > END:
         move = f"points up to {ARM:g} m away still move {remaining:.2g} m/m"
         shortest = f"in the shortest waves, {2.0 * math.pi / last:.3g} s, {move}"
-        lines.append(f"{shortest}; still shorter ones are taken to move nothing")
+        lines.append(f"{shortest}; shorter ones are taken to cause no motion")
     return tuple(lines)
 
 

@@ -224,7 +224,7 @@ def _table_notes(response: TipResponse) -> list[str]:
     edge = response.share_beyond > NOTHING or more > NOTHING
     notes = edge * [
         f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves,"
-        f" {response.share_beyond:.2%} of the sea's variance, are taken to move nothing; if its last value stayed,"
+        f" {response.share_beyond:.2%} of the sea's variance, are taken to cause no motion; if its last value stayed,"
         f" sigma_a would be {with_end:.4g} m/s^2 in place of {response.sigma_a:.4g} (+{more:.2%})."
     ]
     if more > 0.01:

@@ -64,7 +64,7 @@ def joined(phases: Sequence[Phase], start_depth: float | None, water: Water) -> 
         if phase.kind is None:
             raise LiftError(f"{called(phase)}: kind: missing. Give one of {', '.join(K)}.")
         if names.count(phase.name) > 1:
-            raise LiftError(f"phase {quote(phase.name)}: comes twice. Give every phase its own name.")
+            raise LiftError(f"phase {quote(phase.name)}: is given twice. Give every phase its own name.")
         of_run = next((end for end in phase.ends if end in RUN_ENDS), None)
         if of_run is not None:
             raise LiftError(
