@@ -1,5 +1,8 @@
 """What Python and notebooks get: figures and HTML of every result, summary and series apart, codes with their words."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -255,6 +258,17 @@ def test_names_that_are_shown_are_those_that_there_are() -> None:
     assert dir(run().stillhook) == ["plot", "series", "summary"]
     assert all(hasattr(run().stillhook, name) for name in dir(run().stillhook))
     assert dir(stillhook.metrics) == sorted(stillhook.metrics.__all__)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", ["import xarray, stillhook", "import stillhook, xarray"])
+def test_run_stillhook_is_there_whichever_is_imported_first_and_costs_nothing(order: str) -> None:
+    heavy = '{"stillhook.variables", "stillhook.report.formatting", "matplotlib", "pydantic"}'
+    code = f'{order}; import sys; print(hasattr(xarray.Dataset, "stillhook"), {heavy} & set(sys.modules))'
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-W", "error", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.split(maxsplit=1) == ["True", "set()\n"]
 
 
 # Codes
