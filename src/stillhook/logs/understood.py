@@ -146,7 +146,7 @@ def _turned(log: Log, names: Sequence[str]) -> dict[str, str]:
     for size in range(1, min(MOST_TURNED, len(free)) + 1):
         for turned in combinations(free, size):
             if not _contradiction(_flipped(log, turned)):
-                return dict.fromkeys(turned, "turned, to agree with the others")
+                return dict.fromkeys(turned, "turned round by the others")
     return {}
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -133,6 +135,10 @@ def _stamps(table: TextTable, place: int) -> FloatArray:
     """A column of stamps as seconds since 1970; a stamp without a zone is UTC, as the header says."""
     cells = table.column(place)
     t = stamps_to_seconds(cells, STAMPS)
+    for i in np.flatnonzero(np.isnan(t)).tolist():  # written otherwise than the others
+        with suppress(ValueError):
+            stamp = datetime.fromisoformat(cells[i])
+            t[i] = (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
     if bad := np.flatnonzero(np.isnan(t)).tolist():
         raise table.wrong(bad, place, "an ISO 8601 stamp such as 2014-08-01T00:00:00.95Z")
     return t

@@ -44,6 +44,28 @@ class ReadColumn:
         ends = [show(x, self.quantity, 4) if self.quantity else number(x, 4) for x in (self.low, self.high)]
         return " to ".join(ends)
 
+    @property
+    def text(self) -> str:
+        """The heading with its unit, and "down" where it counts the other way."""
+        plain = self.heading.replace("\n", " ")
+        stated = split_heading(plain)[1]
+        same = stated is not None and our_unit(stated, self.quantity) == our_unit(self.unit, self.quantity)
+        unit = "" if same or not self.unit else f" [{self.unit}]"
+        name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
+        return f"{name}{unit}{' down' if self.sign < 0 else ''}"
+
+    @property
+    def row(self) -> str:
+        """The row of a mapping file."""
+        if self.scale == 1.0 and self.offset == 0.0:
+            return json.dumps(self.text, ensure_ascii=False)
+        parts = [f"column = {json.dumps(self.heading, ensure_ascii=False)}"]
+        parts += [f"unit = {json.dumps(self.unit)}"] if self.unit else []
+        parts += [f"sign = {self.sign}"] if self.sign != 1 else []
+        parts += [f"scale = {self.scale!r}"] if self.scale != 1.0 else []
+        parts += [f"offset = {self.offset!r}"] if self.offset else []
+        return f"{{ {', '.join(parts)} }}"
+
 
 @dataclass(frozen=True)
 class Understood:
@@ -149,24 +171,7 @@ def mapping_text(found: Understood) -> str:
     for row in found.rows:
         remark = "; ".join(part for part in (row.range, row.remark) if part)
         name = row.name if row.name.replace("_", "").replace("-", "").isalnum() else json.dumps(row.name)
-        lines.append(f"{name:<{width}} = {row_text(row)}" + (f"  # {remark}" if remark else ""))
+        lines.append(f"{name:<{width}} = {row.row}" + (f"  # {remark}" if remark else ""))
     if found.unused:
         lines += ["", "# Not read:", *(f"#   {' '.join(heading.split())}" for heading in found.unused)]
     return "\n".join(lines) + "\n"
-
-
-def row_text(row: ReadColumn) -> str:
-    """A column as a row of a mapping file."""
-    stated = split_heading(row.heading)[1]
-    if row.scale == 1.0 and row.offset == 0.0:
-        plain = row.heading.replace("\n", " ")
-        same = stated is not None and our_unit(stated, row.quantity) == our_unit(row.unit, row.quantity)
-        unit = "" if same or not row.unit else f" [{row.unit}]"
-        name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
-        return json.dumps(f"{name}{unit}{' down' if row.sign < 0 else ''}", ensure_ascii=False)
-    parts = [f"column = {json.dumps(row.heading, ensure_ascii=False)}"]
-    parts += [f"unit = {json.dumps(row.unit)}"] if row.unit else []
-    parts += [f"sign = {row.sign}"] if row.sign != 1 else []
-    parts += [f"scale = {row.scale!r}"] if row.scale != 1.0 else []
-    parts += [f"offset = {row.offset!r}"] if row.offset else []
-    return f"{{ {', '.join(parts)} }}"
