@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from stillhook.errors import LogError, StillhookError
-from stillhook.formats.table.corrections import corrections_of, table_unit
+from stillhook.formats.table.corrections import corrections_of
+from stillhook.formats.table.dialect import table_unit
 from stillhook.formats.table.stamps import is_stamp
 from stillhook.formats.table.understood import ReadColumn, Understood, ends
 from stillhook.logs.formats.open import open_log

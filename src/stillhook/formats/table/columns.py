@@ -13,8 +13,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, UnitError
-from stillhook.formats.table.corrections import ColumnRow, apart, table_unit
-from stillhook.formats.table.dialect import PURE, STAMPS, hint, is_unit, our_unit
+from stillhook.formats.table.dialect import PURE, STAMPS, apart, hint, is_unit, our_unit, table_unit
 from stillhook.formats.table.stamps import is_stamp, stamps_to_seconds
 from stillhook.formats.table.text import TextTable
 from stillhook.units import KINDS, parse, quote
@@ -39,6 +38,18 @@ class ColumnSpec:
         return (*(KINDS[self.kind].allowed if self.kind else PURE), *((STAMPS,) if self.kind == "time" else ()))
 
 
+@dataclass(frozen=True)
+class ColumnChoice:
+    """A column as its user describes it: heading or place from 1, unit (None: as the file says); the value is sign *
+    (scale * number + offset)."""
+
+    column: str
+    unit: str | None = None
+    sign: int = 1
+    scale: float = 1.0
+    offset: float = 0.0
+
+
 _IN_BRACKETS = re.compile(r"(.*?)\s*\(([^()]*)\)\s*")
 
 
@@ -52,7 +63,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return name.strip().lower(), None
 
 
-def place_of(table: TextTable, spec: ColumnSpec, chosen: ColumnRow | None = None) -> int | None:
+def place_of(table: TextTable, spec: ColumnSpec, chosen: ColumnChoice | None = None) -> int | None:
     """Which column of a table is the described one, None where there is none. Errors: where several are."""
     if chosen is not None:
         wanted = apart(chosen.column, chosen.unit, table.headings)[0]
@@ -104,7 +115,7 @@ def si_values(
     spec: ColumnSpec,
     place: int,
     missing: Collection[str] = (),
-    chosen: ColumnRow | None = None,
+    chosen: ColumnChoice | None = None,
 ) -> FloatArray:
     """A column (n,) in SI; missing: marks of missing numbers, which are NaN. Errors: UnitError where the heading has no
     unit of the kind, and as `TextTable.numbers`."""

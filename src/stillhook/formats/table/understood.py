@@ -6,16 +6,15 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, all_of
-from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, split_heading, unit_in
-from stillhook.formats.table.corrections import ColumnRow, apart
-from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
+from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, place_of, si_values, split_heading, unit_in
+from stillhook.formats.table.dialect import MISSING, STAMPS, apart, our_unit
 from stillhook.formats.table.text import TextTable
 from stillhook.units import number, show
 
@@ -110,7 +109,7 @@ class Understood:
 def understood_columns(
     table: TextTable,
     specs: Sequence[ColumnSpec],
-    chosen: Mapping[str, ColumnRow],
+    chosen: Mapping[str, ColumnChoice],
     assumed: Mapping[str, str] | None = None,
 ) -> list[ReadColumn]:
     """The described columns that a table has; assumed: units by name where the file states none."""
@@ -125,7 +124,7 @@ def understood_columns(
         remark = ""
         if unit is None and assumed and spec.name in assumed:
             unit, remark = assumed[spec.name], "no unit in the file: assumed"
-            row = (row or ColumnRow(column=table.headings[place])).model_copy(update={"unit": unit})
+            row = replace(row or ColumnChoice(table.headings[place]), unit=unit)
         try:
             low, high = ends(si_values(table, spec, place, MISSING, row))
         except StillhookError as problem:
