@@ -134,7 +134,7 @@ def test_a_toml_file_in_place_of_data_is_told_too(command, wanted, files, capsys
 
 def test_a_mapping_says_what_it_is_not(files, tmp_path, capsys):
     (tmp_path / "log.csv").write_text("t;p\n0;1\n1;2\n")
-    assert "is a lift file, not a mapping of log signals: stillhook lower" in refusal(
+    assert "is a lift file, not a mapping file: stillhook lower" in refusal(
         capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT]
     )
 

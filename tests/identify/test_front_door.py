@@ -14,6 +14,7 @@ from stillhook.identify.motor.map import read_map
 from stillhook.logs.log import read_log
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.understood import signals_of, understood_log
+from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.load_chart import read_load_chart
 
 EXACT = 1e-12
@@ -119,7 +120,7 @@ def test_a_plc_in_german_is_understood_and_what_turns_the_other_way_is_found(cra
     }
     assert rows["omega_m"].sign == -1
     assert rows["s_w"].sign == 1
-    assert "turned" in rows["omega_m"].remark
+    assert "turned round" in rows["omega_m"].remark
 
 
 def test_what_is_proposed_for_a_log_is_read_only_when_it_is_given_back(crane: Path, tmp_path: Path) -> None:
@@ -299,6 +300,43 @@ def test_every_field_of_a_lift_that_is_wrong_has_its_line(tmp_path: Path, capsys
     assert len(lines) == len(says)
     for say in says:
         assert sum(say in line for line in lines) == 1, say
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0.5 m to 2 m by 0.5 m",
+        "0.5 to 2 m by 0.5 m",
+        "0,5-2 m step 0,5",
+        "0.5..2 m in steps of 0.5 m",
+        "0.5, 1, 1.5 and 2 m",
+        "0.5 m; 1 m; 1.5 m; 2 m",
+        ["0,5 m", "1 m", "1.5 m", "2 m"],
+    ],
+)
+def test_heights_are_read_in_the_ways_that_people_write_them(text: object) -> None:
+    assert Environment(Hs=text, Tp="8 s", headings=["180 deg"]).Hs == pytest.approx((0.5, 1.0, 1.5, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("0.5-4 m", 'write "0.5 m to 4 m by 0.5 m"'),
+        ("1 to 3", 'write "1 m to 3 m by 0.25 m"'),
+        ("1 to 3 by 1", "no unit: write it behind the numbers"),
+        ("4 m to 1 m by 1 m", "the range must increase"),
+        ("1 m to 2 m by 0.3 m", "do not meet 2 m"),
+        ("1,2,3 m", 'Hs[0] = "1,2,3 m"'),
+        ("1 m to 2 s by 1 m", 'unit "s" is not one of'),
+        ("some", "not a number, a space and a unit"),
+        ("", "empty"),
+        (["1 m", "1 m"], "a value comes twice"),
+    ],
+)
+def test_heights_that_may_mean_two_things_name_what_to_write(text: object, says: str) -> None:
+    with pytest.raises(StillhookError) as caught:
+        Environment(Hs=text, Tp="8 s", headings=["180 deg"])
+    assert says in str(caught.value)
 
 
 def test_a_matrix_takes_no_mapping_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

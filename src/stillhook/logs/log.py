@@ -24,8 +24,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.table.corrections import table_unit
-from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit
+from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit, table_unit
 from stillhook.formats.table.stamps import is_stamp
 from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.findings import Checked, checked, counted, limit_of

@@ -27,8 +27,8 @@ from pydantic import Field, field_validator
 
 from stillhook.base.choice import nearest
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.table.corrections import TABLES, Column, ColumnRow, apart, row_of, table_unit
-from stillhook.formats.table.dialect import PURE, STAMPS, hint, our_unit
+from stillhook.formats.table.corrections import TABLES, Column, ColumnRow, row_of
+from stillhook.formats.table.dialect import PURE, STAMPS, apart, hint, our_unit, table_unit
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from stillhook.errors import LogError, StillhookError
-from stillhook.formats.table.corrections import corrections_of, table_unit
+from stillhook.formats.table.corrections import corrections_of
+from stillhook.formats.table.dialect import table_unit
 from stillhook.formats.table.stamps import is_stamp
 from stillhook.formats.table.understood import ReadColumn, Understood, ends
 from stillhook.logs.formats.open import open_log
@@ -146,7 +147,7 @@ def _turned(log: Log, names: Sequence[str]) -> dict[str, str]:
     for size in range(1, min(MOST_TURNED, len(free)) + 1):
         for turned in combinations(free, size):
             if not _contradiction(_flipped(log, turned)):
-                return dict.fromkeys(turned, "turned, to agree with the others")
+                return dict.fromkeys(turned, "turned round by the others")
     return {}
 
 

@@ -79,11 +79,9 @@ def _brief(found: Understood, file: Path) -> Answer:
 
 def _print(found: Understood) -> None:
     print(f"{found.source}: {found.noun}")
-    cells = [
-        [row.name, row.heading, row.unit, "down" if row.sign < 0 else "", row.range, row.remark] for row in found.rows
-    ]
-    if cells:
-        print_table(["read as", "column", "unit", "sign", "values", "remark"], cells)
+    if found.rows:
+        cells = [[row.name, row.text, row.range, row.remark] for row in found.rows]
+        print_table(["read as", "column", "values", "remark"], cells, left=2, texts=(3,))
     if found.unused:
         wrapped(f"not read: {', '.join(found.unused)}")
     for note in found.notes:
@@ -184,9 +182,12 @@ def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
 
 def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
     """Readers to try, likeliest first: by the names of the rows that are given, then by the first bytes."""
-    from stillhook.formats.table.file import first_bytes
+    from stillhook.formats.table.file import first_bytes, unpacked
+    from stillhook.formats.waves.ndbc import is_ndbc
 
-    _, head = first_bytes(file, 1 << 16, "file", CommandError)
+    _, head = first_bytes(file, HEAD, "file", CommandError)
+    if head.startswith(b"\x1f\x8b"):
+        head = unpacked(file, "file", CommandError)[:HEAD]
     text = head.decode("latin-1").lower()
     named = {"motion": {"heave", "roll", "pitch", "tip"}, "chart": {"radius", "SWL"}, "map": {"D_m"}}
     asked = [form for form, names in named.items() if names & rows.keys()]
@@ -196,6 +197,10 @@ def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
         return ["spectra", "weather", "vessel"]
     if "vesseltypes:" in text or "transfer function" in text or "omega [rad/s]" in text or file.suffix in VESSELS:
         return ["vessel"]
+    if is_ndbc(text.upper()):
+        return ["spectra", "weather"]
+    if file.suffix.lower() in WORKBOOKS:
+        return ["chart", "map"]
     if "$psxn" in text:
         return ["motion"]
     if not head.isascii() and b"\0" in head:
@@ -211,5 +216,8 @@ def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
     return [*order, *(form for form in ("log", "weather", "motion") if form not in order)]
 
 
+WORKBOOKS = (".xlsx", ".xlsm")
+HEAD = 1 << 16
+"""Bytes by which a reader is chosen."""
 VESSELS = (".re1", ".lis", ".4", ".rao", ".yml")
 """Endings of vessel files."""

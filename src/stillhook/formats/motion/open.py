@@ -13,8 +13,9 @@ import os
 import re
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -30,17 +31,25 @@ from stillhook.formats.motion.ship_log import (
     head_of,
     sign_of,
 )
-from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, split_heading, unit_in
-from stillhook.formats.table.corrections import ColumnRow, apart
-from stillhook.formats.table.dialect import dialect_of
-from stillhook.formats.table.read import chosen_rows
+from stillhook.formats.table.columns import (
+    ColumnChoice,
+    ColumnSpec,
+    missing_column,
+    place_of,
+    si_values,
+    split_heading,
+    unit_in,
+)
+from stillhook.formats.table.dialect import apart, dialect_of
 from stillhook.formats.table.text import HEAD, TextTable, decoded, find_table, headed_table, numbers_of
-from stillhook.formats.table.understood import Understood, understood_columns
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.text import motion_from_json
 from stillhook.sea.vessel.ship_motion import Offset, ShipMotion, sea_worthy, tip_motion
 from stillhook.units import quote
+
+if TYPE_CHECKING:
+    from stillhook.formats.table.understood import Understood
 
 _TIMES = ("timestamp", "time_stamp", "date_time", "datetime", "date/time", "zeit", "zeitstempel", "tid", "utc", "t")
 COLUMNS = {
@@ -57,7 +66,7 @@ SECONDS = (0.005, 2.5)
 """Spacing of times without a unit that are taken as seconds: of motion sensors, 0.4 to 200 samples a second."""
 
 
-def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, ColumnRow] | None = None) -> RawLog:
+def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, ColumnChoice] | None = None) -> RawLog:
     """Time and the column `height` (heave or tip) in SI, with roll and pitch next to heave where the file has them.
     chosen: columns as their user describes them (`stillhook.formats.table.corrections`).
 
@@ -79,8 +88,7 @@ def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, Colu
             continue
         unit = ""
         if name == "time" and _without_unit(table, place, chosen.get(name)):
-            row = chosen.get(name) or ColumnRow(column=table.headings[place])
-            chosen[name] = row.model_copy(update={"unit": "s"})
+            chosen[name] = replace(chosen.get(name) or ColumnChoice(table.headings[place]), unit="s")
             unit = " (no unit in the file: taken as s, by its spacing)"
         try:
             columns[name] = si_values(table, spec, place, chosen=chosen.get(name))
@@ -114,7 +122,7 @@ def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, Colu
     )
 
 
-def motion_table(path: str | os.PathLike[str], chosen: Mapping[str, ColumnRow]) -> TextTable:
+def motion_table(path: str | os.PathLike[str], chosen: Mapping[str, ColumnChoice]) -> TextTable:
     """The table of a file of motion: one that begins with its headings, or one below other lines."""
     file, _ = head_of(path)
     data = file.read_bytes()
@@ -137,12 +145,12 @@ def motion_table(path: str | os.PathLike[str], chosen: Mapping[str, ColumnRow]) 
         return table
 
 
-def _has(table: TextTable, row: ColumnRow) -> bool:
+def _has(table: TextTable, row: ColumnChoice) -> bool:
     column = apart(row.column, row.unit, table.headings)[0].lower()
     return any(column in (h.lower(), split_heading(h)[0]) for h in table.headings)
 
 
-def _without_unit(table: TextTable, place: int, row: ColumnRow | None) -> bool:
+def _without_unit(table: TextTable, place: int, row: ColumnChoice | None) -> bool:
     """Whether a column of times has no unit and is spaced as a motion sensor's seconds are."""
     if (row is not None and apart(row.column, row.unit, table.headings)[1] is not None) or unit_in(
         table, place, "time"
@@ -306,11 +314,15 @@ def read_tip_motion(
     )
 
 
-def _chosen(name: str, form: str, columns: Mapping[str, Any] | None) -> dict[str, ColumnRow]:
+def _chosen(name: str, form: str, columns: Mapping[str, Any] | None) -> dict[str, ColumnChoice]:
     """Rows of corrections for a file of this form. Errors: LogError, UnitError."""
     if columns and form == "psxn":
         raise MotionError(f"{name}: is a log of $PSXN,23 sentences, whose fields are fixed. Leave columns out.")
-    return chosen_rows(columns or {}, tuple(COLUMNS.values()), "columns")
+    if not columns:
+        return {}
+    from stillhook.formats.table.read import chosen_rows  # heavy: files of corrections come with it
+
+    return chosen_rows(columns, tuple(COLUMNS.values()), "columns")
 
 
 def _only_seapath(name: str, time: str | None) -> None:
@@ -320,6 +332,8 @@ def _only_seapath(name: str, time: str | None) -> None:
 
 def understood_motion(path: str | os.PathLike[str], columns: Mapping[str, Any] | None = None) -> Understood:
     """What a file of motion holds. Errors: MotionError, LogError, UnitError where it has no table of motion."""
+    from stillhook.formats.table.understood import Understood, understood_columns
+
     name, form = Path(path).name, motion_form(path)
     chosen = _chosen(name, form, columns)
     if form == "psxn":

@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, UnitError
-from stillhook.formats.table.corrections import ColumnRow, apart, table_unit
-from stillhook.formats.table.dialect import PURE, STAMPS, hint, is_unit, our_unit
+from stillhook.formats.table.dialect import PURE, STAMPS, apart, hint, is_unit, our_unit, table_unit
 from stillhook.formats.table.stamps import is_stamp, stamps_to_seconds
 from stillhook.formats.table.text import TextTable
 from stillhook.units import KINDS, parse, quote
@@ -37,6 +38,18 @@ class ColumnSpec:
         return (*(KINDS[self.kind].allowed if self.kind else PURE), *((STAMPS,) if self.kind == "time" else ()))
 
 
+@dataclass(frozen=True)
+class ColumnChoice:
+    """A column as its user describes it: heading or place from 1, unit (None: as the file says); the value is sign *
+    (scale * number + offset)."""
+
+    column: str
+    unit: str | None = None
+    sign: int = 1
+    scale: float = 1.0
+    offset: float = 0.0
+
+
 _IN_BRACKETS = re.compile(r"(.*?)\s*\(([^()]*)\)\s*")
 
 
@@ -50,7 +63,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return name.strip().lower(), None
 
 
-def place_of(table: TextTable, spec: ColumnSpec, chosen: ColumnRow | None = None) -> int | None:
+def place_of(table: TextTable, spec: ColumnSpec, chosen: ColumnChoice | None = None) -> int | None:
     """Which column of a table is the described one, None where there is none. Errors: where several are."""
     if chosen is not None:
         wanted = apart(chosen.column, chosen.unit, table.headings)[0]
@@ -102,7 +115,7 @@ def si_values(
     spec: ColumnSpec,
     place: int,
     missing: Collection[str] = (),
-    chosen: ColumnRow | None = None,
+    chosen: ColumnChoice | None = None,
 ) -> FloatArray:
     """A column (n,) in SI; missing: marks of missing numbers, which are NaN. Errors: UnitError where the heading has no
     unit of the kind, and as `TextTable.numbers`."""
@@ -133,6 +146,10 @@ def _stamps(table: TextTable, place: int) -> FloatArray:
     """A column of stamps as seconds since 1970; a stamp without a zone is UTC, as the header says."""
     cells = table.column(place)
     t = stamps_to_seconds(cells, STAMPS)
+    for i in np.flatnonzero(np.isnan(t)).tolist():  # written otherwise than the others
+        with suppress(ValueError):
+            stamp = datetime.fromisoformat(cells[i])
+            t[i] = (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
     if bad := np.flatnonzero(np.isnan(t)).tolist():
         raise table.wrong(bad, place, "an ISO 8601 stamp such as 2014-08-01T00:00:00.95Z")
     return t

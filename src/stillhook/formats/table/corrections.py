@@ -22,7 +22,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.errors import LogError, SpecError, StillhookError
-from stillhook.formats.table.dialect import our_unit
+from stillhook.formats.table.columns import ColumnChoice
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.tables.table import Number, Spec, first_problem
@@ -34,9 +34,6 @@ SENSES = {"up": 1, "hoisting": 1, "down": -1, "lowering": -1, "reversed": -1}
 """Words behind a heading, and the sign that they are."""
 EXAMPLE = '--column "heave=MRU_Heave_m [m] down"'
 _TEXT = re.compile(r"(?P<column>.*\S)\s+(?P<sense>" + "|".join(SENSES) + r")\s*")
-_WITH_UNIT = re.compile(r"(?P<column>.*?\S)\s*\[(?P<unit>[^\[\]]+)\]\s*")
-WEIGHT = {"t": 9806.65, "te": 9806.65, "tonne": 9806.65, "tf": 9806.65, "kg": 9.80665, "kgf": 9.80665}
-"""Masses that a load cell shows in place of forces, and the weight of one [N]."""
 
 
 def _column(column: object) -> str:
@@ -73,6 +70,12 @@ class ColumnRow(Spec):
             raise ValueError("give a number that is not 0.")
         return scale
 
+    @property
+    def choice(self) -> ColumnChoice:
+        """The same for a reader of tables."""
+        unit = None if self.unit is None else str(self.unit)
+        return ColumnChoice(self.column, unit, self.sign, self.scale, self.offset)
+
 
 Row = TypeVar("Row", bound=ColumnRow)
 
@@ -96,14 +99,6 @@ def text_row(text: str) -> dict[str, Any]:
     """A heading with its unit and "down", such as "MRU_Heave_m [m] down", as a row."""
     match = _TEXT.fullmatch(text)
     return {"column": text} if match is None else {"column": match["column"], "sign": SENSES[match["sense"]]}
-
-
-def apart(column: str, unit: Any, headings: Sequence[str]) -> tuple[str, Any]:
-    """A heading and its unit out of a text with both, such as "PT101 [bar]", which is no heading of the file as it
-    is."""
-    if unit is not None or any(column == h.strip() for h in headings) or not (match := _WITH_UNIT.fullmatch(column)):
-        return column, unit
-    return match["column"], match["unit"].strip()
 
 
 def corrections(mapping: str | os.PathLike[str] | None, columns: Sequence[str] | None = None) -> dict[str, Any]:
@@ -139,14 +134,3 @@ def read_corrections(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 ROWS = 'Write rows such as heave = "MRU_Heave_m [m] down" below it.'
-
-
-def table_unit(unit: str, kind: str) -> tuple[str, float] | None:
-    """The unit of ours for one that a table gives, and the factor to it: a load cell's tonnes are a force by their
-    weight. None where it is no unit of the kind."""
-    ours = our_unit(unit, kind)
-    if ours is not None:
-        return ours, 1.0
-    if kind == "force" and (weight := WEIGHT.get(unit.strip().strip("[]()").strip())) is not None:
-        return "N", weight
-    return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stillhook.errors import LogError, StillhookError
@@ -51,6 +52,32 @@ def our_unit(unit: str, kind: str) -> str | None:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of any kind of quantity, or a raw one such as psi."""
     return text.strip() in SCALES or any(our_unit(text, kind) is not None for kind in KINDS)
+
+
+WEIGHT = {"t": 9806.65, "te": 9806.65, "tonne": 9806.65, "tf": 9806.65, "kg": 9.80665, "kgf": 9.80665}
+"""Masses that a load cell shows in place of forces, and the weight of one [N]."""
+
+
+def table_unit(unit: str, kind: str) -> tuple[str, float] | None:
+    """The unit of ours for one that a table gives, and the factor to it: a load cell's tonnes are a force by their
+    weight. None where it is no unit of the kind."""
+    ours = our_unit(unit, kind)
+    if ours is not None:
+        return ours, 1.0
+    if kind == "force" and (weight := WEIGHT.get(unit.strip().strip("[]()").strip())) is not None:
+        return "N", weight
+    return None
+
+
+_WITH_UNIT = re.compile(r"(?P<column>.*?\S)\s*\[(?P<unit>[^\[\]]+)\]\s*")
+
+
+def apart(column: str, unit: str | None, headings: Sequence[str]) -> tuple[str, str | None]:
+    """A heading and its unit out of a text with both, such as "PT101 [bar]", which is no heading of the file as it
+    is."""
+    if unit is not None or any(column == h.strip() for h in headings) or not (match := _WITH_UNIT.fullmatch(column)):
+        return column, unit
+    return match["column"], match["unit"].strip()
 
 
 def hint(unit: str, kind: str) -> str:

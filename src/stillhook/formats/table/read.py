@@ -28,9 +28,9 @@ from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError, all_of
 from stillhook.formats.binary import read_binary, refuse_bomb
-from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
-from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of, table_unit
-from stillhook.formats.table.dialect import MISSING
+from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, missing_column, place_of, si_values
+from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of
+from stillhook.formats.table.dialect import MISSING, table_unit
 from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
 from stillhook.formats.table.workbook import no_sheet
@@ -186,7 +186,7 @@ def open_table(path: str | os.PathLike[str], error: type[StillhookError]) -> Tex
     return _table(Path(path), error)
 
 
-def columns_of(table: TextTable, specs: Sequence[ColumnSpec], chosen: Mapping[str, ColumnRow]) -> Columns:
+def columns_of(table: TextTable, specs: Sequence[ColumnSpec], chosen: Mapping[str, ColumnChoice]) -> Columns:
     """The described columns of a table, in SI. Errors: as `read_columns`."""
     places = {spec.name: place for spec in specs if (place := place_of(table, spec, chosen.get(spec.name))) is not None}
     missing = [spec for spec in specs if spec.required and spec.name not in places]
@@ -219,7 +219,7 @@ def _table(path: Path, error: type[StillhookError]) -> TextTable:
     return headed_table(path.name, decoded(path.name, data, error), error, START)
 
 
-def chosen_rows(rows: Mapping[str, Any], specs: Sequence[ColumnSpec], where: str) -> dict[str, ColumnRow]:
+def chosen_rows(rows: Mapping[str, Any], specs: Sequence[ColumnSpec], where: str) -> dict[str, ColumnChoice]:
     """Rows of a mapping by the name of the column that they describe. Errors: LogError, UnitError of one line."""
     by_name, in_any_case = {spec.name: spec for spec in specs}, {spec.name.lower(): spec.name for spec in specs}
     chosen = {}
@@ -228,7 +228,7 @@ def chosen_rows(rows: Mapping[str, Any], specs: Sequence[ColumnSpec], where: str
         if name not in by_name:
             near = nearest(name, by_name)
             raise LogError(f"{where}.{name}: unknown column{near} Allowed: {', '.join(by_name)}.")
-        chosen[name] = row_of(row, ColumnRow, f"{where}.{name}")
+        chosen[name] = row_of(row, ColumnRow, f"{where}.{name}").choice
         unit, spec = chosen[name].unit, by_name[name]
         if unit is not None and unit not in spec.units and table_unit(str(unit), spec.kind) is None:
             raise UnitError(f"{where}.{name}.unit = {quote(unit)}: not one of {', '.join(spec.units)}.")

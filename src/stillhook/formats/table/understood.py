@@ -6,16 +6,15 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, all_of
-from stillhook.formats.table.columns import ColumnSpec, place_of, si_values, split_heading, unit_in
-from stillhook.formats.table.corrections import ColumnRow, apart
-from stillhook.formats.table.dialect import MISSING, STAMPS, our_unit
+from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, place_of, si_values, split_heading, unit_in
+from stillhook.formats.table.dialect import MISSING, STAMPS, apart, our_unit
 from stillhook.formats.table.text import TextTable
 from stillhook.units import number, show
 
@@ -43,6 +42,28 @@ class ReadColumn:
             return ""
         ends = [show(x, self.quantity, 4) if self.quantity else number(x, 4) for x in (self.low, self.high)]
         return " to ".join(ends)
+
+    @property
+    def text(self) -> str:
+        """The heading with its unit, and "down" where it counts the other way."""
+        plain = self.heading.replace("\n", " ")
+        stated = split_heading(plain)[1]
+        same = stated is not None and our_unit(stated, self.quantity) == our_unit(self.unit, self.quantity)
+        unit = "" if same or not self.unit else f" [{self.unit}]"
+        name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
+        return f"{name}{unit}{' down' if self.sign < 0 else ''}"
+
+    @property
+    def row(self) -> str:
+        """The row of a mapping file."""
+        if self.scale == 1.0 and self.offset == 0.0:
+            return json.dumps(self.text, ensure_ascii=False)
+        parts = [f"column = {json.dumps(self.heading, ensure_ascii=False)}"]
+        parts += [f"unit = {json.dumps(self.unit)}"] if self.unit else []
+        parts += [f"sign = {self.sign}"] if self.sign != 1 else []
+        parts += [f"scale = {self.scale!r}"] if self.scale != 1.0 else []
+        parts += [f"offset = {self.offset!r}"] if self.offset else []
+        return f"{{ {', '.join(parts)} }}"
 
 
 @dataclass(frozen=True)
@@ -88,7 +109,7 @@ class Understood:
 def understood_columns(
     table: TextTable,
     specs: Sequence[ColumnSpec],
-    chosen: Mapping[str, ColumnRow],
+    chosen: Mapping[str, ColumnChoice],
     assumed: Mapping[str, str] | None = None,
 ) -> list[ReadColumn]:
     """The described columns that a table has; assumed: units by name where the file states none."""
@@ -103,7 +124,7 @@ def understood_columns(
         remark = ""
         if unit is None and assumed and spec.name in assumed:
             unit, remark = assumed[spec.name], "no unit in the file: assumed"
-            row = (row or ColumnRow(column=table.headings[place])).model_copy(update={"unit": unit})
+            row = replace(row or ColumnChoice(table.headings[place]), unit=unit)
         try:
             low, high = ends(si_values(table, spec, place, MISSING, row))
         except StillhookError as problem:
@@ -149,24 +170,7 @@ def mapping_text(found: Understood) -> str:
     for row in found.rows:
         remark = "; ".join(part for part in (row.range, row.remark) if part)
         name = row.name if row.name.replace("_", "").replace("-", "").isalnum() else json.dumps(row.name)
-        lines.append(f"{name:<{width}} = {row_text(row)}" + (f"  # {remark}" if remark else ""))
+        lines.append(f"{name:<{width}} = {row.row}" + (f"  # {remark}" if remark else ""))
     if found.unused:
         lines += ["", "# Not read:", *(f"#   {' '.join(heading.split())}" for heading in found.unused)]
     return "\n".join(lines) + "\n"
-
-
-def row_text(row: ReadColumn) -> str:
-    """A column as a row of a mapping file."""
-    stated = split_heading(row.heading)[1]
-    if row.scale == 1.0 and row.offset == 0.0:
-        plain = row.heading.replace("\n", " ")
-        same = stated is not None and our_unit(stated, row.quantity) == our_unit(row.unit, row.quantity)
-        unit = "" if same or not row.unit else f" [{row.unit}]"
-        name = plain[: plain.index("[")].strip() if unit and "[" in plain else plain
-        return json.dumps(f"{name}{unit}{' down' if row.sign < 0 else ''}", ensure_ascii=False)
-    parts = [f"column = {json.dumps(row.heading, ensure_ascii=False)}"]
-    parts += [f"unit = {json.dumps(row.unit)}"] if row.unit else []
-    parts += [f"sign = {row.sign}"] if row.sign != 1 else []
-    parts += [f"scale = {row.scale!r}"] if row.scale != 1.0 else []
-    parts += [f"offset = {row.offset!r}"] if row.offset else []
-    return f"{{ {', '.join(parts)} }}"

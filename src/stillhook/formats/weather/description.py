@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -38,6 +38,14 @@ class WeatherTable(Spec):
     time: Text | None = Field(default=None, description="column of the times")
     date_order: Text | None = Field(default=None, description="order of a date")
     time_zone: Text | None = Field(default=None, description="zone of the times where the file does not say")
+
+    def with_times(self) -> Self:
+        """The same, with a row `time` of the columns as the column of the times."""
+        if "time" not in self.columns:
+            return self
+        row = row_of(self.columns["time"], ColumnRow, "columns.time", WeatherError)
+        columns = {name: heading for name, heading in self.columns.items() if name != "time"}
+        return self.model_copy(update={"time": row.column, "columns": columns})
 
     @field_validator("sense", "date_order")
     @classmethod
@@ -81,9 +89,8 @@ def weather_of_file(
     file = name
     said: dict[str, Any] = {}
     if name.endswith(".toml"):
-        file, said = read_toml_raising(
-            WeatherError, name, FileKind.WEATHER, _described, start='Start it with file = "site.csv".'
-        )
+        file, stated = described(name)
+        said = _options(stated)
     if mapping is not None:
         said |= _mapped(mapping)
     rows = dict(said.pop("columns", {})) | dict(columns or {})
@@ -92,10 +99,12 @@ def weather_of_file(
     return read_weather(file, columns_as=mapped(rows, "columns"), **said)
 
 
-def _described(table: TomlTable) -> tuple[str, dict[str, Any]]:
-    said = table.read(Description)
-    neighbour = Path(table.path.parent, said.file)
-    return str(neighbour) if is_table(neighbour) else said.file, _options(said)
+def described(path: str | Path) -> tuple[str, Description]:
+    """The file that a description names, seen from it, and what it says. Errors: WeatherError, one line."""
+    start = 'Start it with file = "site.csv".'
+    said = read_toml_raising(WeatherError, path, FileKind.WEATHER, lambda table: table.read(Description), start=start)
+    neighbour = Path(path).parent / said.file
+    return str(neighbour) if is_table(neighbour) else said.file, said.with_times()
 
 
 def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -105,7 +114,7 @@ def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:
         data = parsed(toml_text(file), file.name, FileKind.MAPPING, FileKind.WEATHER, start="Write [columns].")
     except SpecError as problem:
         raise WeatherError(str(problem)) from None
-    return _options(named(TomlTable(file, data, WeatherError), lambda table: table.read(MappingFile)))
+    return _options(named(TomlTable(file, data, WeatherError), lambda table: table.read(MappingFile)).with_times())
 
 
 def _options(said: WeatherTable) -> dict[str, Any]:
@@ -146,6 +155,5 @@ WRITTEN = {SPELT[name.lower()]: name for name in NAMED}
 
 
 def _span(weather: Weather) -> str:
-    return (
-        f"{stamp(weather.time[0])} to {stamp(weather.time[-1])}, {len(weather)} records every {weather.step / 3600:g} h"
-    )
+    first, last = (stamp(weather.time[i])[:10] for i in (0, -1))
+    return f"{len(weather)} records every {weather.step / 3600:g} h, {first} to {last}"

@@ -12,8 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from stillhook.errors import PlanError
-from stillhook.formats.table.columns import ColumnSpec, place_of, split_heading, unit_in
-from stillhook.formats.table.corrections import ColumnRow
+from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, place_of, split_heading, unit_in
 from stillhook.formats.table.text import TextTable
 from stillhook.units import KINDS, quote
 
@@ -32,7 +31,7 @@ class Cells(NamedTuple):
 
 
 def long_form(
-    table: TextTable, specs: Mapping[str, ColumnSpec], chosen: Mapping[str, ColumnRow]
+    table: TextTable, specs: Mapping[str, ColumnSpec], chosen: Mapping[str, ColumnChoice]
 ) -> tuple[TextTable, tuple[str, ...]]:
     """A chart in long form, and what was left out or made of a matrix; a chart that is no matrix as it is.
 
