@@ -61,7 +61,7 @@ docs: $(STAMP)
 	@$(BIN)/python docs/images/make.py && $(BIN)/python docs/generate.py
 
 site: $(STAMP_SITE)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --jobs auto \
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going \
 		--doctree-dir build/site/doctrees $(SITE_ARGS) docs build/site/html
 	@echo "build/site/html/index.html: open it in a browser"
 
