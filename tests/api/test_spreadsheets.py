@@ -13,6 +13,8 @@ from tests.commands import answer, refusal
 
 import stillhook
 from stillhook.cli import run
+from stillhook.errors import StillhookError
+from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.formats.weather.file import read_weather
 from stillhook.library import load_crane
 from stillhook.plan.definition.rules import Tier
@@ -101,6 +103,22 @@ def test_a_plan_names_a_sheet_for_its_weather_and_a_description_too(tmp_path: Pa
     (tmp_path / "weather.toml").write_text('file = "site.xlsx#waves"\n[columns]\nHs = "Hs"\n', encoding="utf-8")
     capsys.readouterr()
     assert answer(capsys, "weather", "show", str(tmp_path / "weather.toml"))["n_records"] == 8
+
+
+def test_factors_charts_and_maps_are_read_from_a_sheet_by_name(tmp_path: Path):
+    hours = [["T_POP [h]", "Hs [m]", "alpha [1]"], [12, 1, 0.7], [12, 2, 0.8], [24, 1, 0.6], [24, 2, 0.7]]
+    chart = [["radius [m]", "SWL [t]", "DAF [1]"], [10, 250, 1.3], [30, 180, 1.3]]
+    file = book(tmp_path / "own.xlsx", notes=[["nothing"]], factors=hours, chart=chart)
+    assert read_alpha_table(f"{file}#factors").alpha == ((0.7, 0.8), (0.6, 0.7))
+    run(["new", "lift", str(tmp_path / "lift.toml")])
+    text = (tmp_path / "lift.toml").read_text("utf-8")
+    text = text.replace("# [load_chart]", "[load_chart]").replace('# file = ""', 'file = "own.xlsx#chart"', 1)
+    (tmp_path / "lift.toml").write_text(text, encoding="utf-8")
+    plan_ = load_plan(tmp_path / "lift.toml")
+    assert plan_.load_chart is not None
+    (tmp_path / "lift.toml").write_text(text.replace("#chart", "#charts"), encoding="utf-8")
+    with pytest.raises(StillhookError, match=r'own\.xlsx: no sheet "charts"\. It has "notes", "factors", "chart"\.'):
+        load_plan(tmp_path / "lift.toml")
 
 
 def test_a_name_with_a_sign_is_itself_where_the_file_is_there(tmp_path: Path):

@@ -43,12 +43,18 @@ def owner_json(rows: Sequence[OwnerRow], costs: CostFile) -> dict[str, Any]:
 def print_owner(rows: Sequence[OwnerRow], costs: CostFile) -> None:
     """The table with what its sums leave out, deck areas and masses, and which winches are not built."""
     unit = f"{costs.currency} per year" if costs.currency else "none stated"
-    print_table(HEADERS, [_row(row) for row in rows], title=f"costs, {unit}; {EMPTY}: {NOT_STATED}")
-    for line in (" ".join(omissions(rows)), _places(rows), *_bases(rows)):
+    print_table(HEADERS, [owner_row(row) for row in rows], title=f"costs, {unit}; {EMPTY}: {NOT_STATED}")
+    for line in owner_remarks(rows):
         wrapped(line)
 
 
-def _row(row: OwnerRow) -> list[str]:
+def owner_remarks(rows: Sequence[OwnerRow]) -> list[str]:
+    """What the sums leave out, deck areas and masses, and which winches are not as built."""
+    return [" ".join(omissions(rows)), _places(rows), *_bases(rows)]
+
+
+def owner_row(row: OwnerRow) -> list[str]:
+    """A drive by `HEADERS`."""
     return [
         f"{row.name} (paper)" if row.basis == PAPER else row.name,
         *(_amount(row.costs[name]) for name in CELLS),

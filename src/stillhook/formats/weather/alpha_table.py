@@ -16,6 +16,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, read_columns
+from stillhook.tables.sheet import sheet_of
 from stillhook.units import parse, quote, show
 from stillhook.weather.alpha import DEFAULT, TEXTS, AlphaTable, alpha_tables, load_alpha_table
 
@@ -36,7 +37,7 @@ def read_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
     Errors: WeatherError of one line that names file and place: a column, unit or cell that is missing, a factor that is
     not above 0 and at most 1, a cell that is given twice, remarks that are none.
     """
-    if name_or_path in alpha_tables() or Path(name_or_path).suffix.lower() not in ENDINGS:
+    if name_or_path in alpha_tables() or sheet_of(Path(name_or_path))[0].suffix.lower() not in ENDINGS:
         return load_alpha_table(name_or_path)
     try:
         return _table(read_columns(name_or_path, COLUMNS, error=WeatherError))
