@@ -11,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.image import imsave
+from PIL import Image
 from tests.plan.made_up import RULES, made_up
 
 from stillhook.cli import run as command
@@ -51,8 +52,7 @@ def result() -> PlanResult:
 @pytest.fixture(scope="module")
 def stems(result: PlanResult) -> tuple[str, ...]:
     behind = ("depth", "efficiency", "landing", "convergence")
-    of_limits = ("limits-over-period", "limits-credited-1", "limits-credited-2", "limits-twin")
-    return ("answer", *of_limits, "waiting-by-month", *behind)
+    return ("answer", "limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", *behind)
 
 
 @pytest.fixture(scope="module")
@@ -426,6 +426,18 @@ def test_what_to_do_next_follows_from_what_is_missing(result):
     remark = cause("not-assessed", phases=["splash zone"], alternatives=["none"])
     odd = actions(replace(result, facts={**result.facts, "remarks": [remark]}))
     assert odd[0].startswith("Complete the analysis. NOT ASSESSED")
+
+
+@pytest.mark.thorough
+def test_no_page_but_the_last_is_empty_in_a_third_of_its_height(result):
+    """A page of a report on paper is text, table and figure: none waits for a figure of the next one."""
+    sheets = pages(document(result, pictures(result)), 40.0)
+    assert len(sheets) > 5
+    for sheet in sheets[:-1]:
+        grey = np.asarray(Image.open(io.BytesIO(sheet)).convert("L"), dtype=int)
+        body = grey[int(0.08 * len(grey)) : int(0.92 * len(grey))]
+        inked = np.flatnonzero((body < 200).any(axis=1))
+        assert np.diff([0, *inked, len(body)]).max() < len(body) / 3
 
 
 def test_names_in_any_letters_are_set(result):
