@@ -101,7 +101,11 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]
     figures = [f"{len(pictures)} figures"] if pictures else []
-    announce(out, [f"{REPORT} (read this)", *rest, *figures])
+    names = [f"{REPORT} (read this)", *rest, *figures]
+    if VERBOSE.get():
+        wrapped(f"written to {out}: {', '.join(names)}")
+    else:
+        announce(out, names)
 
 
 def _print_missing(validation: Validation, out: Path | None, criteria: str | None) -> None:
