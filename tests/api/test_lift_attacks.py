@@ -19,7 +19,7 @@ NDBC = "YY MM DD hh   .030   .040   .050\n96 01 01 00   1.00   2.00   1.00\n96 0
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    assert command([str(a) for a in arguments, "--verbose"]) == 0
+    assert command([str(a) for a in arguments]) == 0
     return capsys.readouterr().out
 
 
