@@ -81,6 +81,7 @@ def test_band_of_one_draw_is_no_band(tmp_path: Path, capfd: pytest.CaptureFixtur
                 "hs",
                 "--draws",
                 "1",
+                "--verbose",
             ]
         )
         == 1

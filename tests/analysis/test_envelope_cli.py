@@ -61,7 +61,9 @@ def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, bin
     limit."""
     file = tmp_path / "units.toml"
     file.write_text(f'base = "{CRANE}"\n[hpu]\n{units}\n')
-    assert run(["envelope", str(file), "--controllers", "ns,ssc", "--loads", "40 t", "--loads", "80 t"]) == 0
+    assert (
+        run(["envelope", str(file), "--controllers", "ns,ssc", "--loads", "40 t", "--loads", "80 t", "--verbose"]) == 0
+    )
     out = capsys.readouterr().out
     assert "m/min" in out
     assert "pump flow" in out

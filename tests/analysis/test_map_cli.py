@@ -53,7 +53,7 @@ class TestOutput:
     @pytest.mark.slow
     def test_layers_and_periods_have_tables_of_their_own(self, capsys):
         one_cell = ["map", "nov-250t", "--controllers", "ssc", "--loads", "50 t", "--speeds", "40 m/min"]
-        assert run([*one_cell, "--layer", "12", "--layer", "3", "--periods", "8 s, 12 s"]) == 0
+        assert run([*one_cell, "--layer", "12", "--layer", "3", "--periods", "8 s, 12 s", "--verbose"]) == 0
         out = capsys.readouterr().out
         assert out.count("SSC: ") == 4
         assert "layer 3, sine of 8 s" in out
@@ -68,7 +68,7 @@ class TestOutput:
     def test_out_writes_series_numbers_and_pictures_together(self, capsys, tmp_path):
         import xarray
 
-        assert run([*SMALL, "--out", str(tmp_path / "maps")]) == 0
+        assert run([*SMALL, "--out", str(tmp_path / "maps"), "--verbose"]) == 0
         names = {p.name for p in (tmp_path / "maps").iterdir()}
         assert {"map.nc", "map.json", "e_c_pp.png", "p_max.png", "change.png"} <= names
         with xarray.open_dataset(tmp_path / "maps" / "map.nc", engine="h5netcdf") as data:

@@ -58,7 +58,7 @@ def test_the_answer_is_no_where_the_plant_oscillates_and_no_place_has_a_margin_a
 
 @pytest.mark.slow
 def test_the_answer_comes_first_and_fits_in_twelve_lines(capsys):
-    assert run(["stability", *WORDS]) == 1
+    assert run(["stability", *WORDS, "--verbose"]) == 1
     lines = [line for line in capsys.readouterr().out.splitlines() if line.strip()]
     assert "UNSTABLE, the complete plant oscillates at" in lines[0]
     assert lines[1].startswith("No gain K_p stabilises the complete plant at 150 t, ")
@@ -66,7 +66,7 @@ def test_the_answer_comes_first_and_fits_in_twelve_lines(capsys):
     assert len(lines) <= 12
     assert max(map(len, lines)) <= 100
     assert any(line.startswith("Gain margin, one Stribeck speed above that, ") for line in lines)
-    assert run(["stability", "nov-250t", "--load", "0 t", "--s-w", "100 m"]) == 0
+    assert run(["stability", "nov-250t", "--load", "0 t", "--s-w", "100 m", "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "STABLE at all" in out.splitlines()[0]
     assert "No gain" not in out
@@ -110,7 +110,7 @@ def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     assert found["gain_margin_plc"] < 1.0
     assert found["no_gain"] == []
     assert found["oscillates"]
-    assert run(["stability", *words]) == 1
+    assert run(["stability", *words, "--verbose"]) == 1
     assert "K_p is above its limit, least at empty hook" in capsys.readouterr().out
 
 
@@ -132,7 +132,7 @@ def test_whole_plant_by_command(capsys, calm):
 @pytest.mark.slow
 def test_winch_that_swings_without_feedback_is_told_why(capsys):
     words = ("nov-250t", "--full", "--load", "100 t", "--s-w", "15 m", "--v-tip", "1 m/min", "--alpha-m", "0.6")
-    assert run(["stability", *words]) == 1
+    assert run(["stability", *words, "--verbose"]) == 1
     assert "UNSTABLE at every K_p. Friction falls with speed here" in capsys.readouterr().out
     code, found = answer(capsys, *words)
     assert code == 1

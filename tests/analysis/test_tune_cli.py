@@ -49,7 +49,7 @@ def test_it_writes_controllers_that_read_back_and_numbers_in_si(
 def test_its_tables_name_before_and_after_hold_out_and_what_limits(
     case: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command(["tune", case, "--controllers", "strong-ssc", "--free", "K_1", *QUICK]) == 0
+    assert command(["tune", case, "--controllers", "strong-ssc", "--free", "K_1", *QUICK, "--verbose"]) == 0
     text = capsys.readouterr().out
     for part in ("K_1", "before", "tuned", "hold-out", "friction 30 % more", "active limits", "seed 0"):
         assert part in text
@@ -60,7 +60,9 @@ def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
     case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "none"
-    code = command(["tune", case, "--controllers", "ssc", "--limit", "p_max <= 60 bar", *QUICK, "--out", str(out)])
+    code = command(
+        ["tune", case, "--controllers", "ssc", "--limit", "p_max <= 60 bar", *QUICK, "--out", str(out), "--verbose"]
+    )
     assert code == 1
     assert "no setting keeps the limits; exceeded: p_max" in capsys.readouterr().out
     assert not (out / "ssc-tuned.toml").exists()

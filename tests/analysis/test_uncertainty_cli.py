@@ -31,7 +31,7 @@ warm_up = "20 s"
 
 @pytest.mark.thorough
 def test_bands_of_every_mode_in_one_table(tmp_path, capsys):
-    assert command(["uncertainty", short(tmp_path), *DRAWS, "--controllers", "ns,hs,ssc"]) == 0
+    assert command(["uncertainty", short(tmp_path), *DRAWS, "--controllers", "ns,hs,ssc", "--verbose"]) == 0
     out = capsys.readouterr().out
     for words in ("friction", "lognormal 1", "assumed", "16 draws (seed 0)", "ns", "hs", "ssc / hs", "5 to 95 %"):
         assert words in out
@@ -70,7 +70,7 @@ def test_json_has_named_keys_and_everything_that_was_asked_for(tmp_path, capsys)
 @pytest.mark.thorough
 def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(tmp_path, capsys):
     limits = ["--limit", "p_max <= 150 bar"]
-    assert command(["uncertainty", short(tmp_path), *DRAWS, *limits]) == 1
+    assert command(["uncertainty", short(tmp_path), *DRAWS, *limits, "--verbose"]) == 1
     assert "exceeded" in capsys.readouterr().out
     assert command(["uncertainty", short(tmp_path, "at_most = 1.0"), *DRAWS, *limits]) == 0
 
@@ -82,7 +82,7 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
     out = tmp_path / "out"
     case, factors = (str(tmp_path / name) for name in ("case.toml", "factors.toml"))
     given = [case, "--factors", factors, "--draws", "16", "--out", str(out)]
-    assert command(["uncertainty", *given]) == 0
+    assert command(["uncertainty", *given, "--verbose"]) == 0
     assert {p.name for p in out.iterdir()} == {"uncertainty.nc", "uncertainty.json", "bands.png"}
     run = load_run(out / "uncertainty.nc")
     assert run["case"].values.tolist() == ["hs"]
@@ -115,7 +115,7 @@ def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
         "e_c_pp >= 15 cm",
         "--attribute",
     ]
-    command(given)
+    command([*given, "--verbose"])
     out = capsys.readouterr().out
     assert "closes the gap" in out.split("leakage")[-2] + out.split("leakage")[-1]
     command([*given, "--json"])

@@ -51,7 +51,7 @@ PURE, SINKS, OFFSET = (
 
 def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[str, Any]]:
     """What a command prints for people, and as JSON."""
-    run(list(words))
+    run([*words, "--verbose"])
     text = capsys.readouterr().out
     run([*words, "--json"])
     return " ".join(text.split()), json.loads(capsys.readouterr().out)

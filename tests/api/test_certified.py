@@ -279,14 +279,14 @@ HEAVY = "--load '200 t' --s-w '1000 m' --motion 'sine 0.8 m 9 s' --duration '40 
 
 @pytest.mark.thorough
 def test_commands_say_how_far_the_twin_is_validated(file, capsys):
-    assert command(["crane", str(file)]) == 0
+    assert command(["crane", str(file), "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "twin: level 2, variant 2: certificate" in out
     assert "validated for: payload on the hook 82 t to 164 t" in out
     assert command(["crane", "nov-250t", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["twin"] == "twin: not validated (level 1: no certificate)"
     asked = [str(file), *shlex.split(f"{HEAVY} --controllers ns,ssc")]
-    command(["compare", *asked])
+    command(["compare", *asked, "--verbose"])
     out = capsys.readouterr().out
     assert out.count("twin: ") == 1
     assert out.count("outside the validated envelope: load 200 t (validated 82 t to 164 t)") == 2
@@ -297,15 +297,15 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
 @pytest.mark.slow
 def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
     cells = "--controllers ssc --loads '100 t, 200 t' --speeds '30 m/min' --periods '9 s' --s-w '1000 m'"
-    command(["map", str(file), *shlex.split(cells)])
+    command(["map", str(file), *shlex.split(cells), "--verbose"])
     assert "cells that are not validated: 1 of 2" in capsys.readouterr().out
 
 
 @pytest.mark.thorough
 def test_draws_and_envelope_and_tuning_say_it(file, capsys):
-    command(["uncertainty", str(file), *shlex.split(f"{HEAVY} --controllers ssc --draws 4")])
+    command(["uncertainty", str(file), *shlex.split(f"{HEAVY} --controllers ssc --draws 4"), "--verbose"])
     assert "outside the validated envelope: load 200 t" in capsys.readouterr().out
-    command(["envelope", str(file), "--loads", "100 t"])
+    command(["envelope", str(file), "--loads", "100 t", "--verbose"])
     assert "validated for: payload on the hook 82 t to 164 t" in capsys.readouterr().out
 
 

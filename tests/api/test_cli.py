@@ -76,7 +76,7 @@ class TestCompare:
         assert answer("run", str(out / "runs.nc")) == json.loads((out / "summary.json").read_text())["ssc"]
 
     def test_a_winch_without_an_answer_says_no(self, capsys, fast):
-        assert run(["compare", fast(tip="sine 4 m 12 s", warm_up="15 s"), "--controllers", "ns"]) == 1
+        assert run(["compare", fast(tip="sine 4 m 12 s", warm_up="15 s"), "--controllers", "ns", "--verbose"]) == 1
         out = capsys.readouterr().out
         assert "saturated" in out
         assert "above the 88.95 m/min that ns reaches" in out

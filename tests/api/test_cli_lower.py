@@ -86,7 +86,7 @@ def test_tension_at_rest_is_what_the_run_swings_about(landed):
 @pytest.mark.thorough
 def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp_path):
     out = tmp_path / "out"
-    assert run(["lower", str(lift_toml), "--out", str(out)]) == 0
+    assert run(["lower", str(lift_toml), "--out", str(out), "--verbose"]) == 0
     assert {p.name for p in out.iterdir()} == set(LOWERING_FILES)
     text = capsys.readouterr().out
     assert "status: ok" in text
@@ -192,7 +192,7 @@ def test_a_straight_path_has_no_motion_about_its_mean():
 
 @pytest.mark.slow
 def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
-    assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
+    assert run(["lower", str(lift_toml), "--duration", "20 s", "--verbose"]) == 1
     out = capsys.readouterr().out
     assert "status: unfinished" in out
     assert 'the run of 20 s ends in phase "through"' in out
@@ -202,7 +202,7 @@ def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
 def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names_the_phase(capsys, lift_toml):
     text = lift_toml.read_text().replace('depth = "20 m"', 'time = "40 s"').replace('time = "20 s"', 'time = "10 s"')
     lift_toml.write_text(text)
-    assert run(["lower", str(lift_toml)]) == 1
+    assert run(["lower", str(lift_toml), "--verbose"]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "touchdown" in out
     assert re.search(
@@ -213,7 +213,7 @@ def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names
 
 def test_a_phase_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
     lift_toml.write_text(LID.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
-    assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
+    assert run(["lower", str(lift_toml), "--duration", "20 s", "--verbose"]) == 1
     out = capsys.readouterr().out
     assert "Status: stuck" in out
     assert 'phase "through" did not end within its timeout of 5 s' in out

@@ -251,7 +251,9 @@ class TestOldForms:
 class TestConvert:
     def test_comments_stay_and_every_change_is_printed(self, tmp_path, capsys):
         new = tmp_path / "folder" / "new.toml"
-        assert run(["convert", str(OLD / "template-to-1500m.toml"), str(new)]) == 0  # its folder is made, as of --out
+        assert (
+            run(["convert", str(OLD / "template-to-1500m.toml"), str(new), "--verbose"]) == 0
+        )  # its folder is made, as of --out
         out = capsys.readouterr().out
         assert 'phase "lift-off": start is start_depth = "-4 m" of the file' in out
         assert 'phase "deep": duration is time' in out

@@ -197,7 +197,7 @@ class TestCommands:
 
     @pytest.mark.slow
     def test_the_sheet_of_a_crane_says_what_is_implausible(self, soft, capsys):
-        assert run(["crane", soft]) == 0
+        assert run(["crane", soft, "--verbose"]) == 0
         assert "wire.E 0.09 GPa is implausible" in capsys.readouterr().out
         assert run(["crane", soft, "--json"]) == 0
         out = capsys.readouterr().out
@@ -206,7 +206,7 @@ class TestCommands:
 
     def test_a_comparison_exits_with_1(self, soft, capsys):
         lift = ["--load", "10 t", "--motion", "sine 0.5 m 10 s", "--duration", "40 s"]
-        assert run(["compare", soft, *lift, "--controllers", "ns"]) == 1
+        assert run(["compare", soft, *lift, "--controllers", "ns", "--verbose"]) == 1
         out = capsys.readouterr().out
         assert "implausible" in out
         assert "wire.E 0.09 GPa is implausible" in out

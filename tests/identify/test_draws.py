@@ -135,7 +135,7 @@ def test_the_command_prints_median_and_band(tmp_path, capsys):
     data = json.loads(capsys.readouterr().out)
     band = data["band_90"]["p_max"]
     assert band["low"] < data["at_values"]["p_max"] < band["high"]
-    assert command(["friction", "draws", path, *options]) == 0
+    assert command(["friction", "draws", path, *options, "--verbose"]) == 0
     said = capsys.readouterr().out
     assert "highest pressure of both sides" in said
     assert command(["friction", "draws", path, *options, "--controller", "manual", "--json"]) == 0

@@ -224,7 +224,7 @@ def held_in(text: str) -> str:
 @pytest.mark.thorough
 def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"77 t"' in t))
-    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
     printed = capsys.readouterr().out
     assert "All tests carry about the same drum torque" in printed
     assert "Add a staircase with the empty hook." in printed
@@ -236,7 +236,7 @@ def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
 @pytest.mark.thorough
 def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace("[[test]]", '[[test]]\nstart = "250 s"'))
-    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 1
     streams = capsys.readouterr()
     assert "NOT USABLE: The slowest pair runs at" in streams.out
     assert "friction.toml is not written" in streams.err
@@ -269,7 +269,7 @@ def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_i
     noisy, tmp_path, capsys, stated, code
 ):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', f'load = "{stated}"'))
-    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == code
     printed, file = capsys.readouterr().out, tmp_path / "out" / "friction.toml"
     assert f"the pressures carry 107 t, the campaign file states {stated}" in printed
     assert ("NOT USABLE: test" in printed) == (code == 1)

@@ -225,7 +225,7 @@ def csv(small, tmp_path) -> Path:
 
 @pytest.mark.thorough
 def test_cli_from_map_to_files(csv, tmp_path, capsys):
-    assert run(["identify", "motor", str(csv), "--out", str(tmp_path / "o")]) == 0
+    assert run(["identify", "motor", str(csv), "--out", str(tmp_path / "o"), "--verbose"]) == 0
     told = capsys.readouterr()
     assert all(words in told.out for words in ("Recommended: MJ4: 5 parameters", "Where it must not be used"))
     assert "SYNTHETIC map" in told.err
@@ -241,7 +241,7 @@ def test_cli_from_map_to_files(csv, tmp_path, capsys):
 @pytest.mark.thorough
 def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsys):
     one = write_map(small.at(small.dp_m == small.dp_m.max()), tmp_path / "one.csv")
-    assert run(["identify", "motor", str(one), "--out", str(tmp_path / "o")]) == 1
+    assert run(["identify", "motor", str(one), "--out", str(tmp_path / "o"), "--verbose"]) == 1
     told = capsys.readouterr()
     assert all(words in told.out for words in ("NO: ", "cannot be distinguished"))
     assert "motor.toml is not written" in told.err

@@ -121,7 +121,7 @@ def test_the_table_has_a_row_a_set_with_half_the_band_where_it_is_known():
 
 @pytest.mark.slow
 def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
-    assert command(["list", "frictions"]) == 0
+    assert command(["list", "frictions", "--verbose"]) == 0
     said = capsys.readouterr().out
     for name in ("crane-1", "crane-2", "L4593", "crane-2-second-loop", "A6VM215", "A6VM215-crane-2-second-loop"):
         assert name in said
@@ -135,7 +135,7 @@ def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
 @pytest.mark.thorough
 def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     def compared(*arguments):
-        assert command(["friction", "compare", *map(str, arguments)]) == 0
+        assert command(["friction", "compare", *map(str, arguments), "--verbose"]) == 0
         return capsys.readouterr().out
 
     out, path = tmp_path / "out", save_set(with_evidence(), tmp_path / "mine.toml")

@@ -25,7 +25,7 @@ def root(tmp_path: Path, fits) -> Path:
 
 
 def told(root: Path, *words: str, code: int, capsys: pytest.CaptureFixture[str]) -> str:
-    assert command(["condition", *words, "--out", str(root / "out")]) == code
+    assert command(["condition", *words, "--out", str(root / "out"), "--verbose"]) == code
     return capsys.readouterr().out
 
 
@@ -289,7 +289,10 @@ def test_watching_takes_new_campaigns_and_waits_for_a_folder_that_is_away(
     from stillhook.cli.live import condition as module
 
     monkeypatch.setattr(module.time, "sleep", sleep)
-    assert command(["condition", str(root / "watched"), "--out", str(root / "out"), "--watch", "10 min"]) == 130
+    assert (
+        command(["condition", str(root / "watched"), "--out", str(root / "out"), "--watch", "10 min", "--verbose"])
+        == 130
+    )
     said = " ".join(capsys.readouterr().out.split())
     assert "not there now" in said
     assert fits.fitted == 3

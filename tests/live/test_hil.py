@@ -240,10 +240,10 @@ def test_the_end_of_a_run_says_what_the_bus_cost_or_why_not(own: np.ndarray, cap
     times = np.array([0.001, 0.002, 0.004])
     outcome = Outcome(3, 1, 0, 0, 0, times, times, np.array([math.nan]), False, [])
     cost = bus_cost(CRANE, CASE, [c._replace(e_c=1.2 * c.e_c) for c in seen(own)])
-    _print_outcome(outcome, cost, Path("log.csv"))
+    _print_outcome(outcome, cost)
     out = capsys.readouterr().out
     assert f"the bus costs {100 * cost.cost:.2f} cm" in out
     assert "3 cycles: 1 late" in out
-    _print_outcome(outcome._replace(stopped=True), "It is not known.", Path("log.csv"))
+    _print_outcome(outcome._replace(stopped=True), "It is not known.")
     out = capsys.readouterr().out
     assert "The guard stopped the winch.\nIt is not known.\n" in out

@@ -29,7 +29,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_it_prints_what_is_there(folder: Path, capsys: pytest.CaptureFixture[str]):
-    assert not ask(folder)
+    assert not ask(folder, "--verbose")
     out = capsys.readouterr().out
     assert "2026-11-28T12:00:00Z to 2026-11-28T14:29:00Z, not written now" in out
     assert "rows 1 to 150 (150): 120 in 2 files" in out

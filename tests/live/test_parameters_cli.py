@@ -39,7 +39,7 @@ def test_a_winch_that_is_its_file_has_the_friction_of_its_file(log: Path, capsys
 
 
 def test_the_table_says_what_the_estimate_rests_on(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["live", "parameters", str(log), "--crane", "nov-250t"]) == 0
+    assert run(["live", "parameters", str(log), "--crane", "nov-250t", "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "system friction, if the motors' loss is as in the file" in out
     assert "no certificate" in out

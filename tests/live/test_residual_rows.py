@@ -135,7 +135,7 @@ def test_a_winch_that_is_its_file_gives_nothing_to_learn(tmp_path, capsys):
     assert run(["live", "residual", str(model), str(files[0]), *words]) == 2
     assert "was learned from this log" in capsys.readouterr().err
     other = write(tmp_path / "day9" / "b.csv", rows(10.0, 320.0))
-    assert run(["live", "residual", str(model), str(other), "--crane", "nov-250t"]) == 1
+    assert run(["live", "residual", str(model), str(other), "--crane", "nov-250t", "--verbose"]) == 1
     out = capsys.readouterr().out
     assert "Level 4 does not pay" in out
     assert "(level 4)" in out

@@ -227,7 +227,7 @@ def test_the_library_crane_is_stable_and_the_gain_of_a_damped_bare_loop_is_not(c
     soft.write_text('base = "nov-250t-secondary"\n[secondary.drive]\nK = "8.6 1/s"\n')
     told = []
     for name in ("nov-250t-secondary", str(soft)):
-        cli.run(["stability", name])
+        cli.run(["stability", name, "--verbose"])
         told.append(capsys.readouterr().out)
     assert ": STABLE at all" in told[0]
     assert "UNSTABLE" in told[1]

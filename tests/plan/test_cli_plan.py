@@ -62,7 +62,7 @@ def refused(capsys, *arguments):
 @pytest.mark.slow
 def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp_path, capsys):
     out = tmp_path / "out"
-    assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--out", str(out)]) == 0
+    assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--out", str(out), "--verbose"]) == 0
     text = capsys.readouterr().out
     assert "OP_LIM with 80 % cap, credited: limiting Hs [m]" in text
     assert "enter your project's edition in the rule file" in text
@@ -91,13 +91,13 @@ def test_a_table_whose_seas_are_all_too_high_is_answered_with_no(tmp_path, capsy
 @pytest.mark.slow
 def test_check_says_what_a_plan_asks_and_runs_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("stillhook.plan.planning.plan", None)
-    assert run(["plan", a_plan(tmp_path), "--check"]) == 0
+    assert run(["plan", a_plan(tmp_path), "--check", "--verbose"]) == 0
     assert "T_R 8 h" in capsys.readouterr().out
 
 
 @pytest.mark.thorough
 def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
-    assert run(["example", "plan", str(tmp_path / "mine")]) == 0
+    assert run(["example", "plan", str(tmp_path / "mine"), "--verbose"]) == 0
     assert "template-to-1500m.toml --check" in capsys.readouterr().out
     assert run(["plan", str(tmp_path / "mine" / "template-to-1500m.toml"), "--check"]) == 0
 
@@ -179,7 +179,7 @@ class TestWhatAnAnswerTellsApart:
 
     @pytest.mark.thorough
     def test_controllers_that_closed_form_cannot_tell_apart_are_not_compared(self, tmp_path, capsys):
-        assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form"]) in (0, 1)
+        assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form", "--verbose"]) in (0, 1)
         out = capsys.readouterr().out
         line = "The closed form does not distinguish controllers well enough: none is compared (ns, ssc), and limits are those"
         assert out.count(line) == 1

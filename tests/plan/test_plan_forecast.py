@@ -122,7 +122,7 @@ class TestCommand:
         file, plan = files
         assert run(["weather", "forecast", file, "--plan", plan, "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["alternative"] == "ssc"
-        assert run(["weather", "forecast", file, "--plan", plan, "--alternative", "none"]) == 1
+        assert run(["weather", "forecast", file, "--plan", plan, "--alternative", "none", "--verbose"]) == 1
         assert capsys.readouterr().out.startswith("NO-GO with none")
 
     @pytest.mark.slow

@@ -456,7 +456,7 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
     assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
     assert all(Path(f).is_file() for f in answer["files"])
     assert answer["answer"].startswith("OP_LIM Hs")
-    assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures"]) == 0
+    assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures", "--verbose"]) == 0
     assert sorted(p.name for p in (tmp_path / "other").iterdir()) == [
         "figure-depth.png",
         "figure-limits-credited.png",

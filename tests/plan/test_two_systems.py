@@ -177,7 +177,7 @@ def test_a_swell_that_cannot_be_is_refused_in_one_line(tmp_path: Path, line: str
 
 def test_check_names_the_swell(tmp_path, capsys):
     (tmp_path / "plan.toml").write_text(PLAN, encoding="utf-8")
-    assert run(["plan", str(tmp_path / "plan.toml"), "--check"]) == 0
+    assert run(["plan", str(tmp_path / "plan.toml"), "--check", "--verbose"]) == 0
     assert "each with a swell of Hs 1.2 m, Tp 9 s, travelling 180 deg" in " ".join(capsys.readouterr().out.split())
 
 

@@ -161,7 +161,7 @@ class TestOneSea:
 
     @pytest.mark.slow
     def test_the_table_names_both_compensations_and_the_periods(self, capsys, lift, plain):
-        assert run(["response", lift]) == 0
+        assert run(["response", lift, "--verbose"]) == 0
         text = capsys.readouterr().out
         assert "80 % at the wire" in text
         assert "natural periods with the top held" in text
@@ -225,7 +225,7 @@ class TestRecords:
 
     @pytest.mark.slow
     def test_a_picture_of_one_sea(self, lift, plain, tmp_path, capsys):
-        assert run(["response", lift, "--out", str(tmp_path / "one")]) == 0
+        assert run(["response", lift, "--out", str(tmp_path / "one"), "--verbose"]) == 0
         assert "response.png" in capsys.readouterr().out
         assert (tmp_path / "one" / "response.png").stat().st_size > 20_000
 

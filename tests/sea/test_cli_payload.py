@@ -16,7 +16,7 @@ def answer(capsys, *arguments):
 
 def test_the_list_names_every_payload(capsys):
     assert [row["payload"] for row in commands.answer(capsys, "list", "payloads")] == list(payloads())
-    assert run(["list", "payloads"]) == 0
+    assert run(["list", "payloads", "--verbose"]) == 0
     out = capsys.readouterr().out
     assert all(name in out for name in payloads())
 
@@ -40,7 +40,7 @@ def test_a_payload_of_ones_own_is_shown_in_the_water_that_is_asked_for(capsys, t
     salt, fresh = (answer(capsys, str(path), "--rho", f"{rho} kg/m^3") for rho in (1025, 1000))
     assert fresh["A33"] == pytest.approx(salt["A33"] * 1000.0 / 1025.0)
     assert fresh["W_sub"] > salt["W_sub"]
-    assert run(["payload", str(path)]) == 0
+    assert run(["payload", str(path), "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "mine: payload of your own (disc)" in out
     assert "given in mine.toml" in out

@@ -40,7 +40,7 @@ class TestWavesAsText:
         assert "above the steepness limit" in answer(capsys, "jonswap Hs=8 m Tp=6 s")["notes"][0]
 
     def test_the_table_for_people_names_units(self, capsys):
-        assert run(["sea", "jonswap Hs=1 m Tp=8 s gamma=3.3"]) == 0
+        assert run(["sea", "jonswap Hs=1 m Tp=8 s gamma=3.3", "--verbose"]) == 0
         assert "zero-crossing wave period" in capsys.readouterr().out
 
 

@@ -99,7 +99,7 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(answe
     by_heading = {round(math.degrees(row["beta"])): row["sigma_v"] for row in found["headings"]}
     assert len(by_heading) == 24
     assert by_heading[90] > 1.8 * by_heading[270]  # tip to starboard, waves from starboard
-    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "all"]) == 0
+    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "all", "--verbose"]) == 0
     assert "sigma_v" in capsys.readouterr().out
 
 
@@ -239,12 +239,12 @@ def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(answer
         met = found["maxima"][name]
         assert met["low"] < met["value"] < met["high"]
         assert met["value"] == pytest.approx(found[name], rel=0.08)  # twelve seeds
-    assert run(["tip", *given]) == 0
+    assert run(["tip", *given, "--verbose"]) == 0
     assert "of 12 seeds (95 %)" in capsys.readouterr().out
 
 
 def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, vessel):
-    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg"]) == 0
+    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg", "--verbose"]) == 0
     text = capsys.readouterr().out
     for part in ("sigma_z", "T_z", "most probable maximum", "largest in 3 h", "ends at a period of 2 s", "m/min"):
         assert part in text

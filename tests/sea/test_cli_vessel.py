@@ -31,7 +31,7 @@ def file(tmp_path: Path) -> str:
 
 @pytest.mark.slow
 def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["list", "vessels"]) == 0
+    assert run(["list", "vessels", "--verbose"]) == 0
     text = capsys.readouterr().out
     assert all(name in text for name in vessels())
 
@@ -39,7 +39,7 @@ def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_file_is_shown_with_its_reference_point_range_and_largest_motions(
     capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
-    assert run(["vessel", file]) == 0
+    assert run(["vessel", file, "--verbose"]) == 0
     text = capsys.readouterr().out
     assert "reference point: middle" in text
     assert "8 periods from 4.189 to 62.83 s, 12 headings at most 30 deg apart, deep water" in text
@@ -69,7 +69,7 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     wrong = str(write_rao_csv(replace(SHIP, H=np.conj(SHIP.H)), tmp_path / "wrong.csv", source="closed form"))
-    assert run(["vessel", "--check", wrong]) == 1
+    assert run(["vessel", "--check", wrong, "--verbose"]) == 1
     text = capsys.readouterr().out
     assert "wrong" in text
     assert "It would fit with time the other way" in text

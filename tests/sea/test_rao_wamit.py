@@ -88,5 +88,5 @@ def test_frequencies_in_place_of_periods_do_not_pass_the_check(
 ) -> None:
     rows = [line.split() for line in wamit_text(OMEGA, SIDE, motions()).splitlines()]
     swapped = "\n".join(" ".join((f"{2.0 * np.pi / float(row[0]):.6E}", *row[1:])) for row in rows)
-    assert run(["vessel", "--check", str(written(tmp_path / "plank.4", swapped))]) == 1
+    assert run(["vessel", "--check", str(written(tmp_path / "plank.4", swapped)), "--verbose"]) == 1
     assert "too short" in capsys.readouterr().out

@@ -25,7 +25,7 @@ def plank(tmp_path: Path) -> Path:
 
 
 def test_the_command_line_reads_a_description(plank: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["vessel", "--check", str(plank)]) == 0
+    assert run(["vessel", "--check", str(plank), "--verbose"]) == 0
     assert "length scale 60 m" in capsys.readouterr().out
     assert run(["vessel", "--check", str(plank.parent / "plank.4")]) == 1
     waves = ("--wave", "jonswap Hs=2 m Tp=9 s", "--heading", "165 deg")

@@ -39,7 +39,7 @@ def test_the_generators_make_the_examples_again(tmp_path):
 
 @pytest.mark.slow
 def test_an_example_campaign_reads_and_says_that_it_is_synthetic(tmp_path, capsys):
-    assert command(["example", "sea-trials", str(tmp_path / "sea")]) == 0
+    assert command(["example", "sea-trials", str(tmp_path / "sea"), "--verbose"]) == 0
     assert capsys.readouterr().out.startswith(f"{MARK}\nwritten: {tmp_path / 'sea' / 'campaign.toml'}")
     campaign = load_campaign(tmp_path / "sea" / "campaign.toml")
     assert campaign.synthetic

@@ -220,13 +220,13 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
 
 @pytest.mark.thorough
 def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
-    assert command(["certificate", "--check", str(file)]) == 0
+    assert command(["certificate", "--check", str(file), "--verbose"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("VALID: ")
     assert "recomputed: identical to the byte" in out
     assert "PDF in the same folder: the same to the byte" in out
     edit(tmp_path / "logs/1.csv", "0.1,0.1", "0.1,0.9")
-    assert command(["certificate", "--check", str(file), "--quick"]) == 1
+    assert command(["certificate", "--check", str(file), "--quick", "--verbose"]) == 1
     assert 'changed: log logs/1.csv of test "1": changed since.' in capsys.readouterr().out
     assert command(["certificate", "--check", str(file), "--quick", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
@@ -239,7 +239,7 @@ def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
-    assert command(["certificate", str(file)]) == 0
+    assert command(["certificate", str(file), "--verbose"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("SYNTHETIC Sea trial\nPASSED: ")
     assert "82 t to 164 t" in out
@@ -253,9 +253,9 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
 @pytest.mark.thorough
 def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsys):
     data = forged(file, load=[1e3, 250e3])  # reads as genuine
-    assert command(["certificate", str(file)]) == 0
+    assert command(["certificate", str(file), "--verbose"]) == 0
     assert UNSIGNED in " ".join(capsys.readouterr().out.split())
-    assert command(["certificate", "--check", str(file), "--quick"]) == 0
+    assert command(["certificate", "--check", str(file), "--quick", "--verbose"]) == 0
     assert UNSIGNED in capsys.readouterr().out
     assert (
         command(["certificate", "--check", str(file), "--json"]) == 1

@@ -140,7 +140,7 @@ class Text(HTMLParser):
 
 def printed(stage, capsys, found, *arguments, code=0):
     stage(found)
-    assert command(["validate", "campaign.toml", *arguments]) == code
+    assert command(["validate", "campaign.toml", *arguments, "--verbose"]) == code
     return capsys.readouterr().out
 
 
@@ -222,14 +222,14 @@ def test_nothing_of_the_text_is_wider_than_a_terminal_of_80_columns(stage, capsy
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", str(TERMINAL))
     stage(staged(None))
-    command(["validate", "campaign.toml"])
+    command(["validate", "campaign.toml", "--verbose"])
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, (line for line in lines if not line.startswith(("│", "┃", "┏", "┡", "└"))))) <= TERMINAL
 
 
 def test_single_steps_say_that_there_is_no_certificate_without_the_others(stage, capsys):
     asked = stage(staged(complete=False))
-    assert command(["validate", "campaign.toml", "--steps", "0, 5"]) == 0
+    assert command(["validate", "campaign.toml", "--steps", "0, 5", "--verbose"]) == 0
     assert list(asked["steps"]) == [0, 5]
     out = capsys.readouterr().out
     assert "Only steps 0, 5 were taken: a certificate needs all steps, 0 to 6." in out
@@ -338,7 +338,7 @@ def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monke
 @pytest.mark.slow
 def test_criteria_of_the_command_line_replace_those_of_the_campaign_and_give_no_certificate(stage, tmp_path, capsys):
     asked = stage(staged())
-    command(["validate", "campaign.toml", "--out", str(tmp_path / "out"), "--criteria", "paper-f"])
+    command(["validate", "campaign.toml", "--out", str(tmp_path / "out"), "--criteria", "paper-f", "--verbose"])
     assert asked["campaign"].criteria.name == "paper-f"
     assert not (tmp_path / "out" / "certificate.json").exists()
     assert "no certificate with --criteria" in capsys.readouterr().out

@@ -277,7 +277,7 @@ class TestCommand:
         assert json.loads(capsys.readouterr().out)["weather_restricted"] is False
 
     def test_people_read_times_in_hours_and_the_clause(self, capsys):
-        assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--t-c", "6 h"]) == 0
+        assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--t-c", "6 h", "--verbose"]) == 0
         out = capsys.readouterr().out
         assert "T_POP 24 h, T_C 6 h, T_R 30 h" in out
         assert "check against your edition" in out

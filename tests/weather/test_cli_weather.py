@@ -67,7 +67,7 @@ class TestPersistence:
         assert found["n_censored"] == 23
 
     def test_the_table_for_people_names_gaps_and_what_was_left_out(self, file, capsys):
-        assert run(["weather", "persistence", file, *self.ASKED]) == 0
+        assert run(["weather", "persistence", file, *self.ASKED, "--verbose"]) == 0
         out = capsys.readouterr().out
         assert "Gaps in time: 0; 0 of 1440 records without a value" in out
         assert "left out of the waits" in out
@@ -196,7 +196,7 @@ class TestPersistence:
         assert "none.csv has no record of H_m0: all 2 are missing" in line
 
     def test_all_is_a_hundred_per_cent(self, file, capsys):
-        assert run(["weather", "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h"]) == 0
+        assert run(["weather", "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h", "--verbose"]) == 0
         assert "1440 (100 %) of all records have no later window" in capsys.readouterr().out
 
     @pytest.mark.slow
@@ -222,7 +222,7 @@ class TestShow:
 
     @pytest.mark.slow
     def test_the_table_for_people(self, capsys):
-        assert run(["weather", "show", "SYNTHETIC-norwegian-sea"]) == 0
+        assert run(["weather", "show", "SYNTHETIC-norwegian-sea", "--verbose"]) == 0
         out = capsys.readouterr().out
         assert "29224 records, one every 3 h" in out
         assert "measured nowhere" in out

@@ -107,7 +107,20 @@ class TestCommand:
 
     def test_a_go_for_people(self, file, capsys):
         assert (
-            run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--start", "2026-05-01 04:00"])
+            run(
+                [
+                    "weather",
+                    "forecast",
+                    file,
+                    "--limit",
+                    "Hs <= 2 m",
+                    "--t-pop",
+                    "12 h",
+                    "--start",
+                    "2026-05-01 04:00",
+                    "--verbose",
+                ]
+            )
             == 0
         )
         out = capsys.readouterr().out

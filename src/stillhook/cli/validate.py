@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.groups import VERBOSE
-from stillhook.cli.parser import Json, Out, present, refuse, say_left_out
+from stillhook.cli.parser import Json, Out, announce, present, refuse, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import Answer, answer_of, print_document, progress_bar
@@ -101,7 +101,11 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]
     figures = [f"{len(pictures)} figures"] if pictures else []
-    wrapped(f"written to {out}: {REPORT} (read this), {', '.join([*rest, *figures])}")
+    names = [f"{REPORT} (read this)", *rest, *figures]
+    if VERBOSE.get():
+        wrapped(f"written to {out}: {', '.join(names)}")
+    else:
+        announce(out, names)
 
 
 def _print_missing(validation: Validation, out: Path | None, criteria: str | None) -> None:

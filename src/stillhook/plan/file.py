@@ -342,7 +342,7 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     """Weather that waiting is calculated with."""
     file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
     weather = weather.with_times()
-    if file.endswith(".toml") and is_table(file):  # a description, over which the plan's own words win
+    if file.endswith(".toml") and is_table(Path(file)):  # a description, over which the plan's own words win
         file, said = description.described(file)
         own = weather.model_dump(exclude={"file"}, exclude_none=True, exclude_defaults=True)
         words = said.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)

@@ -303,6 +303,14 @@ def print_twin(crane: Crane, *cases: Scenario) -> None:
             print(note)
 
 
+def twin_lines(crane: Crane, *cases: Scenario) -> list[str]:
+    """How far the twin is validated, and where these cases leave its range, for an answer."""
+    from stillhook.engine.certificate import doubts, twin_line
+
+    notes = [] if crane.certified is None else [note for case in cases for note in doubts(crane, case)]
+    return [twin_line(crane), *dict.fromkeys(notes)]
+
+
 def print_implausible(crane: Crane) -> None:
     """Numbers of a crane outside the range of built machines; for answers without notes."""
     from stillhook.tables.plausible import implausible_values

@@ -161,7 +161,12 @@ def _brief(result: Map, metric: str) -> Answer:
     against = [f"{part}." for part in one_line(result).split("; ")[1:]]
     step = f"stillhook tune {result.crane.name}, for each controller at its best"
     cells = f"{len(axes.loads) * len(axes.speeds)} cells of each controller"
-    return Answer(title, [*table, *against, twin_line(result.crane), *result.about["notes"][:1]], step, cells)
+    return Answer(
+        title,
+        [*table, *against, twin_line(result.crane), _not_validated(result), *result.about["notes"][:1]],
+        step,
+        cells,
+    )
 
 
 def _print(result: Map, metric: str) -> None:
@@ -208,13 +213,20 @@ def _print_validated(result: Map) -> None:
     """How far the twin is validated, and in how many cells."""
     print_twin(result.crane)
     print_implausible(result.crane)
-    if result.crane.certified is not None and "validated" in result.values:
-        with_mode = [i for i, mode in enumerate(result.modes) if mode is not None]  # "best classic" is made of others
-        inside = result.values["validated"][with_mode] > 0.0
-        print(
-            f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of"
-            " compensation at most"
-        )
+    if line := _not_validated(result):
+        print(line)
+
+
+def _not_validated(result: Map) -> str:
+    """In how many cells a certified twin is not validated; empty for any other."""
+    if result.crane.certified is None or "validated" not in result.values:
+        return ""
+    with_mode = [i for i, mode in enumerate(result.modes) if mode is not None]  # "best classic" is made of others
+    inside = result.values["validated"][with_mode] > 0.0
+    return (
+        f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of compensation"
+        " at most"
+    )
 
 
 def _wave(result: Map, period: float | None) -> list[str]:

@@ -22,6 +22,7 @@ from stillhook.report.terminal import (
     progress_bar,
     say,
     say_if_compiling,
+    twin_lines,
 )
 from stillhook.units import show
 
@@ -266,7 +267,6 @@ class _Report:
 
     def brief(self) -> Answer:
         """Score and errors of each controller before and at its best, limits that are active, and what to distrust."""
-        from stillhook.engine.certificate import twin_line
 
         rows = []
         for t, (_, unseen) in zip(self.tuned, self.held_out, strict=True):
@@ -281,7 +281,7 @@ class _Report:
             if t.met
         ]
         title = f"{self.crane.name}: mean control error p-p, objective {self.tuned[0].objective.value},"
-        lines = [*columns(heads, rows, left=(0, 5)), *settings, *self.remarks[:1], twin_line(self.crane)]
+        lines = [*columns(heads, rows, left=(0, 5)), *settings, *self.remarks[:1], *twin_lines(self.crane, *self.cases)]
         names = ",".join(t.start.name for t in self.tuned)
         step = f"stillhook compare {self.crane.name} --controllers {names}"
         more = f"pressures, deviating winches, {counted(len(self.remarks), 'remark')}"

@@ -35,6 +35,7 @@ from stillhook.report.terminal import (
     print_twin,
     progress_bar,
     started,
+    twin_lines,
 )
 from stillhook.units import KINDS, in_display, show
 
@@ -205,7 +206,6 @@ OF_BRIEF = {"e_c_pp": "error p-p", "p_max": "peak pressure"}
 
 def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) -> Answer:
     """Control error of each controller with its band, chances of limits, and which controller is lower."""
-    from stillhook.engine.certificate import twin_line
 
     crane, case = request.cranes[0], request.cases[0]
     names = [name for name in OF_BRIEF if all(name in of["band_90"] for of in data["cases"].values())]
@@ -224,7 +224,7 @@ def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) 
     if causes is not None:
         lines += causes.words()[:2]
     more = f"factors, differences, limits{', causes' if causes is not None else ''}"
-    return Answer(title, [*lines, *data["notes"][:1], twin_line(crane)], more=more)
+    return Answer(title, [*lines, *data["notes"][:1], *twin_lines(crane, *request.cases)], more=more)
 
 
 def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.groups import WRITES
 from stillhook.cli.parser import Json, announce, present
 from stillhook.report.terminal import Answer, columns, print_table, say
 
@@ -63,6 +64,7 @@ def plc_run(
     data = {"log": str(plan.log), **numbers, **trips, "bus_cost": of}
     title = f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}"
     step = f"stillhook plc compare {plan.log} {plc_file}"
+    WRITES.set(True)
     brief = lambda: Answer(title, [*_counts(outcome), _cost(cost)], step, "age of samples, reading and writing")
     present(data, lambda: _print_outcome(outcome, cost), brief=brief, json=json)
     announce(plan.log.parent, [plan.log.name], quiet=json)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.base.extras import need
+from stillhook.cli.groups import WRITES
 from stillhook.cli.parser import (
     FACTORS_HELP,
     Json,
@@ -263,6 +264,7 @@ def report(
     result = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
     say("drawing and setting the report ...")
+    WRITES.set(True)
     names = save_report(result, folder, figures=figures)
     answer = verdict(result)
 
