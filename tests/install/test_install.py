@@ -107,9 +107,6 @@ def test_a_wheel_works_in_a_clean_environment_under_any_name_of_its_folder(
     assert "hook_mass" in call(stillhook, "crane", "min kran å.toml", PYTHONIOENCODING="cp1252")
     call(stillhook, "convert", "min kran å.toml", "ark ø.csv")
     if "inspect" in COMMANDS:
-        call(
-            stillhook, "tip", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m, z=25 m", "--wave", "jonswap Hs=1 m Tp=8 s"
-        )
         (work / "Møling.csv").write_text("time [s],heave [m]\n0,0.1\n1,0.2\n2,0.1\n", encoding="utf-8")
         assert "heave" in call(stillhook, "inspect", "Møling.csv")
     call(stillhook, "crane", "kein Kran ß.toml", code=2)
