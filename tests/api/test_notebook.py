@@ -21,7 +21,8 @@ from stillhook.base.variable import flags
 from stillhook.errors import PlanError, StillhookError
 from stillhook.plan.report.checked import Severity, remarks_at_rest
 from stillhook.report import kit
-from stillhook.report.document import Document, Table, Text
+from stillhook.report.document import Document, Section, Table, Text
+from stillhook.report.html import fragment
 from stillhook.validate import Certificate
 
 HOSTILE = '<script>alert("x")</script>&<img src=x onerror=y>'
@@ -228,6 +229,12 @@ def test_a_run_shows_its_title_summary_and_dataset_and_escapes_the_crane() -> No
 
 def test_a_long_text_is_cut_in_a_table() -> None:
     assert len(parsed(CRANE.model_copy(update={"title": "x" * 5000})).text) < len(parsed(CRANE).text) + 200
+
+
+def test_a_long_table_is_folded_and_a_short_one_is_not() -> None:
+    short, long = ([[str(i), "1"] for i in range(n)] for n in (12, 13))
+    assert "<details>" not in fragment(Document("a", front=[Table(("a", "b"), short)]))
+    assert "<summary>13 rows</summary>" in fragment(Document("a", front=[Section("s", [Table(("a", "b"), long)])]))
 
 
 # Summary and series

@@ -54,7 +54,7 @@ def validation(result: Validation, name: str | None = None) -> Figure:
     result : Validation
         From `stillhook.validate.validate`.
     name : str, optional
-        Such as "step-2-tests"; a wrong name lists them. Default the first.
+        Such as "step-0-tests"; a wrong name lists them. Default the first.
 
     Returns
     -------

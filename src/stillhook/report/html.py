@@ -42,10 +42,22 @@ def html(document: Document) -> str:
 
 
 def fragment(document: Document) -> str:
-    """Title and parts for a notebook, without style and page."""
-    anchors = _anchors(document)
-    parts = "".join(text for part in (*document.front, *document.sections) for text in _part(part, 4, anchors))
+    """Title and parts for a notebook, without style and page; long tables folded."""
+    parts = "".join(map(_folded, (*document.front, *document.sections)))
     return f"<div><b>{_escaped(document.heading)}</b>{parts}</div>"
+
+
+FOLDED = 12
+"""Rows beyond which a table is folded in a notebook."""
+
+
+def _folded(part: Part) -> str:
+    if isinstance(part, Section):
+        return f"<h4>{_escaped(part.title)}</h4>{''.join(map(_folded, part.parts))}"
+    text = "".join(_part(part, 4, {}))
+    if isinstance(part, Table) and len(part.rows) > FOLDED:
+        return f"<details><summary>{len(part.rows)} rows</summary>{text}</details>"
+    return text
 
 
 def _page(document: Document) -> Iterator[str]:

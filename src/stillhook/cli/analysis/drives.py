@@ -13,6 +13,8 @@ from stillhook.report.terminal import Answer, columns, print_table, progress_bar
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
     from stillhook.analysis.drives.costs import OwnerRow
     from stillhook.formats.case_file import Subject
@@ -90,7 +92,7 @@ def compare_drives(
             print_owner(rows, costs)
         _print(result, data, title)
 
-    present(data, show, out, files, brief=lambda: _brief(result, title), json=json, pictures=pictures)
+    present(data, show, out, files, brief=lambda: _brief(result, title, rows), json=json, pictures=pictures)
     return result.ok
 
 
@@ -99,8 +101,8 @@ def sankey(name: str) -> str:
     return f"energy-{name}.png"
 
 
-def _brief(result: DriveComparison, title: str) -> Answer:
-    """Error, net energy, installed power and status of each drive, and which are best."""
+def _brief(result: DriveComparison, title: str, owner: Sequence[OwnerRow] = ()) -> Answer:
+    """Error, net energy, installed power and status of each drive, and which are best; with a table of costs these."""
     runs = result.ordered()
     rows = [
         [
@@ -115,6 +117,11 @@ def _brief(result: DriveComparison, title: str) -> Answer:
     table = columns(["drive", "error p-p", "net energy", "installed", "status"], rows, left=(0, 4))
     lines = [*table, *(result.verdict(name) for name in ("e_c_pp", "energy_net")), "Not validated: no certificate."]
     notes = sum(len(run.notes) for run in runs)
+    if owner:
+        from stillhook.cli.analysis.owner import HEADERS, owner_remarks, owner_row
+
+        heads = [head.replace("-\n", "").replace("\n", " ") for head in HEADERS]
+        lines = [*columns(heads, [owner_row(row) for row in owner], left=(0, len(heads) - 1)), *owner_remarks(owner)]
     return Answer(title, lines, more=f"intervals, losses, sizing, {counted(notes, 'note')}")
 
 
