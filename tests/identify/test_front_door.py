@@ -339,6 +339,37 @@ def test_heights_that_may_mean_two_things_name_what_to_write(text: object, says:
     assert says in str(caught.value)
 
 
+def test_two_columns_with_decimal_commas_are_two_columns(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, "a.csv", "Protokoll", "Zeit;Hub", *(f"{comma(0.1 * i)};{comma(wave(i))}" for i in range(99))
+    )
+    motion = read_tip_motion(path, columns=corrections_of(["time=Zeit [s]", "tip=Hub [m]"]))
+    assert motion.duration == pytest.approx(9.8)
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "says"),
+    [
+        ("lift.toml", ('crane = "nov-250t"', "[[phase]]"), "lift.toml is a lift file"),
+        ("a.toml", ("a = 1",), "a.toml: is TOML. Give inspect a table"),
+        ("a.csv", ("Radius (m);1,0 m (t);1,5 m (t)", "10;240;225"), "does not say for which wave height it is"),
+        ("a.csv", ("Radius (m);Capacity (kN)", "10;240"), 'unit "kN" is not one of kg, t, te'),
+        ("a.csv", ("",), "is empty"),
+        ("a.csv", ("no table here",), "holds no table"),
+        ("a.csv", ("<html>", "</html>"), "is a web page file"),
+        ("a.csv", ("time [s];heave [m]", "0,0;1,5"), "1 samples. A motion needs 6"),
+        ("a.csv", ("time [s];heave [m]", "1;2;3"), "3 fields where the header has 2"),
+        ("a.csv", ("Radius [m];SWL [t]", "10;240", "5;250"), "radii must rise"),
+    ],
+)
+def test_what_is_no_table_of_ours_is_refused_or_shown_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, lines: tuple[str, ...], says: str
+) -> None:
+    assert run(["inspect", str(written(tmp_path, name, *lines))]) in (1, 2)
+    shown = capsys.readouterr()
+    assert says in " ".join((shown.out + shown.err).split())
+
+
 def test_a_matrix_takes_no_mapping_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path, "m.csv", *MATRIX)
     assert run(["inspect", str(path), "--save", str(tmp_path / "m.toml")]) == 2

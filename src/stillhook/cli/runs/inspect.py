@@ -11,6 +11,7 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.formats.table.corrections import corrections
+from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import Answer, print_table
 from stillhook.units import quote
@@ -162,6 +163,11 @@ READERS: Mapping[str, Reader] = {
 def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
     """What a file holds, by the first reader that finds in it what it looks for."""
 
+    if file.suffix.lower() == ".toml" and file.is_file():
+        kind = kind_of_toml(file.read_bytes().decode("utf-8-sig", errors="replace"))
+        if kind not in (FileKind.WEATHER, FileKind.VESSEL):
+            known = "" if kind is None else f" is {kind.noun}: {kind.read_by}"
+            raise CommandError(f"{file.name}{known or ': is TOML'}. Give inspect a table, a log, weather or a vessel.")
     refusals: dict[str, StillhookError] = {}
     best: Understood | None = None
     forms = _order(file, rows)
@@ -193,6 +199,8 @@ def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
     asked = [form for form, names in named.items() if names & rows.keys()]
     if asked:
         return asked
+    if file.suffix.lower() == ".toml":
+        return ["weather", "vessel"] if "file" in text.split("=")[0] else ["vessel", "weather"]
     if head.startswith((b"\x89HDF", b"CDF")):
         return ["spectra", "weather", "vessel"]
     if "vesseltypes:" in text or "transfer function" in text or "omega [rad/s]" in text or file.suffix in VESSELS:
@@ -207,7 +215,7 @@ def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
         return ["log"]
     first = text[:4096]
     likely = [
-        ("chart", ("swl", "capacity", "traglast"), ("radi", "outreach", "ausladung")),
+        ("chart", ("swl", "capacity", "traglast", "(t)", "[t]"), ("radi", "outreach", "ausladung")),
         ("map", ("d_m", "displacement"), ("t_f", "t_shaft", "eta_hm")),
         ("motion", ("heave", "tip [", "tip;", "tip,"), ("",)),
         ("weather", ("hs", "hm0", "swh", "wvht", "waveheight", "wave height"), ("",)),

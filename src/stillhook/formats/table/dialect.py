@@ -91,6 +91,8 @@ def hint(unit: str, kind: str) -> str:
 
 COMMENTS = (b"#", b"//", b"%")
 COLUMN_SEPARATORS = (";", "\t", "|", ",", " ")  # " ": runs of blanks
+PLAIN_SEPARATORS = (";", "\t", "|")
+"""Separators that are nothing else in a row of numbers."""
 FEW_LINES = 200  # lines of the head that are looked at for the rows of data
 MAJORITY = 0.5  # of the cells of a row of data that must be numbers, stamps or marks of missing values
 MISSING = frozenset({"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*"})
@@ -143,6 +145,8 @@ def dialect_of(
         begin = quote(next((line for line in lines if line.strip()), ""))
         problem = "holds no table: no rows of numbers below a header, separated by ; tab | , or blanks"
         raise error(f"{name}: {problem}. It begins with {begin}.")
+    most = max((len(rows) for _, rows, sign in ways if sign in PLAIN_SEPARATORS), default=0)
+    ways = [way for way in ways if way[2] != "," or len(way[1]) > most]  # commas are then decimal
     # most rows, then most fields; blanks last
     fields, rows_at, separator = max(ways, key=lambda way: (len(way[1]), way[0] if way[2] != " " else 0))
     first = rows_at[0]
