@@ -239,7 +239,7 @@ def limits_table(result: PlanResult) -> Table:
     if differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
-    title = f"OP_LIM [m] with {named(name)}, credited{of_wind_sea(result)}; OP_WF [m] at the worst heading"
+    title = f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)}; OP_WF [m] at the worst heading"
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
