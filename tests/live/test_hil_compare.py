@@ -155,12 +155,12 @@ def test_a_log_of_another_plc_is_compared_by_its_mapping(
     healthy: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     log, plc = foreign(tmp_path, healthy)
-    assert run(["plc", "compare", str(log), str(plc), "--verbose"]) == 0
+    assert run(["plc", "compare", str(log), str(plc)]) == 0
     out = capsys.readouterr().out
     assert "PLC and library give the same." in out
     assert "Not in the log: u_ff, u_raw, e_c, brake" in out
     plc.write_text(plc.read_text().replace('unit = "%"', 'unit = "1"'))
-    assert run(["plc", "compare", str(log), str(plc), "--verbose"]) == 1
+    assert run(["plc", "compare", str(log), str(plc)]) == 1
     assert "First difference: cycle" in capsys.readouterr().out
 
 

@@ -12,6 +12,7 @@ from tests.live.histories import write_hours
 from stillhook.cli.groups import Entry, build
 from stillhook.errors import StillhookError
 from stillhook.live.history import archive, read
+from stillhook.report.terminal import MOST_LINES
 
 pytestmark = pytest.mark.slow  # each waits for the disk several times
 
@@ -35,6 +36,14 @@ def test_it_prints_what_is_there(folder: Path, capsys: pytest.CaptureFixture[str
     assert "rows 1 to 150 (150): 120 in 2 files" in out
     assert "budget: 20 GB, 1000000 events; 0 rows removed" in out
     assert "writes, after row 0" in out
+
+
+def test_its_answer_is_short(folder: Path, capsys: pytest.CaptureFixture[str]):
+    assert not ask(folder, "--check")
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= MOST_LINES
+    assert "No damage found." in lines
+    assert lines[-2].startswith("Last event ")
 
 
 def test_json_is_in_si_and_strict(folder: Path, capsys: pytest.CaptureFixture[str]):

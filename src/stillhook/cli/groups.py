@@ -81,7 +81,7 @@ class Commands(dict[str, Any]):
         return built
 
 
-def build(name: str, entry: Entry | Group, words: tuple[str, ...]) -> Any:
+def build(name: str, entry: Entry | Group, words: tuple[str, ...] = ()) -> Any:
     """A command, imported; or a group, whose commands are imported when they are called."""
     if isinstance(entry, Entry):
         single = typer.Typer(add_completion=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -37,6 +36,7 @@ def plc_run(
 
     Example: stillhook plc run plc.toml --duration "60 s"
     """
+    import asyncio
     import time
 
     from stillhook.cli.live.twin import ending
