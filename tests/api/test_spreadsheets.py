@@ -199,7 +199,7 @@ HEAD = ["field", "value", "kind", "source"]
         ([HEAD, ["SWL", "250 t", "guess", "x"]], 'row 2: kind "guess": choose published, datasheet'),
         (
             [HEAD, ["SWL", "250 t", "user", "x"], ["SWL", "200 t", "user", "x"]],
-            'row 3: "SWL" comes twice, first in row 2',
+            'row 3: "SWL" is given twice, first in row 2',
         ),
         ([HEAD, ["safe load", "250 t", "user", "x"]], 'row 2: field "safe load": write its dotted name'),
         ([HEAD, ["SWL", "250 m", "user", "x"], ["name", "mine"]], 'unit "m" is not one of'),

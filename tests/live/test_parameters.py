@@ -126,7 +126,7 @@ def test_a_reading_that_jumps_while_the_oil_warms_has_jumped_by_what_it_has():
 def test_an_interval_that_says_nothing_is_no_estimate():
     one = parameters(rows(), accuracies=Accuracies(C_h=2.0))["leakage"]
     assert one.estimate is None
-    assert "cannot be told" in one.reasons[0]
+    assert "not determined" in one.reasons[0]
 
 
 def test_gas_that_is_lost_is_found():

@@ -309,7 +309,7 @@ def convert(
 
 
 def _sheets(source: Path, target: Path) -> dict[str, int]:
-    """Write what is no run and no log as tables for Excel, or a crane file of a sheet; rows by table, none written for
+    """Write crane files, weather, plans and lifts as tables for Excel, or a crane file of a sheet; rows by table, none written for
     another source."""
     from stillhook.base.atomic import atomic_file
     from stillhook.formats.table.workbook import WRITTEN, write_sheets

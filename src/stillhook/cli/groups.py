@@ -128,7 +128,7 @@ WIDEST, NAMES = 100, 28
 
 
 def _mark(parameter: inspect.Parameter) -> Any:
-    """What typer knows of a parameter."""
+    """What typer holds of a parameter."""
     return next((m for m in parameter.annotation.__metadata__ if isinstance(m, ArgumentInfo | OptionInfo)), None)
 
 
@@ -160,7 +160,7 @@ def _first_sentence(text: str) -> str:
 
 
 def _rows(rows: Iterable[tuple[str, str]], width: int) -> Iterator[str]:
-    """Names with their texts, folded beside them."""
+    """Names with their texts, folded next to them."""
     rows = list(rows)
     names = min(max(len(name) for name, _ in rows), NAMES)
     for name, text in rows:
@@ -221,7 +221,7 @@ class Program(TyperGroup):
 
 
 def requested(words: tuple[str, ...], entries: Mapping[str, Entry | Group], args: Sequence[str]) -> str:
-    """The page of help that a command line asks for; empty without."""
+    """The page of help that a command line requests; empty without."""
     name, typed = args[0], args[1 : args.index("--")] if "--" in args else args[1:]
     if (entry := entries.get(name)) is None or "--help" not in typed:
         return ""

@@ -130,7 +130,7 @@ FAULTS: Mapping[str, Fault] = {
     "tip-late": Fault(
         "tip motion delayed against the log", "tip in the log 150 ms later than the PLC's", rows=late(TIP, 0.15)
     ),
-    "tip-stale": Fault("tip motion stale", "tip in the log stands from 150 s on", rows=frozen(TIP, 150.0)),
+    "tip-stale": Fault("tip motion stale", "tip in the log is frozen from 150 s on", rows=frozen(TIP, 150.0)),
     "gain": Fault("gain of the PLC's feedforward", "K_1 of the PLC +8 %", plc={"K_1": 1.08}),
     "mode": Fault(
         "mode or controller other than the twin's",

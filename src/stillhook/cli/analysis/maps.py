@@ -159,7 +159,7 @@ def _brief(result: Map, metric: str) -> Answer:
     title = f"{result.crane.name}: {words}; {ends[0]} to {ends[1]}, {ends[2]} to {ends[3]}"
     table = columns(["controller", "applicable", "median", "largest", "most frequent limit"], rows, left=(0, 4))
     against = [f"{part}." for part in one_line(result).split("; ")[1:]]
-    step = f"stillhook tune {result.crane.name}, for each controller at its best"
+    step = f"stillhook tune {result.crane.name}, for each controller with its best tuning"
     cells = f"{len(axes.loads) * len(axes.speeds)} cells of each controller"
     return Answer(
         title,

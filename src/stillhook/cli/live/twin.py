@@ -381,7 +381,7 @@ def demo(
     with _watched(quiet=json) as show:
         outcome = demonstrate(load_crane(CRANE), seconds, show)
     lines = [outcome.reason, outcome.scheduling]
-    answer = Answer("A soft PLC with its crane, and the twin beside it", lines)
+    answer = Answer("A soft PLC with its crane, and the twin beside the PLC", lines)
     present(outcome._asdict(), lambda: print("\n".join(reversed(lines))), brief=lambda: answer, json=json)
     raise typer.Exit(0 if outcome.alarm == outcome.alarm else 1)
 

@@ -16,7 +16,7 @@ from stillhook.units import quote
 
 
 class What(NamedTuple):
-    """A kind of starter: what it is, the shelf of the library that it can begin from, where it begins unless told,
+    """A kind of starter: what it is, the shelf of the library that it can begin from, where it begins by default,
     its writer (path and beginning to text), and the commands that read it."""
 
     meaning: str
@@ -110,7 +110,7 @@ def _campaign(out: Path, like: str) -> str:
     data = tomllib.loads((DATA / like / "campaign.toml").read_text(encoding="utf-8"))
     head = (
         f"{MARK}, so that it validates as it is. Put your logs in place of logs/, then name crane, columns and tests.",
-        "Remove synthetic = true with the last of these logs; criteria: a library name, or a file as the one beside.",
+        "Remove synthetic = true with the last of these logs; criteria: a library name, or a file in the same folder.",
     )
     return Starter().text(CampaignFile, data, head)
 
@@ -155,7 +155,7 @@ def new(
         str | None, typer.Argument(metavar="LIKE", help="Name of the library to begin from (crane, lift, payload).")
     ] = None,
 ) -> None:
-    """Write a starter file of your own: complete as it is, with units, bounds and choices beside every field.
+    """Write a starter file of your own: complete as it is, with units, bounds and choices next to every field.
 
     Example: stillhook new crane my-crane.toml nov-100t-electric
     """

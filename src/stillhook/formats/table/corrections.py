@@ -115,7 +115,7 @@ def corrections_of(texts: Sequence[str]) -> dict[str, Any]:
         if not sign or not name.strip() or not row.strip():
             raise LogError(f"--column {quote(text)}: is not a name, =, and a heading. Write {EXAMPLE}.")
         if name.strip() in rows:
-            raise LogError(f"--column {quote(text)}: {name.strip()} comes twice. Write it once.")
+            raise LogError(f"--column {quote(text)}: {name.strip()} is given twice. Write it once.")
         rows[name.strip()] = text_row(row.strip())
     return rows
 

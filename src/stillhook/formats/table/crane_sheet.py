@@ -48,7 +48,7 @@ def crane_file_of_sheet(path: Path) -> str:
         if not field or not value:
             continue
         if field in seen:
-            raise SpecError(f"{table.at(i)}: {quote(field)} comes twice, first in row {seen[field]}. Write it once.")
+            raise SpecError(f"{table.at(i)}: {quote(field)} is given twice, first in row {seen[field]}. Write it once.")
         if not all(part.isidentifier() for part in field.split(".")):
             raise SpecError(f"{table.at(i)}: field {quote(field)}: write its dotted name, such as active.motor.D_max.")
         if kind and kind not in set(SourceKind):

@@ -38,7 +38,7 @@ MOVE = 5e-3
 TO_FIND = 60.0
 """Rows from which the offset of the clock is looked for first [s]."""
 NO_CLOCK = "no alarms: the clock of the encoder is not found (alpha_p or u_p of a moving winch tells it)"
-CANNOT_BE_TOLD = "cannot be told: its interval is wider than half of what a winch can have"
+NOT_DETERMINED = "not determined: its interval is wider than half of what a winch can have"
 TOGETHER = 1.0
 """Rows that are worked off together [s]."""
 MARGIN = 0.5
@@ -190,7 +190,7 @@ class FrictionEstimator:
                 if result is None:
                     reasons = (self._missing_for(balance) or f"{len(window.t)} of {FEWEST} half waves",)
                 elif result.value.half > 0.25 * (p.plausible[1] - p.plausible[0]):
-                    result, reasons = None, (CANNOT_BE_TOLD,)
+                    result, reasons = None, (NOT_DETERMINED,)
                 elif waves:
                     applied, bounds = self._bounds.judge(p.meaning, result.value.value, p.plausible, self._seen, waves)
                     if p.name not in PROVEN:

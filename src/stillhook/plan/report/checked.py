@@ -173,7 +173,7 @@ def _remarks(answer: Mapping[str, Any]) -> list[CheckRemark]:
     remarks = list(remarks_at_rest(answer))
     seas, rules, weather = answer["seas"], answer["rules"], answer["weather"]
     if seas["steep"]:
-        text = f"{seas['steep']} seas are steeper than wind raises waves (DNV-RP-C205)"
+        text = f"{seas['steep']} seas are above the steepness limit of wind seas (DNV-RP-C205)"
         remarks.append(CheckRemark("steep-seas", Severity.WARNING, "seas", text))
     if answer["resonance"]:
         where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
