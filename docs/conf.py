@@ -38,6 +38,7 @@ exclude_patterns = ["site"]
 
 myst_heading_anchors = 6
 myst_fence_as_directive = ["math"]
+myst_enable_extensions = []  # no dollar is an equation: NMEA sentences begin with one
 
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(ROOT / "build" / "site" / f"notebooks-{source_digest()}")

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+from html import escape
+
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
+
+
+def mathml(node: nodes.math | nodes.math_block) -> str:
+    """The equation of a node; one that cannot be set is a warning with its place, and is shown as it is written."""
+    try:
+        return str(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+    except MathError as error:
+        logging.getLogger(__name__).warning("equation %r: %s", node.astext(), error, location=node)
+        return f"<code>{escape(node.astext())}</code>"
 
 
 def inline(translator: HTML5Translator, node: nodes.math) -> None:
     """An equation within a sentence."""
-    translator.body.append(tex2mathml(node.astext()))
+    translator.body.append(mathml(node))
     raise nodes.SkipNode
 
 
 def display(translator: HTML5Translator, node: nodes.math_block) -> None:
     """An equation on a line of its own."""
-    translator.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    translator.body.append(f'<div class="math">{mathml(node)}</div>')
     raise nodes.SkipNode
 
 
