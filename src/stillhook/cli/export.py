@@ -309,8 +309,8 @@ def convert(
 
 
 def _sheets(source: Path, target: Path) -> dict[str, int]:
-    """Write crane files, weather, plans and lifts as tables for Excel, or a crane file of a sheet; rows by table, none written for
-    another source."""
+    """Write crane files, weather, plans and lifts as tables for Excel, or a crane file of a sheet; rows by table, none
+    written for another source."""
     from stillhook.base.atomic import atomic_file
     from stillhook.formats.table.workbook import WRITTEN, write_sheets
     from stillhook.tables.sheet import ENDINGS, sheet_of

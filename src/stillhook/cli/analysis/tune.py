@@ -266,7 +266,7 @@ class _Report:
         return {name: value for name, value in of._asdict().items() if name not in left_out}
 
     def brief(self) -> Answer:
-        """Score and errors of each controller before and with its best tuning, limits that are active, and what to distrust."""
+        """Score and errors of each controller before and with its best tuning, active limits, and what to distrust."""
 
         rows = []
         for t, (_, unseen) in zip(self.tuned, self.held_out, strict=True):
