@@ -10,8 +10,10 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from stillhook.base.atomic import atomic_file
+from stillhook.cli.parser import Json, present
 from stillhook.errors import CommandError
 from stillhook.library.toml.starter import Starter
+from stillhook.report.terminal import Answer
 from stillhook.units import quote
 
 
@@ -154,6 +156,7 @@ def new(
     like: Annotated[
         str | None, typer.Argument(metavar="LIKE", help="Name of the library to begin from (crane, lift, payload).")
     ] = None,
+    json: Json = False,
 ) -> None:
     """Write a starter file of your own: complete as it is, with units, bounds and choices next to every field.
 
@@ -170,14 +173,19 @@ def new(
         raise CommandError(f"new {what}: LIKE {quote(like)}: {allowed}.")
     first = like or kind.usual
     written = _campaign_folder(out, first) if what == "campaign" else _one_file(out, kind.write(out, first))
-    print(f"written: {written}")
     commands = kind.commands
     if what == "lift":
         from stillhook.plan.file import plans
 
         commands = commands if first in plans() else ("lower {}",)
-    for command in commands:
-        print(f"next: stillhook {command.format(written)}")
+    steps = [f"stillhook {command.format(written)}" for command in commands]
+    title, step = f"written: {written}", "; then ".join(steps)
+    present(
+        {"file": str(written), "like": first, "next": steps},
+        lambda: print("\n".join((title, *(f"next: {each}" for each in steps)))),
+        brief=lambda: Answer(title, (), step),
+        json=json,
+    )
 
 
 def _one_file(out: Path, text: str) -> Path:
