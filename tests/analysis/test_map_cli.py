@@ -21,7 +21,7 @@ def answer(capsys, *arguments):
 class TestOutput:
     @pytest.mark.slow
     def test_table_shows_values_marks_and_their_meaning(self, capsys):
-        assert run(SMALL) == 0
+        assert run([*SMALL, "--verbose"]) == 0
         out = capsys.readouterr().out
         assert "SSC" in out
         assert "best classic" in out
