@@ -107,7 +107,7 @@ def brief_show(answer: dict[str, Any]) -> Answer:
     title = f"{answer['file']}: {answer['start']} to {answer['end']}, {records}"
     lines = [*columns(["column", "unit", "mean", "P90", "largest", "missing"], rows, left=(0, 1))]
     lines.append(f"{answer['n_gaps']} gaps in time, {answer['absent'] / 3600.0:g} h in all.")
-    step = 'stillhook weather persistence FILE --limit "Hs <= 2 m" --window "24 h"'
+    step = f'stillhook weather persistence {answer["file"]} --limit "Hs <= 2 m" --window "24 h"'
     return Answer(title, [*lines, *answer["notes"][:1]], step, f"least values, {counted(len(answer['notes']), 'note')}")
 
 

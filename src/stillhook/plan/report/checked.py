@@ -269,7 +269,7 @@ def brief(answer: Mapping[str, Any], step: str) -> Answer:
     outcome = _beyond(answer) or ["PASSED: still water keeps all rules under every alternative."]
     lines = [
         *outcome,
-        f"{len(phases)} phases: {', '.join(row['name'] for row in phases)}.",
+        f"{len(phases)} phases: {'; '.join(row['name'] for row in phases)}.",
         f"Times: {_times(answer)}.",
         f"Seas: {_seas(answer)}.",
         f"Rules: {rules['name']} version {rules['version']}, {len(rules['rows'])} rules; alternatives:"
