@@ -200,11 +200,11 @@ def test_every_kind_of_number_in_a_drive_says_how_it_scales(drive):
 
     def kinds(model: type[Spec]) -> set[str]:
         from stillhook.library.write import quantity_of
-        from stillhook.tables.table import _model_in
+        from stillhook.tables.table import model_in
 
         found: set[str] = set()
         for field in model.model_fields.values():
-            below = _model_in(field.annotation)
+            below = model_in(field.annotation)
             found |= kinds(below) if below else {quantity_of(field) or ""}
         return found - {""}
 

@@ -24,6 +24,7 @@ SINE = ("--motion", "sine 2 m 12 s", "--duration", "40 s")
 QUICK: tuple[tuple[str, ...], ...] = (
     *(("list", what) for what in ("cranes", "vessels", "payloads", "frictions", "controllers", "winches", "lifts")),
     ("crane", "nov-250t"),
+    ("new", "drives", "costs.toml"),
     ("calc", "drum", "nov-250t"),
     ("calc", "steady", "nov-250t", "v_w=8 m/min"),
     ("calc", "motor-loss", "A6VM215", "D_m=215 cm^3/rev", "omega_m=1000 rev/min", "dp_m=200 bar"),

@@ -219,7 +219,7 @@ class TestOldForms:
         assert says in refused(load_lift, written(tmp_path, f"{top}{rows}\n"))
 
     def test_what_is_no_lift_file_is_not_called_one_of_today(self):
-        assert "no lift file" in refused(converted, 'base = "nov-250t"')
+        assert "not a lift file" in refused(converted, 'base = "nov-250t"')
 
     def test_lowerings_stored_by_older_versions_are_read(self):
         land = Phase(mode="landing", speed="6 m/min", tension="100 kN", time="20 s")

@@ -194,7 +194,7 @@ def test_a_unit_of_the_user_is_refused_in_one_line(command: str, unit: str, line
             "torque_drive",
             "    P_el: Annotated",
             "    p_a: Annotated",
-            "list cranes",
+            "run case.toml",
             "p_a is a 'power', elsewhere another kind",
         ),
         (
@@ -293,7 +293,15 @@ def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> No
     found = {
         crane: re.findall(
             r"(\S+): the load is held .* under (.+) expect a standing offset of about ([\d.]+) m",
-            said(example, "ssc_pi.py", "compare", case_file(example, crane, **LIFTED), "--controllers", "ssc,ssc-pi"),
+            said(
+                example,
+                "ssc_pi.py",
+                "compare",
+                case_file(example, crane, **LIFTED),
+                "--controllers",
+                "ssc,ssc-pi",
+                "--verbose",
+            ),
         )
         for crane in ("nov-100t-pure-active", "short.toml")
     }
@@ -366,7 +374,7 @@ def test_a_winch_is_asked_about_nothing_that_it_does_not_have(example: Path) -> 
     module.write_text(text, encoding="utf-8")
     grid = ("--loads", "30 t", "--speeds", "20 m/min", "--periods", "10 s", "--free", "K_p")
     case = case_file(example, "my-winch.toml", settings="budget = 20", **LIFTED)
-    tuned = said(example, module.name, "tune", case, *grid)
+    tuned = said(example, module.name, "tune", case, *grid, "--verbose")
     bands = said(example, module.name, "uncertainty", case, "--draws", "4")
     assert "motion signal 0.1 s later" in tuned
     assert "inertia" in bands

@@ -174,7 +174,7 @@ def test_states_of_another_kind_crane_case_step_or_version_are_refused(session):
     refused(session, b"", "not a saved session")
     refused(session, b"stillhook session 3\n" + b"[" * 100_000, "checksum")
     body = b"stillhook session 3\n" + b"[" * 100_000
-    refused(session, body + hashlib.sha256(body).digest(), "no JSON")
+    refused(session, body + hashlib.sha256(body).digest(), "not JSON")
 
 
 def test_any_state_that_is_taken_steps_on_or_says_that_it_cannot(session):

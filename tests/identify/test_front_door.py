@@ -330,7 +330,7 @@ def test_heights_are_read_in_the_ways_that_people_write_them(text: object) -> No
         ("1 m to 2 s by 1 m", 'unit "s" is not one of'),
         ("some", "not a number, a space and a unit"),
         ("", "empty"),
-        (["1 m", "1 m"], "a value comes twice"),
+        (["1 m", "1 m"], "a value is given twice"),
     ],
 )
 def test_heights_that_may_mean_two_things_name_what_to_write(text: object, says: str) -> None:
@@ -381,5 +381,5 @@ def test_what_would_be_refused_is_shown_with_its_reason(tmp_path: Path, capsys: 
     path = written(tmp_path, "t.csv", "time;PT101;PT102", *(f"{0.1 * i};{i};{i}" for i in range(30)))
     assert run(["inspect", str(path)]) == 1
     out = capsys.readouterr().out
-    assert "not read: PT101, PT102" in out
-    assert "refused as it is:" in out
+    assert "Not read: PT101, PT102" in out
+    assert "Refused as it is:" in out

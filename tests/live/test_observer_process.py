@@ -127,7 +127,7 @@ def test_a_flood_is_cut_and_told_and_the_kernel_keeps_time():
 
 def test_a_wrong_input_is_refused_as_without_an_observer():
     with twin() as (of, _):
-        with pytest.raises(LiveError, match="no input"):
+        with pytest.raises(LiveError, match="not an input"):
             of.write({"p_a": 1.0}, "udp")
         with pytest.raises(LiveError, match="finite"):
             of.write({"s_tip": math.nan, "measured.p_a": 1e7}, "udp")

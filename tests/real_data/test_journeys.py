@@ -72,7 +72,7 @@ def test_the_chart_as_a_matrix_is_the_stepped_chart(planner: Path) -> None:
 def test_a_planner_s_file_has_its_answer_or_one_line_with_the_cure(
     planner: Path, capsys: pytest.CaptureFixture[str], name: str, code: int, says: tuple[str, ...]
 ) -> None:
-    assert run(["plan", str(planner / f"{name}.toml"), "--check"]) == code
+    assert run(["plan", str(planner / f"{name}.toml"), "--check", "--verbose"]) == code
     shown = capsys.readouterr()
     text = " ".join((shown.err if code == 2 else shown.out).split())
     for say in says:

@@ -12,7 +12,6 @@ import typer
 
 from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
-from stillhook.formats.table.corrections import corrections_of
 from stillhook.report.document import Document, Table, words
 from stillhook.report.formatting import counted
 from stillhook.report.terminal import Answer, answer_of, columns, print_document, print_table, progress_bar, say
@@ -63,6 +62,7 @@ def motor(
 
     Example: stillhook identify motor A6VM215.csv --out A6VM215
     """
+    from stillhook.formats.table.corrections import corrections_of
     from stillhook.identify.motor.identify import identify_motor, report, to_dict
     from stillhook.identify.motor.map import read_map
     from stillhook.library.parameter_sets import load_losses

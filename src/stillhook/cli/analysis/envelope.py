@@ -144,7 +144,7 @@ def _brief(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> A
     title = f"{crane.name}: highest steady wire speed in compensation, layer {int(data['layer'].values[0])}"
     more = f"motors, pumps, pressure, gains over NS and HS in {len(table)} rows"
     step = f"stillhook map {crane.name}, for the control error over load and speed"
-    return Answer(f"{title} of {crane.drum.layers}", [*lines, twin_line(crane)], step, more)
+    return Answer(f"{title} of {crane.drum.layers}", [*_type_notes(data), *lines, twin_line(crane)], step, more)
 
 
 def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> None:

@@ -10,7 +10,6 @@ import typer
 
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
-from stillhook.formats.table.corrections import corrections
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import Answer, print_table
@@ -39,6 +38,8 @@ def inspect(
 
     Example: stillhook inspect mru.csv --column "heave=MRU_Heave_m [m] down" --save mapping.toml
     """
+    from stillhook.formats.table.corrections import corrections
+
     rows = corrections(mapping, column)
     if form is not None and form not in READERS:
         raise CommandError(f"--format {quote(form)}: is not one of {', '.join(READERS)}.")

@@ -36,7 +36,6 @@ from stillhook.errors import LiftError, StillhookError
 from stillhook.report.formatting import cell, counted, wrapped
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, say, started
 from stillhook.units import quote, show
-from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
@@ -328,6 +327,8 @@ def lower(
 
 def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
     """The lift under each controller that is to be filmed, in the order given."""
+    from stillhook.winches.registry import WINCH_TYPES
+
     known = {mode.value: mode for mode in WINCH_TYPES[file.crane.plant].modes}
     names = list(dict.fromkeys(each.strip().lower() for each in text.split(",")))
     if unknown := [name for name in names if name not in known]:

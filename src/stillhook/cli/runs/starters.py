@@ -12,7 +12,6 @@ import typer
 from stillhook.base.atomic import atomic_file
 from stillhook.cli.parser import Json, present
 from stillhook.errors import CommandError
-from stillhook.library.toml.starter import Starter
 from stillhook.report.terminal import Answer
 from stillhook.units import quote
 
@@ -51,6 +50,8 @@ def _crane(out: Path, like: str) -> str:
         'its source: SWL = { value = "250 t", kind = "datasheet", source = "drawing 12" }. kind: published, datasheet,',
         "fitted, derived, assumed or user. A plain value counts as yours, without a source.",
     )
+    from stillhook.library.toml.starter import Starter
+
     starter = Starter(
         hidden=frozenset({"sources", "certified"}), off=True, on=frozenset({"name", "title"}), remark=kinds
     )
@@ -87,6 +88,8 @@ def _payload(out: Path, like: str) -> str:
     )
     hidden = {"sources", "levels", "source", "kind"} | (set() if shape is None or shape == "assembly" else {"parts"})
     hidden |= {"Payload.height"} if issubclass(SHAPES.get(shape, Payload), Assembly) else set()
+    from stillhook.library.toml.starter import Starter
+
     return Starter(hidden=frozenset(hidden), flat=flat).text(Payload, data, head)
 
 
@@ -102,6 +105,8 @@ def _lift(out: Path, like: str) -> str:
         "crane, vessel and payload: names of the library (stillhook list cranes) or files seen from this one.",
     )
     model = PlanFile if like in plans() else LiftTables
+    from stillhook.library.toml.starter import Starter
+
     return Starter(hidden=frozenset({"synthetic_certificate"})).text(model, data, head)
 
 
@@ -114,6 +119,8 @@ def _campaign(out: Path, like: str) -> str:
         f"{MARK}, so that it validates as it is. Put your logs in place of logs/, then name crane, columns and tests.",
         "Remove synthetic = true with the last of these logs; criteria: a library name, or a file in the same folder.",
     )
+    from stillhook.library.toml.starter import Starter
+
     return Starter().text(CampaignFile, data, head)
 
 
@@ -129,6 +136,8 @@ def _drives(out: Path, like: str) -> str:
         "What each drive costs, in one currency. A cell that is not known stays empty, and each sum lists what it",
         "leaves out. Delete the drives that are not compared.",
     )
+    from stillhook.library.toml.starter import Starter
+
     return Starter().text(CostFile, data, head)
 
 

@@ -29,7 +29,6 @@ from stillhook.cli.parser import (
     say_left_out,
 )
 from stillhook.errors import MotionError, SeaError
-from stillhook.formats.table.corrections import corrections
 from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
 from stillhook.report.kit import can_draw
 from stillhook.report.terminal import Answer, print_table, print_values
@@ -105,6 +104,8 @@ def tip(
             " requested."
         )
     if log is not None:
+        from stillhook.formats.table.corrections import corrections
+
         unused: dict[str, Any] = {"VESSEL": vessel, "--wave": wave, "--heading": heading, "--spread": spread}
         unused["--record"] = record
         unused |= {"--ship": ship, "--boom": boom, "--seeds": seeds, "--exact": exact, "--out": out}

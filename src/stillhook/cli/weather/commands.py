@@ -28,7 +28,6 @@ from stillhook.cli.weather.answers import (
     print_show,
 )
 from stillhook.errors import WeatherError
-from stillhook.formats.table.corrections import corrections_of
 from stillhook.report.terminal import progress_bar
 from stillhook.units import parse, quote
 
@@ -96,6 +95,7 @@ def persistence(
     Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s"
     --window "24 h"
     """
+    from stillhook.formats.table.corrections import corrections_of
     from stillhook.formats.weather.description import weather_of_file
     from stillhook.weather.limit_text import parse_limit
     from stillhook.weather.persistence import persistence_answer
@@ -178,6 +178,7 @@ def forecast(
 
     Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
+    from stillhook.formats.table.corrections import corrections_of
     from stillhook.formats.weather.description import weather_of_file
     from stillhook.formats.weather.times import read_times
     from stillhook.weather.limit_text import parse_limit
@@ -259,6 +260,7 @@ def show(
 
     Example: stillhook weather show SYNTHETIC-norwegian-sea
     """
+    from stillhook.formats.table.corrections import corrections_of
     from stillhook.formats.weather.description import weather_of_file
     from stillhook.weather.persistence import show_answer
 
