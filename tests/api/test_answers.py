@@ -59,6 +59,7 @@ RUNS: tuple[tuple[str, ...], ...] = (
     ("plan", "template-to-1500m", "--tier", "closed-form", "--out", "planned"),
     ("report", "planned"),
     ("convert", "runs/runs.nc", "runs.csv"),
+    ("inspect", "map.csv"),
     ("identify", "motor", "map.csv", "--out", "motor"),
 )
 BY_HAND = {

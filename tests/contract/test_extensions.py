@@ -375,7 +375,7 @@ def test_a_winch_is_asked_about_nothing_that_it_does_not_have(example: Path) -> 
     grid = ("--loads", "30 t", "--speeds", "20 m/min", "--periods", "10 s", "--free", "K_p")
     case = case_file(example, "my-winch.toml", settings="budget = 20", **LIFTED)
     tuned = said(example, module.name, "tune", case, *grid, "--verbose")
-    bands = said(example, module.name, "uncertainty", case, "--draws", "4")
+    bands = said(example, module.name, "uncertainty", case, "--draws", "4", "--verbose")
     assert "motion signal 0.1 s later" in tuned
     assert "inertia" in bands
     for word in ("friction", "pump", "pressure"):

@@ -166,7 +166,7 @@ def test_a_crane_that_names_its_state_is_refused_without_it(crane: Path):
     crane.write_text('condition = "crane.condition.json"\n' + crane.read_text())
     load_crane(crane)
     state_file(crane).unlink()
-    with pytest.raises(SpecError, match='no such file, and the crane file names it'):
+    with pytest.raises(SpecError, match="no such file, and the crane file names it"):
         load_crane(crane)
 
 

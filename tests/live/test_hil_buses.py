@@ -242,7 +242,9 @@ def test_what_a_plc_file_says_wrong_is_refused_in_one_line(
     assert run(["plc", "run", str(path), "--duration", "1 s"]) == 2
     error = capsys.readouterr().err
     assert line in error
-    assert sum(each.startswith("error") for each in error.splitlines()) == (2 if not new else 1)  # a line a problem
+    assert sum(each.startswith("error") for each in error.splitlines()) == (
+        2 if line == "case: missing" else 1
+    )  # a line a problem
     assert not (tmp_path / "hil" / "plc-log.csv").exists()
 
 

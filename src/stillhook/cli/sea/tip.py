@@ -30,7 +30,6 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
-from stillhook.report.kit import can_draw
 from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.units import parse, quote
 
@@ -167,6 +166,8 @@ def _in_sea(
 
     present(summary, in_full, brief=lambda: _brief(title, summary, out), json=json)
     if out is not None and not json:
+        from stillhook.report.kit import can_draw
+
         announce(out, OUT_FILES if can_draw() else OUT_FILES[1:])
         say_left_out()
 
