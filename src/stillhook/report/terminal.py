@@ -78,11 +78,16 @@ def answer_of(document: Document, step: str = "", more: str = "", lines: Sequenc
     return Answer(document.heading, [*map(first_sentence, front), *lines], step, more)
 
 
-def first_sentence(text: str, most: int = 1) -> str:
-    """The first sentences of a text."""
+def sentences(text: str) -> list[str]:
+    """The sentences of a text."""
     import re
 
-    return " ".join(re.split(r"(?<=[a-z0-9)%][.!]) (?=[A-Z])", text)[:most])
+    return re.split(r"(?<=[a-z0-9)%°][.!]) (?=[A-Z])", text)
+
+
+def first_sentence(text: str, most: int = 1) -> str:
+    """The first sentences of a text."""
+    return " ".join(sentences(text)[:most])
 
 
 def print_answer(answer: Answer, *, files: bool = True) -> None:

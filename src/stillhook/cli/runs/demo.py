@@ -107,7 +107,7 @@ def _lift(result: PlanResult, out: Path) -> None:
     landed = f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited."
     report = out / (PDF if can_set() else PAGE)
     marked = f"{'; '.join(mark.partition(':')[0] for mark in marks(result))}."
-    lines = [first_sentence(text) for text in (answer.text[0], *waiting(result))]
+    lines = [first_sentence(answer.text[0]), *waiting(result, brief=True)]
     brief = Answer(landed, [marked, *lines], f"read {report}", "limits by period, days gained, tolerances")
     say_answer(lambda: brief, lambda: _in_full(result, landed))
     say_left_out(pdf=True)

@@ -30,6 +30,7 @@ from stillhook.report.terminal import (
     progress_bar,
     say,
     say_if_compiling,
+    sentences,
 )
 
 if TYPE_CHECKING:
@@ -234,8 +235,10 @@ def _answer(result: PlanResult, step: str) -> Answer:
     outcome, document = verdict(result), brief(result)
     notes = len([part for part in document.front if isinstance(part, Table)])
     marked = [mark.partition(":")[0] for mark in marks(result)]
-    lines = [outcome.word, *outcome.text[:1], f"{'; '.join(marked)}." if marked else ""]
-    lines += [first_sentence(text) for text in (*waiting(result), operation(result))]
+    limit, *others = sentences(outcome.text[0]) if outcome.text else [""]
+    governing = next((each for each in others if each.startswith("Governing")), "")
+    lines = [outcome.word, " ".join((limit, governing)).strip(), f"{'; '.join(marked)}." if marked else ""]
+    lines += [*waiting(result, brief=True), first_sentence(operation(result))]
     return Answer(result.name, lines, step, f"limits of every period and alternative in {notes} tables, remarks")
 
 

@@ -187,9 +187,10 @@ def _lowest(result: PlanResult) -> float:
     return float(result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST))
 
 
-def waiting(result: PlanResult) -> list[str]:
-    """Waiting and operability with the leading alternative; nothing without weather."""
-    return [_waiting(result, leading(result))] if "weather" in result else []
+def waiting(result: PlanResult, *, brief: bool = False) -> list[str]:
+    """Waiting, operability and gains with the leading alternative; nothing without weather. brief: without what the
+    numbers leave out."""
+    return [_waiting(result, leading(result), brief=brief)] if "weather" in result else []
 
 
 def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
