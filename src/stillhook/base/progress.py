@@ -141,7 +141,7 @@ class Monitor:
     Parameters
     ----------
     listener : callable, optional
-        Called with each event: (stage, cell, done, total, remaining [s], share), from any thread works.
+        Called with each event: (stage, cell, done, total, remaining [s], share), from the thread that works.
     cancel : CancelToken or threading.Event, optional
         Stops the work once it is set: it ends in `stillhook.Cancelled`, whose `partial` holds what was finished.
 

@@ -250,11 +250,15 @@ def replay(
     raise typer.Exit(1 if result.failed else 0)
 
 
-def _brief_replayed(result: Replayed) -> Answer:
-    """Deviation of each signal against its limit, alarms, criteria that failed and their cause."""
+SIGNALS = ("signal", "rms", "limit of 20 s", "status")
+"""Columns of the deviations."""
+
+
+def _signal_rows(result: Replayed) -> list[list[str]]:
+    """Deviation of each signal against its limit, by `SIGNALS`."""
     from stillhook.live.watch.deviation import LIMITS, shown
 
-    rows = [
+    return [
         [
             name,
             shown(name, rms),
@@ -263,9 +267,18 @@ def _brief_replayed(result: Replayed) -> Answer:
         ]
         for name, rms in result.rms.items()
     ]
-    failed = list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+
+
+def _failed(result: Replayed) -> list[str]:
+    """Criteria that are not met at the end."""
+    return list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+
+
+def _brief_replayed(result: Replayed) -> Answer:
+    """Deviation of each signal against its limit, alarms, criteria that failed and their cause."""
+    failed = _failed(result)
     lines = [
-        *columns(["signal", "rms", "limit of 20 s", "status"], rows, left=(0, 3)),
+        *columns(SIGNALS, _signal_rows(result), left=(0, 3)),
         f"Criteria not met at the end: {', '.join(failed)}." if failed else "No criterion is refuted at the end.",
         result.cause or "",
     ]
@@ -275,23 +288,12 @@ def _brief_replayed(result: Replayed) -> Answer:
 
 def _print_replayed(crane: Crane, result: Replayed) -> None:
     """What an operator reads at the end: signals, criteria, what was wrong and when, cause, virtual sensors."""
-    from stillhook.live.watch.deviation import LIMITS, shown
-
-    rows = [
-        [
-            name,
-            shown(name, rms),
-            shown(name, LIMITS[name]),
-            f"ALARM from {result.alarms[name]:.1f} s" if name in result.alarms else "ok",
-        ]
-        for name, rms in result.rms.items()
-    ]
     title = f"Measured less simulated over {result.compared:.0f} s"
-    print_table(["signal", "rms", "limit of 20 s", "status"], rows, title=title)
+    print_table(SIGNALS, _signal_rows(result), title=title)
     _print_criteria(result)
     _print_entries(result)
     _print_virtual(crane, result)
-    failed = list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+    failed = _failed(result)
     print(f"At the end not met: {', '.join(failed)}." if failed else "At the end no criterion is refuted.")
     if result.cause:
         print(result.cause)

@@ -97,7 +97,7 @@ def _of_pumps(a: Accuracies) -> dict[str, tuple[str, float]]:
     return {"D_p": ("pumps", a.D_p), "C_h": ("storage", a.C_h)}
 
 
-def _beside_leakage(total: FloatArray) -> Mapping[str, Nuisance]:
+def _leakage_nuisances(total: FloatArray) -> Mapping[str, Nuisance]:
     """Slip of the pumps' drives, and shapes of the leakage."""
     slip = np.array([float(name == "slip") for name in FLOW])
     return {"slip": Nuisance(slip, SLIP_TAKEN), **leak_shapes(total)}
@@ -145,7 +145,7 @@ PARAMETERS: tuple[Parameter, ...] = (
             "p_a": ("p_a", a.p),
             "p_b": ("p_b", a.p),
         },
-        limited=_beside_leakage,
+        limited=_leakage_nuisances,
         open={"pumps": UNCLOSED},
         with_time=("leak",),
         with_speed=(),
@@ -165,7 +165,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         by=("full", "leak", "rate", "one"),
         value=_same,
         errors=_of_pumps,
-        limited=_beside_leakage,
+        limited=_leakage_nuisances,
         open={"pumps": UNCLOSED},
         with_time=("leak",),
         with_speed=(),
