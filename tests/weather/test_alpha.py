@@ -142,7 +142,8 @@ class TestOwnTables:
         for name in alpha_tables():
             table = load_alpha_table(name)
             assert table.texts["standard"]
-            assert "check against your edition" in table.source
+            assert "edition" in table.texts["note"]
+            assert "seen" in table.texts["source"] or "transcribed" in table.texts["source"]
 
     def test_a_name_that_is_none_is_refused(self):
         with pytest.raises(WeatherError, match="There are dnv-os-h101"):

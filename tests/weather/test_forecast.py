@@ -32,7 +32,7 @@ def test_a_forecast_on_the_lowered_limit_is_a_go_and_a_hair_above_it_is_not():
     assert check(forecast([1.52] * 12)).go
     found = check(forecast([1.52] * 11 + [1.53]))
     assert (found.go, found.first_start) == (False, None)
-    assert "a limit is exceeded within the 12 h of T_R (Hs <= 2 m)" in found.reason
+    assert "a limit is exceeded within the 12 h of operation and contingency (Hs <= 2 m)" in found.reason
     assert (found.starts[0].most, found.starts[0].allowed) == (1.53, pytest.approx(1.52))
 
 
@@ -46,7 +46,7 @@ def test_wind_is_taken_as_it_is_and_a_note_says_so():
     assert not found.go
     assert found.starts[0].governs == "wind <= 10 m/s"
     assert check(forecast([1.0] * 12, wind=[10.0] * 12)).go
-    assert found.notes == ("no alpha on wind <= 10 m/s: taken as it is",)
+    assert found.notes[0] == "no alpha on wind <= 10 m/s: taken as it is"
 
 
 def test_what_the_forecast_does_not_cover_is_no_go_and_told_apart():

@@ -67,7 +67,7 @@ def plan(
     *,
     tier: Tier | str = Tier.TIME,
     weather: Weather | None = None,
-    alpha: str = DEFAULT,
+    alpha: str | None = None,
     store: str | Path | None = None,
     client: Any = None,
     threads: int = 2,
@@ -84,8 +84,8 @@ def plan(
         The highest that is run; default "time".
     weather : Weather, optional
         In place of that of the plan.
-    alpha : str, default "dnv-os-h101"
-        Table of forecast factors, by name or file.
+    alpha : str, optional
+        Table of forecast factors, by name or file; default that of the plan, else "dnv-os-h101".
     store : str or Path, optional
         Folder in which runs of the twin are kept, so that a stopped plan continues from there.
     client : dask.distributed.Client, optional
@@ -124,7 +124,7 @@ def _planned(
     last: Tier,
     *,
     weather: Weather | None,
-    alpha: str,
+    alpha: str | None,
     threads: int,
     store: str | Path | None = None,
     client: Any = None,
@@ -139,7 +139,7 @@ def _planned(
     execution = Execution(store, client, threads, seed)
     begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
     parts("preparation")
-    table, records = read_alpha_table(alpha), weather
+    table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:
