@@ -21,6 +21,8 @@ from stillhook.plan.answer.metadata import facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, landing_sweep, where_it_governs
+from stillhook.plan.assessments import ASSESSMENTS
+from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.file import load_plan
@@ -137,7 +139,8 @@ def _planned(
             f"Seed {seed} with tier {last}: waves are drawn in tier {Tier.TIME} alone. Enter 0 or more there."
         )
     execution = Execution(store, client, threads, seed)
-    begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
+    expected = {name: EXPECTED[name] for name in PARTS[last]} | {each.NAME: each.EXPECTED for each in ASSESSMENTS}
+    begun, parts = time.perf_counter(), Parts(progress, expected)
     parts("preparation")
     table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
     if records is None and lift_plan.weather is not None:
@@ -182,10 +185,15 @@ def _planned(
         sweep = partial(landing_sweep, lift_plan, columns, execution, demands, parts("sweep"))
         swept = failures.attempt("landing tolerance, payload and depth", sweep, None)
         blocks |= {**twin.blocks, **({} if swept is None else {"sweep": swept})}
+    state = PlanState(lift_plan, of, demands, limits, forecast, records, twin, execution, last)
+    assessed: dict[str, Any] = {}
+    for each in ASSESSMENTS:
+        assessed[each.NAME] = failures.attempt(each.TITLE, partial(each.assess, state, parts(each.NAME)), None)
     facts = facts_of(lift_plan, [t.value for t in list(Tier)[: list(Tier).index(last) + 1]], table, records)
     facts |= result_facts(lift_plan, of, forecast, value, twin, last)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts |= {"sweep": answer_of(blocks["sweep"])} if "sweep" in blocks else {}
+    facts |= {name: each for name, each in assessed.items() if each is not None}
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
     facts["limits"] = rows_of(of, forecast, max(lift_plan.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
+from stillhook.plan.assessments import ASSESSMENTS
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
@@ -49,6 +50,7 @@ def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
         "Weather and waiting": detail.weather(result, figures),
         "Behind the limits": detail.behind(result, figures),
         "Landing tolerance, payload and depth": tolerance_sweep(result, figures),
+        **{each.TITLE: each.parts(facts) for each in ASSESSMENTS if each.NAME in facts},
         "Inputs, versions, seeds": basis.inputs(result),
         "What is not covered": basis.not_covered(result),
     }
