@@ -104,8 +104,8 @@ def waiting(
     waits: FloatArray, time: NDArray[np.datetime64], step: float, fractiles: Sequence[float] = (0.5, 0.9)
 ) -> list[Estimate]:
     """Fractiles of waits (n,) [s] (NaN: censored, left out) with their 95 % interval over years; no interval from fewer
-    than `FEWEST_YEARS` years. Percentiles of the draws, stretched about the value for the few years that there are, as
-    `stillhook.statistics.blocks.interval`."""
+    than `FEWEST_YEARS` years. The wider of percentiles of the draws, stretched about the value for the few years that
+    there are, and of Student's t on the scatter of their logarithms: waiting has a long tail."""
     known = np.isfinite(waits)
     n = len(np.intersect1d(_years(time, step), year_of(time[known])))
     if not known.any():
@@ -122,8 +122,12 @@ def waiting(
         times_drawn = np.bincount(rng.integers(len(years), size=len(years)), minlength=len(years))
         up_to = np.cumsum(times_drawn[place])
         drawn[k] = x[np.searchsorted(up_to, np.array(fractiles) * up_to[-1])]
-    stretch = math.sqrt(n / (n - 1.0)) * t_factor(n - 1.0) / NORMAL_95
+    few = math.sqrt(n / (n - 1.0)) * t_factor(n - 1.0)
     low, high = np.quantile(drawn, ENDS, axis=0)
-    low, high = (values + stretch * (end - values) for end in (np.minimum(low, values), np.maximum(high, values)))
+    low, high = (
+        values + few / NORMAL_95 * (end - values) for end in (np.minimum(low, values), np.maximum(high, values))
+    )
+    spread = np.exp(few * np.log(np.maximum(drawn, step)).std(axis=0, ddof=1))
+    low, high = np.minimum(low, values / spread), np.maximum(high, values * spread)
     rows = zip(values, np.maximum(low, 0.0), high, strict=True)
     return [Estimate(float(value), float(a), float(b), n) for value, a, b in rows]

@@ -241,8 +241,8 @@ def lift(
     under every alternative.
 
     The window is the plan's operation and contingency, the forecast factor is in the limits. What the method does not
-    cover (the splash zone) is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit
-    code 0 in any weather.
+    cover (the splash zone) is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s.
+    Exit code 0 in any weather.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
