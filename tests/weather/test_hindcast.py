@@ -87,7 +87,7 @@ class TestWaiting:
         assert np.isnan(waiting(waits(start, time), time, 3 * H)[0].value)
 
     @pytest.mark.slow
-    def test_intervals_hold_the_truth_where_years_differ(self, monkeypatch):
+    def test_intervals_hold_the_truth_where_years_hang_together(self, monkeypatch):
         """Of 40 repeats of ten years 34 or more: with 95 % less than one run in a hundred has fewer."""
         monkeypatch.setattr(made_up, "TRUTH", 600)
-        assert (made_up.coverage(made_up.CLIMATES["years differ"], 10, 40) >= 34 / 40).all()
+        assert (made_up.coverage(made_up.CLIMATES["years hang together"], 10, 40) >= 34 / 40).all()

@@ -39,7 +39,8 @@ class Climate(NamedTuple):
 CLIMATES = {
     "years alike": Climate(),
     "years differ": Climate(0.08),
-    "years hang together": Climate(0.08, 0.5),
+    "years hang together": Climate(0.08, 0.3),
+    "years hang together strongly": Climate(0.08, 0.5),
     "drift of 1 % a year": Climate(0.08, 0.0, 0.01),
 }
 

@@ -1,9 +1,9 @@
 """What a hindcast is good for: its length, gaps and resolution, in how much of each month a window of a length can
 start and how that differs from year to year, and waiting with the sampling error of so many years.
 
-Years are drawn with replacement, each as it was: within a year records hang together in any way. What follows each
-other over years (a drift, warm and cold decades) is not in the interval: `trials.limits.years` has by how much it is
-missed.
+Years are drawn with replacement, each as it was: within a year records hang together in any way. Years that follow
+each other are allowed for by one number, a drift of the climate is not: `trials.limits.years` has how often intervals
+hold the truth.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ HALF_A_MONTH = 0.5
 DRAWS, SEED = 400, 20261128
 STEPS = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.01)
 """Steps that numbers of a hindcast are rounded to, in its units (m, s)."""
+FOLLOWS = 0.3
+"""Correlation of a year with the one before that intervals allow for (assumed: too few years to determine it)."""
 FAINT = 1e-6
 
 
@@ -105,7 +107,7 @@ def waiting(
 ) -> list[Estimate]:
     """Fractiles of waits (n,) [s] (NaN: censored, left out) with their 95 % interval over years; no interval from fewer
     than `FEWEST_YEARS` years. The wider of percentiles of the draws, stretched about the value for the few years that
-    there are, and of Student's t on the scatter of their logarithms: waiting has a long tail."""
+    there are and for `FOLLOWS`, and of Student's t on the scatter of their logarithms: waiting has a long tail."""
     known = np.isfinite(waits)
     n = len(np.intersect1d(_years(time, step), year_of(time[known])))
     if not known.any():
@@ -122,7 +124,7 @@ def waiting(
         times_drawn = np.bincount(rng.integers(len(years), size=len(years)), minlength=len(years))
         up_to = np.cumsum(times_drawn[place])
         drawn[k] = x[np.searchsorted(up_to, np.array(fractiles) * up_to[-1])]
-    few = math.sqrt(n / (n - 1.0)) * t_factor(n - 1.0)
+    few = math.sqrt((1.0 + FOLLOWS) / (1.0 - FOLLOWS) * n / (n - 1.0)) * t_factor(n - 1.0)
     low, high = np.quantile(drawn, ENDS, axis=0)
     low, high = (
         values + few / NORMAL_95 * (end - values) for end in (np.minimum(low, values), np.maximum(high, values))

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
+from stillhook.errors import PlanError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.lift.phase import Phase
 from stillhook.tables.table import Spec, Text
@@ -101,7 +102,9 @@ def _halted(operation: OperationTable, table: TomlTable, phases: Sequence[Phase]
             "is the time of the complete operation, and safe_after divides it. Give one of them.", "T_POP"
         )
     if operation.time_to_safe is None:
-        raise table.wrong('safe_after needs the time to reach the safe condition, such as "2 h".', "time_to_safe")
+        raise PlanError(
+            'operation.safe_after: give time_to_safe, the time to reach the safe condition ("2 h"), as well.'
+        )
     parts = [0.0]
     for phase in phases:
         parts[-1] += phase.counted
