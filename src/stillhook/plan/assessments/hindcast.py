@@ -15,7 +15,8 @@ from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.result import CREDITS
 from stillhook.plan.weather.value import SYNTHETIC, Workability
 from stillhook.report.document import Part, Table, Text, facts
-from stillhook.report.formatting import DAY, HOUR, display_unit, hours, number, percent
+from stillhook.report.formatting import DAY, HOUR, display_unit, hours, percent
+from stillhook.units import number
 from stillhook.weather.hindcast import FEWEST_YEARS, FOLLOWS, by_month_and_year, table_of, waiting
 from stillhook.weather.persistence import MONTHS, Window, month_of, waits
 
@@ -116,7 +117,8 @@ RANGE = ("mean", "least", "most")
 TEXT = """\
 A window starts where operation and contingency find every record at or below OP_WF at one heading. In brackets the \
 95 % interval of waiting: years drawn with replacement, with a correlation of {follows} from year to year allowed for \
-(assumed); none from fewer than {fewest} years. Slow changes of the climate are not in it. P50 and P90 leave out starts that find no window before the series ends."""
+(assumed); none from fewer than {fewest} years. Slow changes of the climate are not in it. P50 and P90 leave out \
+starts that find no window before the series ends."""
 
 
 def _rows(of: Mapping[str, Any]) -> list[tuple[str, str]]:
