@@ -109,7 +109,7 @@ def parts(answer: Mapping[str, Any]) -> list[Part]:
         for row in of["waiting"]
     ]
     title = f"Waiting for a window of {hours(of['window'])}, {name}, credited [d], with its sampling error over years"
-    section.append(Table(("from", "P50", "P90", "years"), rows, title))
+    section.append(Table(("from", "P50", "P90", "years"), rows, title) if rows else Text(f"{title}: never a window."))
     return [*section, Text(TEXT.format(fewest=FEWEST_YEARS, follows=FOLLOWS))]
 
 
