@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
+from stillhook.formats.lift.rigging_table import read_items
 from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
@@ -41,16 +42,19 @@ from stillhook.plan.definition.lift_plan import (
     check_wire,
     with_holds,
 )
-from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
+from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.rules import Alternative, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
+from stillhook.plan.definition.weights import WeightTable, weight_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.joining import Water, joined
+from stillhook.spec.lift.lowering import Rigging
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
+from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
@@ -90,6 +94,8 @@ class PlanFile(LiftTables):
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
+    weight: WeightTable | None = None
+    capacity: CapacityStatement | None = None
     load_chart: LoadChartTable | None = None
     synthetic_certificate: Part[Envelope] | None = Field(
         default=None, description="conditions for which the twin is credited as if it had been validated"
@@ -175,6 +181,10 @@ def _plan(table: TomlTable) -> LiftPlan:
     table, file = read_lift(table, PlanFile)
     depth, rho = file.water.depth, file.water.rho
     payload = payload_of(file, table)
+    weight = weight_of(file.weight, file.rigging, payload, rho)
+    if weight is not None:
+        check_sinks(weight.low_case(payload), rho)
+        payload = weight.high_case(payload)
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
     for i, phase in enumerate(file.phase):
@@ -193,6 +203,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, h_tip, vessel = _place(file, table)
     unit = compensator_of(file, table)
+    chart = _chart(file, table, crane)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
         crane=crane,
@@ -208,14 +219,17 @@ def _plan(table: TomlTable) -> LiftPlan:
         T_POP=T_POP,
         T_C=file.operation.T_C,
         T_POP_given=not notes,
-        rigging=file.rigging,
+        rigging=file.rigging.spring,
+        gear=_gear(file, table),
+        weight=weight,
+        statement=_statement(file, table, chart),
         wire=file.wire,
         winch=file.winch,
         sensors=file.sensors,
         alternatives=_alternatives(file, table, crane, unit),
         compensator=unit,
         weather=weather,
-        load_chart=_chart(file, table, crane),
+        load_chart=chart,
         credits_synthetic=file.synthetic_certificate is not None,
         source=table.path.name,
     )
@@ -299,6 +313,23 @@ def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
     return crane_chart(file.load_chart, path, crane, None if file.boom is None else file.boom.boom)
 
 
+def _gear(file: PlanFile, table: TomlTable) -> RiggingTable:
+    """Legs and items of the rigging, those of a table that it names among them."""
+    gear = file.rigging
+    if gear.items is None:
+        return gear
+    items = read_items(table.relative_file(gear.items, "rigging", "items"))
+    return gear.model_copy(update={"items": None, "item": items})
+
+
+def _statement(file: PlanFile, table: TomlTable, chart: CraneChart | None) -> CapacityStatement | None:
+    """Who states a dynamic factor of the capacity, where the load chart does not."""
+    if file.capacity is not None and chart is not None and (chart.states_factor or chart.type is ChartType.DYNAMIC):
+        has = "has dynamic factors of its own" if chart.states_factor else "is dynamic, and is not multiplied"
+        raise table.wrong(f"the load chart {has}. Remove this table, or correct the chart.", "capacity")
+    return file.capacity
+
+
 def _label(name: str, table: TomlTable) -> str:
     """A name as it can stand in tables and pictures."""
     if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
@@ -379,6 +410,12 @@ def _digest(plan: LiftPlan) -> str:
         content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
     if plan.environment.swell is None:
         del content_of_plan["environment"]["swell"]
+    if plan.weight is not None:
+        content_of_plan["weight"] = asdict(plan.weight)
+    if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):
+        content_of_plan["gear"] = gear
+    if plan.statement is not None:
+        content_of_plan["capacity"] = plan.statement.model_dump(mode="json")
     if plan.load_chart is not None:
         content_of_plan["load_chart"] = plan.load_chart.inputs()
     return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()

@@ -23,8 +23,9 @@ from stillhook import units as u
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
-from stillhook.plan.definition.load_chart import CraneChart
+from stillhook.plan.definition.load_chart import CapacityStatement, CraneChart
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
+from stillhook.plan.definition.weights import Weight
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.vessel.boom import Boom
@@ -35,6 +36,7 @@ from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
+from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.html import table
 from stillhook.tables.range_text import values_of, with_point
@@ -207,7 +209,9 @@ class LiftPlan:
     T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
     contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
     the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
-    the crane's one SWL; compensator that hangs in the alternative phc, linked: whether it hangs (`under`); digest of
+    the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and items of the rigging;
+    weight build-up, whose high case `payload` is, None where none is given; high: of the low case the plan of the high
+    one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`); digest of
     every input.
     """
 
@@ -226,6 +230,10 @@ class LiftPlan:
     T_C: float | None = None
     T_POP_given: bool = True
     rigging: Rigging = field(default_factory=Rigging)
+    gear: RiggingTable = field(default_factory=RiggingTable)
+    weight: Weight | None = None
+    high: LiftPlan | None = field(default=None, repr=False)
+    statement: CapacityStatement | None = None
     wire: DeepWire = field(default_factory=DeepWire)
     winch: WinchSettings = field(default_factory=WinchSettings)
     sensors: Sensors = field(default_factory=Sensors)
@@ -271,6 +279,17 @@ class LiftPlan:
         linked = alternative is Alternative.PHC and self.compensator is not None
         return self if linked is self.linked else self.once(_with_link, linked)
 
+    @property
+    def low(self) -> LiftPlan | None:
+        """The plan with the low weight case on the hook; None without a weight build-up, and of that plan itself."""
+        return None if self.weight is None or self.high is not None else self.once(_with_low_weight)
+
+    @property
+    def of_high(self) -> LiftPlan:
+        """The plan of the high weight case: of both cases the one that remembers what weight does not change, and whose
+        weight loads are compared with."""
+        return self if self.high is None else self.high.under(Alternative.PHC if self.linked else Alternative.NONE)
+
     def phase(self, name: str) -> Phase:
         """The phase of this name."""
         return next(p for p in self.phases if p.name == name)
@@ -305,6 +324,12 @@ def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[
 def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
     """The plan with or without the compensator in the load path."""
     return replace(plan, linked=linked)
+
+
+def _with_low_weight(plan: LiftPlan) -> LiftPlan:
+    """The plan in the low weight case."""
+    assert plan.weight is not None
+    return replace(plan, payload=plan.weight.low_case(plan.payload), high=plan)
 
 
 def check_chart(plan: LiftPlan) -> None:
