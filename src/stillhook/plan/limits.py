@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
@@ -24,7 +24,8 @@ class Limits:
     Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
     tier does not determine it; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to
     there the tier shows seas inside, and no further. Tp [s] and beta [rad] (c,). draws: rule -> (m, c) heights [m] that
-    are as likely as the runs make them, errors of neighbours together; NaN where there is no interval.
+    are as likely as the runs make them, errors of neighbours together; NaN where there is no interval. low_weight:
+    rule -> (c,) whether the limit is that of the low weight case.
     """
 
     phase: str
@@ -36,6 +37,7 @@ class Limits:
     low: Mapping[str, FloatArray] = field(default_factory=dict)
     high: Mapping[str, FloatArray] = field(default_factory=dict)
     draws: Mapping[str, FloatArray] = field(default_factory=dict)
+    low_weight: Mapping[str, BoolArray] = field(default_factory=dict)
 
 
 def utilisation(limited: Limited, values: FloatArray, Hs: FloatArray | float) -> FloatArray:

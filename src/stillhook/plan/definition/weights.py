@@ -9,6 +9,7 @@ from pydantic import Field
 
 from stillhook import units as u
 from stillhook.errors import PlanError
+from stillhook.spec.lift.assembly import Assembly
 from stillhook.spec.lift.payload import RHO_STEEL, Payload
 from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.tables.table import Number, Spec, Text
@@ -142,12 +143,16 @@ def _box(table: WeightTable, rigging: RiggingTable) -> tuple[float, float, float
 
 
 def weighing(payload: Payload, mass: float, volume: float) -> Payload:
-    """A payload of another mass [kg] and displaced volume [m^3]; added mass and drag stay."""
-    if payload.shape is not None:
-        return payload.model_copy(update={"mass": mass, "volume": volume})
-    k = volume / payload.displaced
-    levels = tuple(level.model_copy(update={"V": k * level.V}) for level in payload.levels)
-    return payload.model_copy(update={"mass": mass, "levels": levels})
+    """A payload of another mass [kg], parts in proportion, and displaced volume [m^3]; added mass and drag stay."""
+    shape, factor = payload.shape, mass / payload.mass
+    if shape is None:
+        k = volume / payload.displaced
+        levels = tuple(level.model_copy(update={"V": k * level.V}) for level in payload.levels)
+        return payload.model_copy(update={"mass": mass, "levels": levels})
+    if isinstance(shape, Assembly):
+        parts = [p.model_copy(update={"mass": None if p.mass is None else factor * p.mass}) for p in shape.parts]
+        shape = shape.model_copy(update={"parts": tuple(parts)})
+    return payload.model_copy(update={"mass": mass, "volume": volume, "shape": shape})
 
 
 def weight_facts(weight: Weight) -> dict[str, Any]:

@@ -61,8 +61,8 @@ def frequency(
     Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of
     numbers. Largest values are those of the phase's duration, part by part of its way (see above),
     at the level of the rule that asks for them; shares of time are means. Residuals of the winch are made on the twin
-    where they are not on disk (`stillhook.plan.tiers.winch_residual`), those of the high weight case. Errors: StillhookError, one line: a lift that
-    cannot hang, or that the twin cannot carry.
+    where they are not on disk (`stillhook.plan.tiers.winch_residual`), those of the high weight case.
+    Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
     """
     parts, high = Parts(progress, EXPECTED), plan.of_high
     winch = winches_of(high, looked_at(high), alternatives, parts("winch residuals"), threads=threads)

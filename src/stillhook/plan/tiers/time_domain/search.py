@@ -8,7 +8,7 @@ much weather is about it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -81,8 +81,11 @@ class Work:
         cells: Cells,
         progress: Progress | None,
         occurrence: Callable[[Column, float], float] | None = None,
+        judges: Container[str] | None = None,
     ) -> None:
-        """occurrence: weather about a limit of a column, over the usual; None: all alike."""
+        """occurrence: weather about a limit of a column, over the usual; None: all alike. judges: quantities whose
+        rules are judged; None: all."""
+        self.judges = judges
         self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
         self.occurrence = occurrence or (lambda column, limit: 1.0)
         self.lines: list[LimitSearch] = []
@@ -277,7 +280,8 @@ class Work:
 
     def rules(self, line: LimitSearch) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
-        return limited(self.plan, line.phase, line.alternative)
+        rules = limited(self.plan, line.phase, line.alternative)
+        return tuple(each for each in rules if self.judges is None or each.rule.quantity in self.judges)
 
     def estimate(self, line: LimitSearch) -> tuple[float, float]:
         """Lowest limit of a line as it stands [m], and half of its interval in ln."""
