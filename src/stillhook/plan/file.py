@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -45,7 +45,7 @@ from stillhook.plan.definition.lift_plan import (
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.rules import Alternative, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
-from stillhook.plan.definition.weights import WeightTable, weight_of
+from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
@@ -183,8 +183,8 @@ def _plan(table: TomlTable) -> LiftPlan:
     payload = payload_of(file, table)
     weight = weight_of(file.weight, file.rigging, payload, rho)
     if weight is not None:
-        check_sinks(weight.low_case(payload), rho)
-        payload = weight.high_case(payload)
+        check_sinks(weight.low_case, rho)
+        payload = weight.high_case
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
     for i, phase in enumerate(file.phase):
@@ -411,7 +411,7 @@ def _digest(plan: LiftPlan) -> str:
     if plan.environment.swell is None:
         del content_of_plan["environment"]["swell"]
     if plan.weight is not None:
-        content_of_plan["weight"] = asdict(plan.weight)
+        content_of_plan["weight"] = weight_facts(plan.weight)
     if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):
         content_of_plan["gear"] = gear
     if plan.statement is not None:

@@ -100,8 +100,9 @@ def _digest(text: str) -> str:
 
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
-    more = {"digest": _payload_digest(plan), "rows": payload_rows(plan.payload, plan.rho)}
-    return picked(plan.payload, "name", "title", "mass", "height") | more
+    payload = plan.payload if plan.weight is None else plan.weight.payload
+    more = {"digest": _payload_digest(plan), "rows": payload_rows(payload, plan.rho)}
+    return picked(payload, "name", "title", "mass", "height") | more
 
 
 def _payload_digest(plan: LiftPlan) -> str:

@@ -329,7 +329,7 @@ def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
 def _with_low_weight(plan: LiftPlan) -> LiftPlan:
     """The plan in the low weight case."""
     assert plan.weight is not None
-    return replace(plan, payload=plan.weight.low_case(plan.payload), high=plan)
+    return replace(plan, payload=plan.weight.low_case, high=plan)
 
 
 def check_chart(plan: LiftPlan) -> None:

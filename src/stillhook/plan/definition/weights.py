@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import Field
@@ -40,14 +40,15 @@ class WeightTable(Spec):
 
 @dataclass(frozen=True)
 class Weight:
-    """Weight build-up of a plan [kg], volumes [m^3]. net, contingency factor, added, trapped water and rigging as in
-    `WeightTable` and `RiggingTable`; low: factor of the low case; cog_box: extents (x, y, z) [m]; stated: whether the
-    plan has a table [weight]; source of its numbers.
+    """Weight build-up of a plan [kg], volumes [m^3]. payload as its file has it; net, contingency factor, added,
+    trapped water and rigging as in `WeightTable` and `RiggingTable`; low: factor of the low case; cog_box: extents (x,
+    y, z) [m]; stated: whether the plan has a table [weight]; source of its numbers.
 
     The high case has contingency, what is added, trapped water and rigging, and the least displaced volume; the low one
     the net weight times `low`, the largest volume and no rigging: a sling hangs by its upper end.
     """
 
+    payload: Payload = field(repr=False)
     net: float
     contingency: float = 1.0
     low: float = 1.0
@@ -82,14 +83,16 @@ class Weight:
         high = self.design + self.added - self.rho * self.volumes[0] + self.rigging_submerged
         return self.net * self.low - self.rho * self.volumes[1], high
 
-    def high_case(self, payload: Payload) -> Payload:
+    @property
+    def high_case(self) -> Payload:
         """The payload, and with it the rigging, in the high case."""
         V_rigging = (self.rigging - self.rigging_submerged) / self.rho
-        return weighing(payload, self.SHL, self.volumes[0] + self.trapped + V_rigging)
+        return weighing(self.payload, self.SHL, self.volumes[0] + self.trapped + V_rigging)
 
-    def low_case(self, payload: Payload) -> Payload:
+    @property
+    def low_case(self) -> Payload:
         """The payload in the low case."""
-        return weighing(payload, self.net * self.low, self.volumes[1])
+        return weighing(self.payload, self.net * self.low, self.volumes[1])
 
 
 def weight_of(table: WeightTable | None, rigging: RiggingTable, payload: Payload, rho: float) -> Weight | None:
@@ -111,6 +114,7 @@ def weight_of(table: WeightTable | None, rigging: RiggingTable, payload: Payload
         )
     wet = rigging.mass_submerged
     return Weight(
+        payload,
         net=t.net or payload.mass,
         contingency=t.contingency,
         low=t.low or 2.0 - t.contingency,

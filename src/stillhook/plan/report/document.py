@@ -7,8 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.extras import installed
 from stillhook.errors import PlanError
+from stillhook.formats.table.workbook import write_sheets
 from stillhook.plan.assessments import ASSESSMENTS
+from stillhook.plan.assessments.rigging.section import rigging_sheet
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
@@ -91,7 +94,9 @@ def marks(result: PlanResult) -> list[str]:
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
-OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
+RIGGING = ("rigging.xlsx", "rigging.csv")
+"""Items of the rigging for Excel, else as text."""
+OUT_FILES = (*REPORT_FILES, *PLAN_FILES, *RIGGING)
 FIGURE = "figure-"
 """Prefix of the names of figures that are written as separate files."""
 
@@ -129,6 +134,8 @@ def write_answer(result: PlanResult, folder: Path) -> None:
     with atomic_folder(folder) as part:
         write_plan(result, part)
         write_report(result, part)
+        if (sheet := rigging_sheet(result.facts)) is not None:
+            write_sheets([sheet], part / RIGGING[0 if installed("openpyxl") else 1], PlanError)
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
