@@ -187,7 +187,7 @@ def _legs(legs: Mapping[str, Any] | None) -> list[Part]:
         found.append(
             Text(
                 f"Largest utilisation: {legs['worst']['name']}, {percent(legs['worst']['utilisation'])}."
-                " A WLL is held against the dynamic load, over the dynamic factor of its certificate where one is given."
+                " A WLL is held against the dynamic load, over the dynamic factor that its certificate covers."
             )
         )
     else:
