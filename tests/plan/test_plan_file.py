@@ -233,7 +233,7 @@ def test_files_are_seen_from_the_folder_of_the_plan(tmp_path: Path) -> None:
     assert plan.digest == original.digest
     text = copied[1].read_text()
     copied[1].write_text(text.replace('"120 t"', '"110 t"').replace('"68 t"', '"58 t"'))
-    assert load_plan(copied[0]).payload.mass == 110e3
+    assert load_plan(copied[0]).weight.payload.mass == 110e3
     with pytest.raises(StillhookError, match="is there already"):
         copy_plan("template-to-1500m", tmp_path / "mine")
 

@@ -21,7 +21,7 @@ from stillhook.formats.lift_file import load_lift
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.scalar import G
 from stillhook.plan.assessments import rigging
-from stillhook.plan.assessments.rigging.legs import Hung, shares, usual_skew, worst
+from stillhook.plan.assessments.rigging.legs import Suspension, shares, usual_skew, worst
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.definition.weights import WeightTable, weight_of
@@ -91,9 +91,9 @@ def written(folder: Path, *tables: str, name: str = "plan.toml") -> Path:
     return path
 
 
-def four(theta: float, h: float = 12.0) -> Hung:
+def four(theta: float, h: float = 12.0) -> Suspension:
     r = h / math.tan(theta)
-    return Hung([Leg(r * math.cos(a), r * math.sin(a)) for a in np.radians([40.0, 140.0, 220.0, 320.0])], h, 4.0)
+    return Suspension([Leg(r * math.cos(a), r * math.sin(a)) for a in np.radians([40.0, 140.0, 220.0, 320.0])], h, 4.0)
 
 
 class TestBuildUp:
@@ -193,7 +193,7 @@ class TestLegs:
         gear = RiggingTable(legs=n, angle="55 deg", height="9 m")
         assert [gear.slope(end) for end in gear.ends] == pytest.approx([math.radians(55.0)] * n)
         even = 1.0 / (n * math.sin(math.radians(55.0)))
-        assert shares(Hung(gear.ends, 9.0, 3.0)) == pytest.approx(np.full(n, even), rel=1e-6)
+        assert shares(Suspension(gear.ends, 9.0, 3.0)) == pytest.approx(np.full(n, even), rel=1e-6)
 
     def test_a_pair_of_four_legs_carries_the_skew_load_factor_over_two(self):
         """As text has it: each pair of opposite legs carries 1.25/2 of the load."""
@@ -216,7 +216,7 @@ class TestLegs:
         n = len(places)
         turns = [2.0 * math.pi * k / n + off for k, (_, off) in enumerate(places)]
         ends = [Leg(r * math.cos(a), r * math.sin(a)) for (r, _), a in zip(places, turns, strict=True)]
-        T = shares(Hung(ends, h, c), x, y)
+        T = shares(Suspension(ends, h, c), x, y)
         P = np.array([[e.x, e.y, 0.0] for e in ends])
         hook, cog = np.array([0.0, 0.0, h]), np.array([x, y, -c])
         pull = np.array([t * (hook - p) / np.linalg.norm(hook - p) for t, p in zip(T, P, strict=True)])
@@ -226,23 +226,25 @@ class TestLegs:
         assert moments == pytest.approx(np.zeros(3), abs=1e-8)
 
     def test_two_legs_balance_in_their_plane(self):
-        hung = Hung([Leg(3.0, 0.0), Leg(-5.0, 0.0)], 8.0, 2.0)
-        T = shares(hung, 0.4, 0.7)
+        suspension = Suspension([Leg(3.0, 0.0), Leg(-5.0, 0.0)], 8.0, 2.0)
+        T = shares(suspension, 0.4, 0.7)
         hook = np.array([0.0, 8.0])
-        pull = sum(t * (hook - np.array([e.x, 0.0])) / math.hypot(8.0, e.x) for t, e in zip(T, hung.ends, strict=True))
+        pull = sum(
+            t * (hook - np.array([e.x, 0.0])) / math.hypot(8.0, e.x) for t, e in zip(T, suspension.ends, strict=True)
+        )
         weight = np.array([0.4, -10.0]) / math.hypot(0.4, 10.0)
         assert pull + weight == pytest.approx(np.zeros(2), abs=1e-12)
-        assert T == pytest.approx(shares(hung, 0.4, 0.0))
+        assert T == pytest.approx(shares(suspension, 0.4, 0.0))
 
     def test_a_shift_and_a_tilt_load_the_leg_that_they_go_to(self):
-        hung = four(math.radians(60.0))
-        centred = shares(hung).max()
-        box, tilted = (worst(hung, b, tilt).shares.max() for b, tilt in (((1.0, 0.6, 0.5), 0.0), (None, 0.05)))
-        both = worst(hung, (1.0, 0.6, 0.5), 0.05)
+        suspension = four(math.radians(60.0))
+        centred = shares(suspension).max()
+        box, tilted = (worst(suspension, b, tilt).shares.max() for b, tilt in (((1.0, 0.6, 0.5), 0.0), (None, 0.05)))
+        both = worst(suspension, (1.0, 0.6, 0.5), 0.05)
         assert centred < min(box, tilted) < both.shares.max()
         assert not both.slack
-        towards = np.argmax(shares(hung, 0.5, 0.3))
-        assert hung.ends[towards].x > 0.0 < hung.ends[towards].y
+        towards = np.argmax(shares(suspension, 0.5, 0.3))
+        assert suspension.ends[towards].x > 0.0 < suspension.ends[towards].y
 
 
 @pytest.fixture(scope="module")

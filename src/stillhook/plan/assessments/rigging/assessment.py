@@ -13,7 +13,7 @@ from stillhook.base.progress import Progress
 from stillhook.physics.scalar import G
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.rigging.hook_load import hook_loads
-from stillhook.plan.assessments.rigging.legs import Hung, shares, usual_skew, worst
+from stillhook.plan.assessments.rigging.legs import Suspension, shares, usual_skew, worst
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.definition.weights import weight_facts
@@ -43,9 +43,9 @@ def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
 def _legs(plan: LiftPlan, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Tension of the legs [N] under the largest dynamic hook load of all phases, and items by utilisation."""
     gear, box = plan.gear, None if plan.weight is None else plan.weight.cog_box
-    hung = Hung(gear.ends, gear.height, 0.5 * plan.payload.height)
-    of = worst(hung, box, gear.tilt)
-    even = float(shares(hung).max())
+    suspension = Suspension(gear.ends, gear.height, 0.5 * plan.payload.height)
+    of = worst(suspension, box, gear.tilt)
+    even = float(shares(suspension).max())
     skew = usual_skew(gear.n_legs) if gear.skew is None else gear.skew
     row = max((r for r in rows if r["dynamic"] is not None), key=lambda r: float(r["dynamic"]), default=None)
     DHL = plan.payload.mass * G * gear_DAF(plan) if row is None else float(row["dynamic"])
@@ -70,7 +70,7 @@ def _legs(plan: LiftPlan, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "height": gear.height,
         "angles": [gear.slope(end) for end in gear.ends],
         "even": gear.points is None,
-        "cog_below": hung.c,
+        "cog_below": suspension.c,
         "skew": skew,
         "skew_stated": gear.skew is not None,
         "tilt": gear.tilt,

@@ -34,7 +34,7 @@ class Place(NamedTuple):
     beta: float
 
 
-class Found(NamedTuple):
+class DemandValue(NamedTuple):
     """A value of a demand in a sea, and what it is from."""
 
     value: float
@@ -56,18 +56,18 @@ def limit_places(state: PlanState) -> tuple[Alternative, list[Place]]:
     ]
 
 
-def largest(state: PlanState, phase: Phase, quantity: str) -> Found | None:
+def largest(state: PlanState, phase: Phase, quantity: str) -> DemandValue | None:
     """Largest value of a quantity of a phase in the seas of the limit, by the highest tier that determines it in each;
     of the alternative that leads, and of the flat cap that it may be credited as. None where no tier determines it."""
     leads, cells = limit_places(state)
     which = dict.fromkeys([leads, *(a for a in state.plan.alternatives if a is Alternative.CAP)])
-    found = [
+    values = [
         each
         for alternative in which
         for at in cells
         if (each := _value(_of(state.demands, phase, alternative), quantity, at)) is not None
     ]
-    return max(found, key=lambda each: each.value, default=None)
+    return max(values, key=lambda each: each.value, default=None)
 
 
 def _of(demands: Sequence[Demand], phase: Phase, alternative: Alternative) -> list[Demand]:
@@ -76,7 +76,7 @@ def _of(demands: Sequence[Demand], phase: Phase, alternative: Alternative) -> li
     return sorted(of, key=lambda d: TIERS.index(d.tier), reverse=True)
 
 
-def _value(demands: Sequence[Demand], quantity: str, at: Place) -> Found | None:
+def _value(demands: Sequence[Demand], quantity: str, at: Place) -> DemandValue | None:
     for demand in demands:
         values = demand.values.get(quantity)
         if values is None:
@@ -85,7 +85,7 @@ def _value(demands: Sequence[Demand], quantity: str, at: Place) -> Found | None:
         Hs, x = demand.seas.Hs[rows], values[rows]
         if len(Hs) and at.Hs <= REACH * float(Hs.max()):
             order = np.argsort(Hs)
-            return Found(float(np.interp(at.Hs, Hs[order], x[order])), demand.tier, demand.alternative, at)
+            return DemandValue(float(np.interp(at.Hs, Hs[order], x[order])), demand.tier, demand.alternative, at)
     return None
 
 
@@ -132,12 +132,12 @@ def _static(plan: LiftPlan, phase: Phase, *, least: bool) -> float:
     return min(loads) if least else max(loads)
 
 
-def _source(found: Found) -> dict[str, Any]:
-    where = {"Hs": found.at.Hs, "Tp": found.at.Tp, "beta": found.at.beta}
-    return {"tier": found.tier.value, "alternative": found.alternative.value, **where}
+def _source(value: DemandValue) -> dict[str, Any]:
+    where = {"Hs": value.at.Hs, "Tp": value.at.Tp, "beta": value.at.beta}
+    return {"tier": value.tier.value, "alternative": value.alternative.value, **where}
 
 
-def _capacity(rule: Limited | None, top: Found | None) -> dict[str, Any]:
+def _capacity(rule: Limited | None, top: DemandValue | None) -> dict[str, Any]:
     if rule is None:
         return {"capacity": None, "capacity_basis": "", "utilisation": None}
     capacity = rule.limit if top is None else float(rule.at(np.array([top.at.Hs]))[0])

@@ -25,7 +25,7 @@ def usual_skew(n_legs: int) -> float:
     return INDETERMINATE_SKEW if n_legs == MOST_LEGS else 1.0
 
 
-class Hung(NamedTuple):
+class Suspension(NamedTuple):
     """Lower ends of the legs, the hook h above them and the centre of gravity c below them [m]."""
 
     ends: Sequence[Leg]
@@ -33,7 +33,7 @@ class Hung(NamedTuple):
     c: float
 
 
-def shares(hung: Hung, x: float = 0.0, y: float = 0.0) -> FloatArray:
+def shares(suspension: Suspension, x: float = 0.0, y: float = 0.0) -> FloatArray:
     r"""Tension in every leg over the load on the hook (n,) [-], where the line from hook to centre of gravity goes x, y
     beside the middle at the depth of the centre of gravity [m].
 
@@ -45,15 +45,15 @@ def shares(hung: Hung, x: float = 0.0, y: float = 0.0) -> FloatArray:
     determinate; four of equal stiffness share the load with the least squares. Of two legs the body turns about the
     line through their ends, so that only the way along it counts. A negative number is a leg that is slack.
     """
-    ends = np.array(hung.ends, dtype=np.float64)
+    ends = np.array(suspension.ends, dtype=np.float64)
     if len(ends) == FEWEST_LEGS:
         along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
         offset = float(np.array([x, y]) @ along)
-        U = np.array([ends @ along, [-hung.h, -hung.h]]) / np.hypot(hung.h, ends @ along)
-        d = np.array([offset, -(hung.h + hung.c)])
+        U = np.array([ends @ along, [-suspension.h, -suspension.h]]) / np.hypot(suspension.h, ends @ along)
+        d = np.array([offset, -(suspension.h + suspension.c)])
         return np.linalg.solve(U, d / np.linalg.norm(d))
-    U = np.column_stack([ends, np.full(len(ends), -hung.h)]).T
-    d = np.array([x, y, -(hung.h + hung.c)])
+    U = np.column_stack([ends, np.full(len(ends), -suspension.h)]).T
+    d = np.array([x, y, -(suspension.h + suspension.c)])
     return np.linalg.lstsq(U / np.linalg.norm(U, axis=0), d / np.linalg.norm(d), rcond=None)[0]
 
 
@@ -67,13 +67,13 @@ class Worst(NamedTuple):
     slack: bool
 
 
-def worst(hung: Hung, box: tuple[float, float, float] | None, tilt: float) -> Worst:
+def worst(suspension: Suspension, box: tuple[float, float, float] | None, tilt: float) -> Worst:
     """The largest tension of any leg over the corners of the box and all directions of the tilt [rad]."""
     dx, dy, dz = (0.0, 0.0, 0.0) if box is None else (0.5 * side for side in box)
     turns = [2.0 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)] if tilt > 0.0 else [0.0]
     cases = []
     for sx, sy, sz, turn in itertools.product((1.0, -1.0), (1.0, -1.0), (1.0, -1.0), turns):
-        at = hung._replace(c=hung.c + sz * dz)
+        at = suspension._replace(c=suspension.c + sz * dz)
         reach = (at.h + at.c) * math.tan(tilt)
         x, y = sx * dx + reach * math.cos(turn), sy * dy + reach * math.sin(turn)
         cases.append((shares(at, x, y), (sx * dx, sy * dy), turn))

@@ -166,9 +166,9 @@ def _legs(legs: Mapping[str, Any] | None) -> list[Part]:
         ("tension of every leg there", ", ".join(fmt(T, "force", 3) for T in legs["T"])),
         ("source", legs["source"]),
     ]
-    found: list[Part] = [facts(rows)]
+    section: list[Part] = [facts(rows)]
     if legs["slack"]:
-        found.append(Verdict("A leg is slack with the centre of gravity in a corner of its box", passed=False))
+        section.append(Verdict("A leg is slack with the centre of gravity in a corner of its box", passed=False))
     items = [
         [
             item["name"],
@@ -183,16 +183,16 @@ def _legs(legs: Mapping[str, Any] | None) -> list[Part]:
     ]
     if items:
         head = ("item", "kind", "dynamic load\n[kN]", "WLL [kN]", "MBL [kN]", "factor", "utilisation")
-        found.append(Table(head, items))
-        found.append(
+        section.append(Table(head, items))
+        section.append(
             Text(
                 f"Largest utilisation: {legs['worst']['name']}, {percent(legs['worst']['utilisation'])}."
-                " A WLL is held against the dynamic load, over the dynamic factor that its certificate covers."
+                " A WLL is compared with the dynamic load over the dynamic factor that its certificate covers."
             )
         )
     else:
-        found.append(Text("No items are given: strength of slings, shackles and lift points is not assessed."))
-    return [Section("Slings and lift points", found)]
+        section.append(Text("No items are given: strength of slings, shackles and lift points is not assessed."))
+    return [Section("Slings and lift points", section)]
 
 
 def _used(share: float) -> Verdict:
