@@ -203,7 +203,8 @@ def test_the_time_of_the_operation_is_that_of_the_phases_where_none_is_given(tmp
 
 def test_ideal_sensors_are_told_until_the_file_says_what_they_are(tmp_path: Path) -> None:
     assert any("sensors are taken as ideal" in note for note in load_plan(written(tmp_path)).notes)
-    said = load_plan(written(tmp_path, ("[operation]", '[sensors]\ndelay = "50 ms"\n[operation]')))
+    times = 'lead = "2 h"\nT_C = "8 h"'
+    said = load_plan(written(tmp_path, ("[operation]", f'[sensors]\ndelay = "50 ms"\n[operation]\n{times}')))
     assert said.sensors.delay == 0.05
     assert not said.notes
 

@@ -43,6 +43,7 @@ from stillhook.plan.definition.lift_plan import (
     with_holds,
 )
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
+from stillhook.plan.definition.operation import OperationTable, operation_of
 from stillhook.plan.definition.rules import Alternative, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
@@ -58,8 +59,8 @@ from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
-from stillhook.tables.table import Part, Spec, Text
-from stillhook.units import number, quote
+from stillhook.tables.table import Part, Text
+from stillhook.units import quote
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
 
@@ -67,21 +68,14 @@ SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
 LONGEST_NAME = 80
-ROUNDED = 1e-3
-"""Part of a planned time by which it may have been rounded down."""
-
-
-class OperationTable(Spec):
-    """The table [operation]."""
-
-    T_POP: u.Hours | None = Field(default=None, description="planned operation period; default the sum of the phases")
-    T_C: u.Hours | None = Field(default=None, ge=0, description="contingency")
 
 
 class WeatherTable(description.WeatherTable):
     """The table [weather]."""
 
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
+    source: Text | None = Field(default=None, description="model, provider and grid point of the weather")
+    bias: Text | None = Field(default=None, description="known bias against measurements, in words")
 
 
 class PlanFile(LiftTables):
@@ -198,7 +192,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     phases = with_holds(rows, holds, depth, rules.of(PhaseKind.STAND_OFF))
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
-    T_POP, notes = _operation(file.operation, table.at("operation"), phases)
+    operation = operation_of(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, h_tip, vessel = _place(file, table)
@@ -216,9 +210,12 @@ def _plan(table: TomlTable) -> LiftPlan:
         phases=phases,
         environment=file.environment,
         rules=rules,
-        T_POP=T_POP,
+        T_POP=operation.T_POP,
         T_C=file.operation.T_C,
-        T_POP_given=not notes,
+        T_POP_given=operation.stated,
+        lead=operation.lead,
+        parts=operation.parts,
+        forecast_factors=_factors(file.operation, table),
         rigging=file.rigging.spring,
         gear=_gear(file, table),
         weight=weight,
@@ -234,7 +231,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         source=table.path.name,
     )
     notes = (
-        *notes,
+        *operation.notes,
         *_ideal(file, phases),
         *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
@@ -337,15 +334,14 @@ def _label(name: str, table: TomlTable) -> str:
     return name
 
 
-def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase, ...]) -> tuple[float, tuple[str, ...]]:
-    """T_POP [s], and what was assumed."""
-    phases_take = sum(phase.counted for phase in phases)
-    hours = f"{number(phases_take / 3600.0, 3)} h"
-    if operation.T_POP is None:
-        return phases_take, (f"operation.T_POP is not given: the sum of the phases is used, {hours}",)
-    if phases_take > operation.T_POP * (1.0 + ROUNDED):
-        raise table.wrong(f"the phases alone take {hours}. Give more, or leave it out.", "T_POP")
-    return operation.T_POP, ()
+def _factors(operation: OperationTable, table: TomlTable) -> str | None:
+    """Table of forecast factors that the plan names: of the library, or a file next to it."""
+    name = operation.forecast_factors
+    if name is None:
+        return None
+    file, _, key = name.partition("#")
+    near = table.path.parent / file
+    return f"{near}{f'#{key}' if key else ''}" if near.is_file() else name
 
 
 def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
@@ -385,7 +381,8 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     except WeatherError as e:
         raise PlanError(f"{where}{e}") from None
     ship = None if weather.ship is None else parse_direction(weather.ship, "weather.ship")
-    return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order, weather.time_zone)
+    times = weather.time, weather.date_order, weather.time_zone
+    return WeatherUse(file, ship, weather.sense, columns, *times, weather.source or "", weather.bias or "")
 
 
 def _digest(plan: LiftPlan) -> str:
@@ -402,7 +399,7 @@ def _digest(plan: LiftPlan) -> str:
         ],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,
-        "operation": [plan.T_POP, plan.T_C],
+        "operation": [plan.T_POP, plan.T_C, *([plan.lead] if plan.lead else [])],
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }

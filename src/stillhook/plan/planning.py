@@ -70,7 +70,7 @@ def plan(
     *,
     tier: Tier | str = Tier.TIME,
     weather: Weather | None = None,
-    alpha: str = DEFAULT,
+    alpha: str | None = None,
     store: str | Path | None = None,
     client: Any = None,
     threads: int = 2,
@@ -87,8 +87,8 @@ def plan(
         The highest that is run; default "time".
     weather : Weather, optional
         In place of that of the plan.
-    alpha : str, default "dnv-os-h101"
-        Table of forecast factors, by name or file.
+    alpha : str, optional
+        Table of forecast factors, by name or file; default that of the plan, else "dnv-os-h101".
     store : str or Path, optional
         Folder in which runs of the twin are kept, so that a stopped plan continues from there.
     client : dask.distributed.Client, optional
@@ -127,7 +127,7 @@ def _planned(
     last: Tier,
     *,
     weather: Weather | None,
-    alpha: str,
+    alpha: str | None,
     threads: int,
     store: str | Path | None = None,
     client: Any = None,
@@ -143,7 +143,7 @@ def _planned(
     expected = {name: EXPECTED[name] for name in PARTS[last]} | {each.NAME: each.EXPECTED for each in ASSESSMENTS}
     begun, parts = time.perf_counter(), Parts(progress, expected)
     parts("preparation")
-    table, records = read_alpha_table(alpha), weather
+    table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:

@@ -141,7 +141,7 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
                 "T_p": axes.periods[i[2]],
             }
             limit = {"Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i])}
-            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf, "op_wf_in_weather": forecast.used}
+            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf}
             of_forecast = {name: float(table[(c, *i)]) for name, table in factors.items()}
             of_forecast["case_by_case"] = bool(forecast.case_by_case[(c, *i)])
             by = {"phase": axes.phases[g.phase[i]], "rule": axes.rules[g.rule[i]], "tier": TIERS[g.tier[i]].value}

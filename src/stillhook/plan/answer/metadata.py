@@ -34,7 +34,7 @@ from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show
-from stillhook.weather.alpha import AlphaTable
+from stillhook.weather.alpha import TEXTS, AlphaTable
 from stillhook.weather.series import Weather
 
 NOT_COVERED = (*("second-order", "horizontal", "current", "structure", "strength", "wire-life", "ground", "machinery"),)
@@ -209,9 +209,10 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     cell."""
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
-    texts = {key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}
-    return picked(plan, "T_POP", "T_POP_given", "T_C") | {
+    texts = {key: table.texts.get(key, "") for key in TEXTS if key != "title"}
+    return picked(plan, "T_POP", "T_POP_given", "T_C", "lead", "parts") | {
         "T_R": forecast.T_R,
+        "window": forecast.window,
         "weather_restricted": forecast.restricted,
         "alternative": of.shown().value,
         "Tp": at.Tp,
@@ -220,7 +221,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
         **({} if plan.environment.swell is None else {"swell_wf": forecast.swell}),
-        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
+        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0]), "numbers": table.numbers},
     }
 
 

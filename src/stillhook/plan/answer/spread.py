@@ -53,10 +53,9 @@ def with_intervals(
         return block
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
-        used = forecast_limits(plan, forecast.table, governs).used
-        return _numbers(value, axes, used, window)
+        return _numbers(value, axes, forecast_limits(plan, forecast.table, governs).op_wf, window)
 
-    window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
+    window = Window.of(value.workability.weather.time, value.workability.weather.step, value.window)
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(numbers, governs_of_draws(plan, of, drawn)))
     for name in rows[0]:
@@ -110,8 +109,8 @@ def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterato
         yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
 
 
-def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, window: Window) -> dict[str, FloatArray]:
-    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
+def _numbers(value: WeatherValue, axes: Axes, limits: FloatArray, window: Window) -> dict[str, FloatArray]:
+    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits op_wf
     (credit, alternative, heading, period) [m]."""
     judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -119,7 +118,7 @@ def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, window: Window) 
     of: dict[tuple[int, int], FloatArray] = {}
     valid, time = np.isfinite(judge.seas.Hs), judge.weather.time
     for c, a in np.ndindex(shape):
-        op_wf = np.nan_to_num(used[c, a], nan=0.0)
+        op_wf = np.nan_to_num(limits[c, a], nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
             some, can_start = judge.starts(op_wf, window)

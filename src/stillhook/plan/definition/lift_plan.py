@@ -189,7 +189,7 @@ class WeatherUse:
     """Weather that waiting is calculated with. file: a name of the library or a path; ship: where the bow points,
     clockwise from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's
     directions mean, None where the file says so; columns, time, date_order, time_zone: how the file is to be read where
-    it does not say (`stillhook.formats.weather.file.read_weather`).
+    it does not say (`stillhook.formats.weather.file.read_weather`); source, bias: what the user says of it.
     """
 
     file: str
@@ -199,6 +199,8 @@ class WeatherUse:
     time: str | None = None
     date_order: str | None = None
     time_zone: str | None = None
+    source: str = ""
+    bias: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,13 +208,14 @@ class LiftPlan:
     """Everything a plan follows from.
 
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
-    T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
-    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
-    the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
-    the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and items of the rigging;
-    weight build-up, whose high case `payload` is, None where none is given; high: of the low case the plan of the high
-    one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`); digest of
-    every input.
+    T_POP planned time of the operation from the issue of the forecast [s] (T_POP_given: not the sum of the phases),
+    lead of it before the start [s], parts that an operation which can be halted has, T_C contingency (None: not
+    assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
+    credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
+    load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
+    items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
+    the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
+    digest of every input.
     """
 
     name: str
@@ -229,6 +232,9 @@ class LiftPlan:
     T_POP: float
     T_C: float | None = None
     T_POP_given: bool = True
+    lead: float = 0.0
+    parts: int = 1
+    forecast_factors: str | None = None
     rigging: Rigging = field(default_factory=Rigging)
     gear: RiggingTable = field(default_factory=RiggingTable)
     weight: Weight | None = None

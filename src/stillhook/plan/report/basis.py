@@ -57,15 +57,23 @@ def operation(result: PlanResult) -> list[Part]:
 
 def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
-        ("T_POP, planned", hours(op["T_POP"])),
+        ("T_POP, planned", _planned(op)),
         ("T_C, contingency", "not assessed: T_R = 2 T_POP" if op["T_C"] is None else hours(op["T_C"])),
         ("T_R, reference", hours(op["T_R"])),
         ("weather restricted", "yes" if op["weather_restricted"] else "no"),
     ]
     if alpha := op.get("alpha_table"):
         text = f"{alpha['name']} version {alpha['version']} ({_source(alpha)}; check against your edition)"
-        rows.append(("alpha by", text))
+        words = {"forecast level": "level", "monitoring": "monitoring", "seen in": "source", "note": "note"}
+        rows += [("alpha by", text), *((title, alpha[key]) for title, key in words.items() if alpha.get(key))]
     return rows
+
+
+def _planned(op: Mapping[str, Any]) -> str:
+    """T_POP from the issue of the forecast, with what of it is lead time."""
+    parts = op.get("parts", 1)
+    halted = f"; longest of {parts} parts between safe conditions" if parts > 1 else ""
+    return f"{hours(op['T_POP'])} from the issue of the forecast, {hours(op.get('lead', 0.0))} of it lead time{halted}"
 
 
 def _source(of: Mapping[str, Any]) -> str:

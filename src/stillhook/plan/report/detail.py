@@ -38,7 +38,7 @@ from stillhook.plan.report.words import (
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.plan.weather.records import PER_RECORD
+from stillhook.plan.weather.records import IN_WINDOWS
 from stillhook.report.document import Bullets, Figure, Part, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
@@ -222,7 +222,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("outside the table", f"{share} of the records: counted as not workable"))
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
-    free = f"free to turn: one heading through each operation, the best one; {PER_RECORD}"
+    free = f"free to turn: one heading through each operation, the best one for each; {IN_WINDOWS}"
     open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
     heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
     return [*rows, ("limit", attrs["limit"]), *open_, heading]

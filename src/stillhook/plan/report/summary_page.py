@@ -210,7 +210,7 @@ def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
     if NONE in names(result.data):
         Hs, lowest = limits(result, CREDITED, NONE), _lowest(result)
         below = int(((Hs > 0.0) & (Hs < lowest)).sum())
-        text += _write("optimistic", n=below, of=Hs.size, lowest=lowest) if below else ""
+        text += _write("no_factor", n=below, of=Hs.size, lowest=lowest) if below else ""
     outside, step = float(block.attrs.get("outside", 0.0)), float(block.attrs.get("step", HOUR))
     text += _write("outside", share=outside) if outside >= OUTSIDE else ""
     censored = float(cells["n_censored"]) * step / HOUR / max(1.0, float(cells["n_hours"]))

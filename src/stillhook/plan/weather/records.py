@@ -66,15 +66,15 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         )
     seas = Records(Hs, periods, come_from, ship, of_both)
     heading = (
-        f"{free_to_turn(come_from is not None)}; {PER_RECORD}"
+        f"{free_to_turn(come_from is not None)}; {IN_WINDOWS}"
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
     return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
 
 
-PER_RECORD = "operability and workable hours count each record at its most favourable heading (upper bound)"
-"""What no heading is kept for: both know no operation."""
+IN_WINDOWS = "operability and workable hours count records within a window of the operation at one heading"
+"""What a vessel that is free to turn can work in."""
 
 
 def free_to_turn(directions: bool) -> str:
