@@ -235,6 +235,8 @@ class LiftPlan:
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
+    not_claimed: tuple[Phase, ...] = ()
+    reconciled: Mapping[tuple[str, str], str] = field(default_factory=dict)
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()
@@ -407,6 +409,18 @@ def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Co
             )
         result += parts
     return tuple(result)
+
+
+def holds_off(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
+    """Holds of joined phases that say "off", with the usual times, as the phases that `with_holds` makes of others."""
+    pairs = zip((None, *phases), phases, strict=False)
+    off = [
+        phase.model_copy(update={"hold": None})
+        for before, phase in pairs
+        if phase.hold == 0.0 and (before is None or before.kind is not PhaseKind.STAND_OFF)
+    ]
+    names = {phase.name for phase in phases}
+    return tuple(phase for phase in with_holds(off, usual, depth, standing) if phase.name not in names)
 
 
 def _held(phase: Phase, usual: float) -> list[Phase]:
