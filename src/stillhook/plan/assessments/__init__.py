@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
+from stillhook.plan.assessments import quality
 from stillhook.plan.assessments.interface import Assessment
 
-ASSESSMENTS: Sequence[Assessment] = ()
+ASSESSMENTS: Sequence[Assessment] = (quality,)
 """In the order of the report."""

@@ -13,7 +13,7 @@ from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import first_page, tables, verdict
-from stillhook.plan.report.words import TEXTS, named, sentence
+from stillhook.plan.report.words import TEXTS, named, sentence, write
 from stillhook.plan.result import (
     FACTS,
     FAILED,
@@ -84,6 +84,8 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
+    if wrong := [row for check in result.facts.get("quality", {}).get("checks", []) for row in check["failed"]]:
+        lines.append(write(TEXTS["inconsistent"], n=len(wrong)))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
     return lines + [sentence(each) for each in result.caused(*MISSING)]

@@ -106,7 +106,11 @@ def answer(result: PlanResult) -> Figure | None:
             _box(ax, rows.index(worst[column]), k)
     kit.axis(ax, "peak period Tp [s]", "waves travel to", size="small")
     counted = Counter(governing_of(part.data.sel(credit=CREDITED, alternative=name)))
-    words = [f"{code}: {governs(*of).replace(": ", ", ", 1)}" for of, _ in counted.most_common() if (code := codes(result, *of))]
+    words = [
+        f"{code}: {governs(*of).replace(': ', ', ', 1)}"
+        for of, _ in counted.most_common()
+        if (code := codes(result, *of))
+    ]
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
     return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
