@@ -353,7 +353,7 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
 def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """Which passages and landings the file takes without a stop."""
     off = " and ".join(phase.name for phase in phases if phase.hold == 0.0)
-    return (f'hold = "{OFF}" of {off}: not claimed, must not be stopped there',) if off else ()
+    return (f'hold = "{OFF}" of {off}: a stop there is not claimed, and must not be made',) if off else ()
 
 
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
