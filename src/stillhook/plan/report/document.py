@@ -169,6 +169,6 @@ def brief(result: PlanResult) -> Document:
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
-    lines += [TEXTS["rules"].format(**facts["rules"])]
+    lines += [TEXTS["rules"].format(**facts["rules"], editions=basis.editions(facts["rules"]))]
     remarks = [each for each in facts["remarks"] if each not in facts["notes"]]
     return Document(facts["name"], name=_subtitle(result), front=[*parts, Bullets([*lines, *map(sentence, remarks)])])
