@@ -52,9 +52,7 @@ def test_every_rule_of_the_library_says_where_it_is_from(name):
         assert rule.title
         assert rule.note
         assert rule.standard
-        assert not rule.standard.startswith(("DNV", "EN ")) or (
-            rule.clause and "enter your project's edition" in rule.edition
-        )
+        assert not rule.standard.startswith(("DNV", "EN ")) or (rule.clause and rule.edition == "edition not entered")
         assert rule.quantity in QUANTITIES
         assert rule.phases
 
@@ -80,6 +78,37 @@ def test_every_kind_of_phase_has_a_rule_for_static_and_for_dynamic_load():
 def test_the_slack_criterion_is_nine_tenths_of_the_static_force():
     rule = of(load_rules("offshore-lift"), "slack-sling")
     assert (rule.sense, rule.limit) == (Sense.AT_LEAST, pytest.approx(0.1))
+
+
+def test_a_file_enters_the_editions_of_its_project(tmp_path):
+    entered = 'entered_by = "N. N., Company"\n[editions]\n"DNV-RP-N103" = "2021-09"\n'
+    found = rules(tmp_path, BASE + entered)
+    assert found.entered_by == "N. N., Company"
+    assert of(found, "slack-sling").edition == "2021-09"
+    assert of(found, "off-lead").edition == "edition not entered"
+    assert found.changes == ()
+    assert found.digest != rules(tmp_path, BASE).digest
+
+
+@pytest.mark.parametrize(
+    ("entered", "refused"),
+    [
+        ('[editions]\n"DNV-RP-N103" = "2021-09"\n', 'Write entered_by = "name, company"'),
+        ('entered_by = "N. N."\n[editions]\n"DNV-RP-N104" = "2021"\n', "no rule is from it; did you mean"),
+        ('entered_by = "N. N."\n[editions]\n"DNV-RP-N103" = ""\n', "DNV-RP-N103"),
+    ],
+)
+def test_editions_of_nobody_or_of_no_standard_are_refused(tmp_path, entered, refused):
+    with pytest.raises(StillhookError) as e:
+        rules(tmp_path, BASE + entered)
+    assert refused in str(e.value)
+    assert "\n" not in str(e.value)
+
+
+def test_a_clause_is_named_where_its_text_was_seen_and_assumed_elsewhere():
+    for rule in load_rules("offshore-lift").rules:
+        if rule.standard.startswith(("DNV-ST", "DNV-RP", "EN ")):
+            assert "public text seen" in rule.clause or rule.clause.startswith("assumed: ")
 
 
 def test_a_file_changes_adds_and_drops_and_tells_each(tmp_path):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -40,11 +41,12 @@ from stillhook.plan.definition.lift_plan import (
     check_sinks,
     check_tips,
     check_wire,
+    holds_off,
     with_holds,
 )
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.operation import OperationTable, operation_of
-from stillhook.plan.definition.rules import Alternative, usual_alternatives
+from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
@@ -91,6 +93,9 @@ class PlanFile(LiftTables):
     weight: WeightTable | None = None
     capacity: CapacityStatement | None = None
     load_chart: LoadChartTable | None = None
+    reconciled: Mapping[str, Text] = Field(
+        default_factory=dict, description='"phase/rule" = why runs count where the frequency-domain method allows less'
+    )
     synthetic_certificate: Part[Envelope] | None = Field(
         default=None, description="conditions for which the twin is credited as if it had been validated"
     )
@@ -189,7 +194,8 @@ def _plan(table: TomlTable) -> LiftPlan:
         rows = joined(file.phase, file.start_depth, Water(depth, payload.reach(rho)))
     except LiftError as problem:
         raise PlanError(str(problem)).with_lines(problem.lines) from None
-    phases = with_holds(rows, holds, depth, rules.of(PhaseKind.STAND_OFF))
+    standing = rules.of(PhaseKind.STAND_OFF)
+    phases = with_holds(rows, holds, depth, standing)
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     operation = operation_of(file.operation, table.at("operation"), phases)
@@ -228,6 +234,8 @@ def _plan(table: TomlTable) -> LiftPlan:
         weather=weather,
         load_chart=chart,
         credits_synthetic=file.synthetic_certificate is not None,
+        not_claimed=holds_off(rows, holds, depth, standing),
+        reconciled=_reconciled(file.reconciled, table, phases, rules),
         source=table.path.name,
     )
     notes = (
@@ -246,6 +254,24 @@ def _plan(table: TomlTable) -> LiftPlan:
     if plan.weather is not None:
         check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
+
+
+def _reconciled(
+    reasons: Mapping[str, str], table: TomlTable, phases: tuple[Phase, ...], rules: RuleSet
+) -> dict[tuple[str, str], str]:
+    """Phase and rule -> the reason of the file."""
+    names, keys, result = [phase.name for phase in phases], [rule.key for rule in rules.rules], {}
+    for text, reason in reasons.items():
+        phase, _, rule = text.rpartition("/")
+        for value, allowed in ((phase, names), (rule, keys)):
+            if value not in allowed:
+                raise table.at("reconciled").wrong(
+                    f'{quote(value)} is none{nearest(value, allowed)} Write "phase/rule" = "reason", such as'
+                    f' "{names[-1]}/{keys[0]}".',
+                    text,
+                )
+        result[phase, rule] = reason
+    return result
 
 
 def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
@@ -354,7 +380,7 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
 def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """Which passages and landings the file takes without a stop."""
     off = " and ".join(phase.name for phase in phases if phase.hold == 0.0)
-    return (f'hold = "{OFF}" of {off}: a stop there is not assessed, and must not be made',) if off else ()
+    return (f'hold = "{OFF}" of {off}: a stop there is not claimed, and must not be made',) if off else ()
 
 
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
@@ -413,6 +439,8 @@ def _digest(plan: LiftPlan) -> str:
         content_of_plan["gear"] = gear
     if plan.statement is not None:
         content_of_plan["capacity"] = plan.statement.model_dump(mode="json")
+    if plan.reconciled:
+        content_of_plan["reconciled"] = sorted((*at, reason) for at, reason in plan.reconciled.items())
     if plan.load_chart is not None:
         content_of_plan["load_chart"] = plan.load_chart.inputs()
     return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()

@@ -168,8 +168,9 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
     Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
     on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
-    compensation; those of a passive heave compensator but for phc; quantities and capacities that the winch type does
-    not have, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
+    compensation; those of a passive heave compensator but for phc; shares of time with an open relief valve in a
+    `passage`, but where the phase gives a limit of its own; quantities and capacities that the winch type does not
+    have, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
     `stillhook.plan.definition.rules_file.rules_of`.
     """
     return _limited(plan.under(alternative), phase, alternative)
@@ -189,9 +190,17 @@ def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Li
     applicable = [
         (rule, _limit(plan, phase, alternative, rule))
         for rule in rules_of(plan.rules, phase)
-        if QUANTITIES[rule.quantity].number in numbers and _holds(rule, phase, alternative)
+        if QUANTITIES[rule.quantity].number in numbers
+        and _holds(rule, phase, alternative)
+        and not (rule.quantity == "relief_share" and rule.key not in phase.limits and passage(plan, phase))
     ]
     return tuple(Limited(rule, each.value, each.basis, each.by_Hs) for rule, each in applicable if each is not None)
+
+
+def passage(plan: LiftPlan, phase: Phase) -> bool:
+    """Whether a phase is a short way at a speed: a single opening of a valve is there more than a share of its time may
+    be, and `peak-pressure`, at the most probable largest pressure, allows about one."""
+    return bool(phase.speed) and (phase.duration or 0.0) < plan.rules.settings["duration_least"]
 
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:

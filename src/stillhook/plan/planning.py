@@ -36,7 +36,7 @@ from stillhook.plan.table import (
     chosen,
     credited_of,
     gathered,
-    governed,
+    governing,
     lower_where_apart,
 )
 from stillhook.plan.tiers.closed_form import closed_form
@@ -222,7 +222,7 @@ def answered(
     modelled = lower_where_apart(lift_plan, limits_of_tiers, chosen(limits_of_tiers))
     heights = np.unique(lift_plan.environment.table().Hs)
     credited = credited_of(lift_plan, modelled, heights, certified.covers)
-    governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+    governs = governing(lift_plan, modelled, credited)
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
 
 

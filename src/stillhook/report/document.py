@@ -49,6 +49,12 @@ class Column(StrEnum):
     CODE = "code"  # in letters of equal width, folded
 
 
+class Grey(str):
+    """A cell with a number that does not count."""
+
+    __slots__ = ()
+
+
 Cell = str | Verdict
 """Of a table; lines after the first are notes."""
 

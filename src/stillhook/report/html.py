@@ -11,7 +11,7 @@ from functools import cache
 from html import escape
 from importlib.resources import files
 
-from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Grey, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import typeset
 
 PAGE = "document.html"
@@ -187,7 +187,11 @@ def _cell(cell: Cell, kind: Column, bold: bool) -> str:
         first, *notes = cell.split("\n")
         content = f"<b>{_escaped(first)}</b>" if bold else _escaped(first)
         content += _notes(notes)
-    return f"<td class={kind.value}>{content}</td>"
+    return (
+        f'<td class="{kind.value} grey">{content}</td>'
+        if isinstance(cell, Grey)
+        else f"<td class={kind.value}>{content}</td>"
+    )
 
 
 def _notes(lines: Sequence[str]) -> str:

@@ -61,7 +61,7 @@ def facts_of(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: W
         "payload": _payload(plan),
         "place": picked(plan, "h_tip", "depth", "rho") | {"text": _place(plan)},
         "phases": [described(phase) for phase in plan.phases],
-        "rules": picked(rules, "name", "version", "digest")
+        "rules": picked(rules, "name", "version", "digest", "entered_by")
         | {"changes": list(rules.changes), "rows": [_rule(rule) for rule in rules.rules]},
         "limited": [
             {"phase": phase.name, "alternative": alternative.value, **as_row(each)}

@@ -30,7 +30,7 @@ from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.definition.weights import weighing
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
-from stillhook.plan.table import APART, TOLERATED, Governed
+from stillhook.plan.table import APART, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     import xarray
 
 
+TOLERATED = ("load_pp", "e_c_pp")
+"""Quantities that a tolerance over the seabed limits: motion of the payload, control error of the wire."""
 TOLERANCES = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.36, 0.5)
 """Tolerances that are looked at in addition to the plan's own [m]."""
 PAYLOADS = (0.5, 1.5)

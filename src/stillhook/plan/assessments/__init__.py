@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from stillhook.plan.assessments import hindcast, rigging
+from stillhook.plan.assessments import hindcast, quality, rigging
 from stillhook.plan.assessments.interface import Assessment
 
-ASSESSMENTS: Sequence[Assessment] = (rigging, hindcast)
+ASSESSMENTS: Sequence[Assessment] = (rigging, hindcast, quality)
 """In the order of the report."""

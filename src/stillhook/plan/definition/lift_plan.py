@@ -249,6 +249,8 @@ class LiftPlan:
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
+    not_claimed: tuple[Phase, ...] = ()
+    reconciled: Mapping[tuple[str, str], str] = field(default_factory=dict)
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()
@@ -404,6 +406,10 @@ def check_wire(plan: LiftPlan) -> None:
         raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None
 
 
+HELD = ", held"
+"""What the name of a hold adds to that of its passage or landing."""
+
+
 class Holds(NamedTuple):
     """Holds of phases that do not name their own: time at the worst depth of a splash zone, time of the stop before a
     landing [s], and its height above the seabed [m]."""
@@ -440,11 +446,23 @@ def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Co
     return tuple(result)
 
 
+def holds_off(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
+    """Holds of joined phases that say "off", with the usual times, as the phases that `with_holds` makes of others."""
+    pairs = zip((None, *phases), phases, strict=False)
+    off = [
+        phase.model_copy(update={"hold": None})
+        for before, phase in pairs
+        if phase.hold == 0.0 and (before is None or before.kind is not PhaseKind.STAND_OFF)
+    ]
+    names = {phase.name for phase in phases}
+    return tuple(phase for phase in with_holds(off, usual, depth, standing) if phase.name not in names)
+
+
 def _held(phase: Phase, usual: float) -> list[Phase]:
     """A passage, and the hold after it."""
     time = usual if phase.hold is None else phase.hold
     passage = phase.model_copy(update={"hold": None})
-    held = {"name": f"{phase.name}, held", "speed": None, "time": time, "planned": None, "hold": time}
+    held = {"name": f"{phase.name}{HELD}", "speed": None, "time": time, "planned": None, "hold": time}
     return [passage, phase.model_copy(update=held)] if time > 0.0 else [passage]
 
 
@@ -456,7 +474,7 @@ def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str],
     height = begins if own and time <= 0.0 else min(phase.stand_off or usual.stand_off, begins)
     lands = phase.model_copy(update={"hold": None, "stand_off": height if own or time > 0.0 else None})
     stands = {
-        "name": f"{phase.name}, held",
+        "name": f"{phase.name}{HELD}",
         "kind": PhaseKind.STAND_OFF,
         "mode": WinchMode.AHC if phase.compensated else WinchMode.MANUAL,
         "start_depth": depth - height,

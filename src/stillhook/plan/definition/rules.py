@@ -91,8 +91,8 @@ class Rule:
     key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` in a
     `Demand`; limit: a number in SI, or the name of a capacity of the plan
     (`stillhook.plan.definition.capacities`); sense; level: largest value that counts; phases it belongs to; standard,
-    edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what it leaves;
-    factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
+    edition, clause: what it is from, the edition that the user entered, a clause "assumed" unless its text was seen;
+    note: why, or what it leaves; factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
     """
 
     key: str
@@ -128,8 +128,8 @@ class Rule:
 @dataclass(frozen=True)
 class RuleSet:
     """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its
-    content; source: whose rules they are; settings: numbers of the closed form [SI]
-    (`stillhook.plan.definition.rules_file.SETTINGS`).
+    content; source: whose rules they are; entered_by: who entered the editions of its standards; settings: numbers of
+    the closed form [SI] (`stillhook.plan.definition.rules_file.SETTINGS`).
     """
 
     name: str
@@ -139,6 +139,7 @@ class RuleSet:
     digest: str = ""
     source: str = ""
     settings: Mapping[str, float] = field(default_factory=dict)
+    entered_by: str = ""
 
     @property
     def label(self) -> str:
@@ -153,6 +154,7 @@ class RuleSet:
         """The set as plain data for JSON, limits in SI."""
         rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "requirement": r.requirement} for r in self.rules]
         top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
+        top |= {"entered_by": self.entered_by} if self.entered_by else {}
         return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
 
     def of(self, kind: PhaseKind | None) -> Mapping[str, Rule]:

@@ -97,9 +97,9 @@ def rules(result: PlanResult) -> list[Part]:
                 f"{_source(r)}.{note}",
             ]
         )
-    head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
+    head = ("", "rule (quantity)", "limit", "largest value", "source")
     version = f"{answer['name']} version {answer['version']}, digest {groups(answer['digest'], SHORT)}"
-    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
+    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version), ("editions", editions(answer))])]
     parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer["changes"] else []
     parts.append(Table(head, rows))
     stand: list[list[str]] = []
@@ -110,6 +110,11 @@ def rules(result: PlanResult) -> list[Part]:
     if stand:
         parts.append(Table(("", LIMITS[0], *LIMITS[2:]), stand, "Limits of the rules"))
     return parts
+
+
+def editions(of: Mapping[str, Any]) -> str:
+    """Who entered the editions of a rule set, in words."""
+    return f"entered by {of['entered_by']}" if of.get("entered_by") else "not entered"
 
 
 LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")

@@ -22,6 +22,7 @@ from stillhook.plan.report.words import (
     codes,
     few,
     gain,
+    governing_of,
     governs,
     height,
     highest,
@@ -47,7 +48,6 @@ from stillhook.weather.persistence import MONTHS
 if TYPE_CHECKING:
     import xarray
 
-GOVERNING = ("governing_phase", "governing_rule")
 BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
 """Blocks behind the limits."""
 PERIODS = 10
@@ -75,16 +75,13 @@ def picture(figures: Mapping[str, Figure], stem: str) -> list[Part]:
 def _governing(result: PlanResult) -> Part:
     """How often what governs, for every alternative, as credited."""
     labels, data = names(result.data), result.data.sel(credit=CREDITED)
-    pairs_of = {
-        name: Counter(zip(*(data[key].sel(alternative=name).values.ravel() for key in GOVERNING), strict=True))
-        for name in labels
-    }
-    counted: Counter[tuple[str, str]] = sum(pairs_of.values(), Counter())
+    pairs_of = {name: Counter(governing_of(data.sel(alternative=name))) for name in labels}
+    counted: Counter[tuple[str, str, str]] = sum(pairs_of.values(), Counter())
     rows = []
-    for pair, _ in counted.most_common():
-        code = codes(result, *map(str, pair))
-        what = f"{code}: {governs(*map(str, pair))}" if code else "no limit up to the highest sea state, or no result"
-        rows.append([what, *(str(pairs_of[name].get(pair, "")) for name in labels)])
+    for of, _ in counted.most_common():
+        code = codes(result, *of)
+        what = f"{code}: {governs(*of)}" if code else "no limit up to the highest sea state, or no result"
+        rows.append([what, *(str(pairs_of[name].get(of, "")) for name in labels)])
     return Table(("governs, credited", *(named(x) for x in labels)), rows, "What governs, in cells of the table")
 
 
@@ -124,7 +121,10 @@ def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: st
     """Least limit over some tiers and the rules (heading, period) [m]; NaN where none is determined."""
     values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
     Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
-    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
+    least = np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0))
+    if credit == CREDITED and "Hs_steepest" in result.data:
+        least = np.minimum(least, result.data["Hs_steepest"].values)
+    return np.asarray(least)
 
 
 def _by_rule(result: PlanResult, name: str) -> list[Part]:
@@ -280,10 +280,10 @@ def _varied(result: PlanResult) -> str:
     phrases = []
     for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
         cell = cells.sel(credit=credit)
-        phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
+        ((phase, rule, end),) = governing_of(cell)
         if phase and phase != attrs["phase"]:
             limit = height(float(cell["Hs_limit"]), highest(result))
-            phrases.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
+            phrases.append(f"{label}, {governs(phase, rule, end)} governs this cell at {limit} m and was not varied")
     return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied
 
 

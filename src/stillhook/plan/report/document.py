@@ -16,7 +16,7 @@ from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import first_page, tables, verdict
-from stillhook.plan.report.words import TEXTS, named, sentence
+from stillhook.plan.report.words import TEXTS, named, sentence, write
 from stillhook.plan.result import (
     FACTS,
     FAILED,
@@ -87,6 +87,8 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
+    if wrong := [row for check in result.facts.get("quality", {}).get("checks", []) for row in check["failed"]]:
+        lines.append(write(TEXTS["inconsistent"], n=len(wrong)))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
     return lines + [sentence(each) for each in result.caused(*MISSING)]
@@ -174,6 +176,6 @@ def brief(result: PlanResult) -> Document:
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
-    lines += [TEXTS["rules"].format(**facts["rules"])]
+    lines += [TEXTS["rules"].format(**facts["rules"], editions=basis.editions(facts["rules"]))]
     remarks = [each for each in facts["remarks"] if each not in facts["notes"]]
     return Document(facts["name"], name=_subtitle(result), front=[*parts, Bullets([*lines, *map(sentence, remarks)])])

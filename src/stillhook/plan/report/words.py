@@ -91,14 +91,26 @@ def rule_code(result: PlanResult, rule: str) -> str:
     return f"R{names(result.data, 'rule').index(rule) + 1}"
 
 
-def codes(result: PlanResult, phase: str, rule: str) -> str:
-    """Both; empty where nothing governs."""
-    return f"{phase_code(result, phase)} {rule_code(result, rule)}" if phase and rule else ""
+GOVERNING = ("governing_phase", "governing_rule", "governing_end")
+"""What governs a cell: phase, rule, and what the limit is the end of ("" where the rule is used up there)."""
 
 
-def governs(phase: str, rule: str) -> str:
+def governing_of(cells: xarray.Dataset) -> list[tuple[str, str, str]]:
+    """`GOVERNING` of every cell, row by row. Results of version 0.10 name no ends."""
+    columns = [cells[name].values.ravel() if name in cells else [""] * cells["Hs_limit"].size for name in GOVERNING]
+    return [(str(phase), str(rule), str(end)) for phase, rule, end in zip(*columns, strict=True)]
+
+
+def codes(result: PlanResult, phase: str, rule: str, end: str = "") -> str:
+    """What governs by its codes; empty where nothing does."""
+    by = TEXTS["end_codes"].get(end) or (rule_code(result, rule) if rule else "")
+    return f"{phase_code(result, phase)} {by}" if phase and by else by
+
+
+def governs(phase: str, rule: str, end: str = "") -> str:
     """What governs, in words."""
-    return f"{phase}: {rule.replace('-', ' ')}" if phase and rule else "-"
+    by = TEXTS["ends"].get(end) or rule.replace("-", " ")
+    return f"{phase}: {by}" if phase and by else by or "-"
 
 
 def height(Hs: float, highest: float) -> str:
