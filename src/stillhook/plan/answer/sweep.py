@@ -147,7 +147,7 @@ def _varied(
     delay: float | None = None,
 ) -> Variant:
     """A plan of the phases over the seabed alone, whose depths move with it."""
-    payload = plan.payload if mass is None else _of_mass(plan.payload, mass)
+    payload = plan.payload if mass is None else of_mass(plan.payload, mass)
     down = 0.0 if depth is None else depth - plan.depth
 
     def moved(phase: Phase) -> Phase:
@@ -160,7 +160,7 @@ def _varied(
     return Variant(varied, changed, column)
 
 
-def _of_mass(payload: Payload, mass: float) -> Payload:
+def of_mass(payload: Payload, mass: float) -> Payload:
     """The payload with another mass [kg], parts in proportion; outside, volume and what water does to it stay."""
     shape, factor = payload.shape, mass / payload.mass
     if shape is None:

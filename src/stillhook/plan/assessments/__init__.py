@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
+from stillhook.plan.assessments import sensitivity
 from stillhook.plan.assessments.interface import Assessment
 
-ASSESSMENTS: Sequence[Assessment] = ()
+ASSESSMENTS: Sequence[Assessment] = (sensitivity,)
 """In the order of the report."""

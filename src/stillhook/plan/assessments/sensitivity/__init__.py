@@ -1,0 +1,38 @@
+"""How far the limit of every phase moves when one number of the plan is otherwise: by the twin in the same waves where
+it has the limit, else by the method that has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stillhook.base.progress import Parts, Progress
+from stillhook.plan.assessments.interface import PlanState
+from stillhook.plan.assessments.sensitivity.governing import governing
+from stillhook.plan.assessments.sensitivity.report import parts
+from stillhook.plan.assessments.sensitivity.tornado import of_method, of_runs
+from stillhook.plan.definition.rules import Tier
+
+__all__ = ["EXPECTED", "NAME", "TITLE", "assess", "parts"]
+
+NAME, TITLE, EXPECTED = "sensitivity_by_phase", "Sensitivity, phase by phase", 40.0
+
+
+def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
+    """The tornado of every phase that has a limit: facts of `stillhook.plan.assessments.sensitivity.tornado`."""
+    if state.last is Tier.CLOSED_FORM:
+        return None
+    shown = state.answered.shown()
+    cells = [governing(state, phase, shown) for phase in state.plan.phases]
+    known = [cell for cell in cells if cell is not None]
+    part = Parts(progress, {"runs": 40.0, "methods": 4.0})
+    of_twin, n_runs = of_runs(state, [c for c in known if c.tier is Tier.TIME], shown, part("runs"))
+    others = of_method(state, [c for c in known if c.tier is not Tier.TIME], shown, part("methods"))
+    rows = {**of_twin, **others}
+    return {
+        "alternative": shown.value,
+        "Hs_highest": max(state.plan.environment.Hs),
+        "n_runs": n_runs,
+        "phases": [rows[phase.name] for phase in state.plan.phases if phase.name in rows],
+        "not_assessed": [p.name for p, cell in zip(state.plan.phases, cells, strict=True) if cell is None],
+    }
