@@ -1,14 +1,14 @@
 r"""Limits of a cell with one number of the plan otherwise, by runs of the twin in the same waves.
 
-Of every rule the level of what waves add to still water is taken from the runs of a few heights about the limit, as it
-grows there,
+Of every rule the level L of what waves add to still water is taken from runs at the limit and a step below and above
+it, all of the same seeds, and grows between them as powers of the height,
 
-.. math:: \ln L(H) = \ln L(H_0) + s \ln(H/H_0)
+.. math:: L(H) = L(H_0)\,(H/H_0)^{s}
 
-and that of a variation from runs of the same seeds at H_0: seed by seed it is so many times as much, and the mean of
-ln of that is the change of ln L, whose scatter over the seeds is small against that of L. The limit is where
-still water and L reach what the rule allows, all three as the variation has them; it is stated as a factor on the limit
-of the plan's own table, so that a variation of nothing is that limit.
+A variation is run with those seeds at H_0: there L is as many times as much as the means of both are apart, and seeds
+scatter about that ratio far less than about L. The limit is where still water and L reach what the rule allows, all
+three as the variation has them; it is stated as a factor on the limit of the plan's own table, so that a variation of
+nothing is that limit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from stillhook.plan.definition.capacities import calm as calm_of
 from stillhook.plan.definition.rules import Limited
 from stillhook.plan.limits import limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, request_together
-from stillhook.plan.tiers.time_domain.curves import x_limit_of
 from stillhook.plan.tiers.time_domain.lowering import SeaState
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import LEAST_PART, snapped
@@ -40,8 +39,8 @@ STEP = 1.25
 """Factor between the heights of the plan as it is."""
 SLOPES = (0.3, 4.0)
 """Powers of the height with which a level may grow."""
-FEWEST = 6
-"""Seeds in which waves have to add something, as planned and otherwise."""
+MOST_OF = 0.75
+"""Part of the seeds in which waves have to add something, as planned and otherwise."""
 EULER, OF_GUMBEL = 0.5772156649015329, math.sqrt(6.0) / math.pi
 """Mean of a Gumbel distribution over its scale, from its mode, and its scale over its standard deviation."""
 
@@ -57,51 +56,44 @@ class Level:
 
     @property
     def added(self) -> FloatArray:
-        """What waves added in every run (n,); NaN where they added nothing, inf where the run failed."""
-        added = self.x - self.still
-        return np.where(added > 1e-9 * max(abs(self.still), 1e-9), added, np.nan)
-
-    def x_limit(self, limit: float) -> float:
-        """x at a limit of the rule."""
-        return x_limit_of(self.measure, limit)
+        """What waves added in every run (n,), inf where it failed."""
+        return np.maximum(self.x - self.still, 0.0)
 
     @property
-    def ln_level(self) -> float:
-        """ln of what waves add at the rule's level, NaN where they do so too seldom: the mean of a share of time, else
-        the quantile of the Gumbel distribution of ln with these runs' mean and deviation."""
+    def known(self) -> bool:
+        """Whether waves added something in most runs: of what they do seldom these runs are too few."""
+        least = 1e-9 * max(abs(self.still), 1e-9)
+        return int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
+
+    @property
+    def level(self) -> float:
+        """What waves add at the rule's level: the mean of a share of time, else the quantile of the Gumbel distribution
+        with these runs' mean and deviation."""
         added = self.added[np.isfinite(self.added)]
-        if len(added) < FEWEST:
-            return math.nan
         if self.measure.statistic is Statistic.MEAN:
-            return math.log(float(added.sum()) / len(self.x))
+            return float(added.mean())
         q = self.measure.of_part()
         if self.measure.statistic is Statistic.CHANCE:
             q = replace(self.measure, q=1.0 - min(max(self.rule.limit, 1e-9), 1.0 - 1e-9)).of_part()
-        ln = np.log(added)
-        return float(ln.mean() + ln.std(ddof=1) * OF_GUMBEL * (-math.log(-math.log(q)) - EULER))
+        return float(added.mean() + added.std(ddof=1) * OF_GUMBEL * (-math.log(-math.log(q)) - EULER))
 
     def change(self, other: Level) -> tuple[float, float]:
-        """Change of ln of the level from this to another of the same seeds, and its standard error; NaN where too few
-        runs say so."""
+        """ln of how many times as much waves add in another of the same seeds, and its standard error."""
         n = min(len(self.x), len(other.x))
         a, b = self.added[:n], other.added[:n]
         both = np.isfinite(a) & np.isfinite(b)
-        if int(both.sum()) < FEWEST:
-            return math.nan, math.nan
         a, b = a[both], b[both]
-        if self.measure.statistic is Statistic.MEAN:
-            parts = b / b.mean() - a / a.mean()
-            return float(np.log(b.sum() / a.sum())), float(parts.std(ddof=1) / math.sqrt(len(parts)))
-        ln = np.log(b / a)
-        return float(ln.mean()), float(ln.std(ddof=1) / math.sqrt(len(ln)))
+        parts = b / b.mean() - a / a.mean()
+        return math.log(float(b.mean() / a.mean())), float(parts.std(ddof=1) / math.sqrt(len(parts)))
 
 
 class Growth(NamedTuple):
-    """Of a rule as planned: the level at H_0 as ln, the power of the height with which it grows, and its standard
-    error."""
+    """Of a rule as planned: the level at H_0, the powers of the height with which it grows below and above, and their
+    standard error: by the seeds, and half of what both are apart."""
 
-    ln_level: float
-    slope: float
+    level: float
+    below: float
+    above: float
     error: float
 
 
@@ -113,8 +105,9 @@ class CellRuns:
     cells: Cells = field(repr=False)
 
     @classmethod
-    def of(cls, cell: Cell, execution: Execution) -> CellRuns:
-        return cls(cell, Cells(cell.plan, execution))
+    def of(cls, cell: Cell, execution: Execution, waves: SeaState) -> CellRuns:
+        """waves: sea whose random numbers all runs take."""
+        return cls(cell, Cells(cell.plan, execution, waves))
 
     def wants(self, heights: Sequence[float]) -> list[CellRequest]:
         """A calm, and seeds of every height."""
@@ -123,12 +116,11 @@ class CellRuns:
         seas = [SeaState(Hs, *of.column) for Hs in (0.0, *heights)]
         return [CellRequest(of.phase.name, of.winch, s, SEEDS if s.Hs > 0.0 else calm) for s in seas]
 
-    def same_runs(self, other: CellRuns) -> bool:
-        """Whether another cell is run just so: it counts them otherwise alone."""
+    def same_course(self, other: CellRuns) -> bool:
+        """Whether the phase of another cell is run just so, and counts otherwise alone."""
         spot = SeaState(0.0, *self.cell.column)
         a, b = (each.cells.course(each.cell.phase, each.cell.winch, spot) for each in (self, other))
-        alike = replace(a, times=b.times, swings=b.swings) == b
-        return alike and self.cell.column == other.cell.column and self.cell.winch == other.cell.winch
+        return replace(a, times=b.times, swings=b.swings) == b
 
     def levels(self, Hs: float) -> dict[str, Level]:
         """Of every rule that runs determine: what they say at a height [m]."""
@@ -177,82 +169,77 @@ class Base:
 
     def moved(self, other: CellRuns) -> Moved:
         """The lowest limit of another cell over the rules."""
-        levels, rows = other.levels(self.Hs_0), []
-        for key, level in levels.items():
-            row = self._limit(key, level)
-            if row is not None:
-                rows.append(row)
+        levels = other.levels(self.Hs_0)
+        rows = [row for key in levels if key in self.levels and (row := self._limit(key, levels[key])) is not None]
         return min(rows, key=lambda row: (row.Hs, -row.used), default=Moved("", *[math.nan] * 4))
 
     def _limit(self, key: str, level: Level) -> Moved | None:
-        base, growth, table = self.levels.get(key), self.growth.get(key), self.Hs.get(key, math.nan)
-        if base is None or growth is None:
-            return None
-        lost = ~np.isfinite(level.x)
-        if lost.sum() > (~np.isfinite(base.x)).sum() + 1:
+        base, growth, table = self.levels[key], self.growth.get(key), self.Hs.get(key, math.nan)
+        if (~np.isfinite(level.x)).sum() > (~np.isfinite(base.x)).sum() + 1:
             return Moved(key, math.nan, 0.0, self.Hs_0, math.inf)  # runs fail that did not
-        change, error = base.change(level)
-        if not math.isfinite(change):
+        if growth is None or not level.known:
             return None
-        known = _crossing(base, growth, 0.0, self.Hs_0)
-        scale = table / known if 0.0 < table < math.inf and 0.0 < known < math.inf else 1.0
-        value = _crossing(level, growth, change, self.Hs_0) * scale
-        half = t_factor(len(level.x) - 1) * error / growth.slope
+        change, error = base.change(level)
+        value, known = self._crossing(level, growth, change), self._crossing(base, growth, 0.0)
+        used, scale = _used(level, growth, change), 1.0
+        if 0.0 < table < math.inf and 0.0 < known < math.inf:
+            scale = table / known
+        else:
+            used /= max(_used(base, growth, 0.0), 1.0)  # the plan's own runs show it inside as planned
+            value = value if used > 1.0 else math.inf
+        value *= scale
+        ends = (value, value)
         if 0.0 < value < math.inf:
-            half = math.hypot(
-                half, t_factor(len(level.x) - 1) * growth.error / growth.slope * math.log(value / self.Hs_0)
-            )
-        room = level.x_limit(level.rule.limit) - level.still
-        used = math.exp(growth.ln_level + change) / room if room > 0.0 else math.inf
-        ends = (value * math.exp(-half), value * math.exp(half)) if 0.0 < value < math.inf else (value, value)
+            moved = math.log(value / (scale * known)) if 0.0 < known < math.inf else math.log(value / self.Hs_0)
+            slope = growth.below if moved < 0.0 else growth.above
+            half = t_factor(len(level.x) - 1) / slope * math.hypot(error, growth.error * moved)
+            ends = value * math.exp(-half), value * math.exp(half)
         Hs, low, high = (x if x <= self.highest else math.inf for x in (value, *ends))
         return Moved(key, Hs, low, high, used)
 
-
-def _crossing(level: Level, growth: Growth, change: float, Hs_0: float) -> float:
-    """Height at which a level meets its rule, whose limit may fall in steps of the height [m]."""
-    bottom = 0.0
-    for top, limit in level.rule.bands:
-        room = level.x_limit(limit) - level.still
-        if room <= 0.0:
-            return bottom
-        H = Hs_0 * math.exp(min((math.log(room) - growth.ln_level - change) / growth.slope, 50.0))
-        if top >= H:
-            return max(H, bottom)
-        bottom = top
-    return math.inf
-
-
-def base_of(Hs: Mapping[str, float], highest: float) -> tuple[list[float], float]:
-    """Heights at which a cell is run as planned, and the one at which variations are: about the lowest limit, or below
-    the highest sea where there is none."""
-    lowest = min((h for h in Hs.values() if h > 0.0), default=math.inf)
-    middle = snapped(min(lowest, highest))
-    return sorted({snapped(middle / STEP), middle, *([snapped(middle * STEP)] if lowest < highest else [])}), middle
+    def _crossing(self, level: Level, growth: Growth, change: float) -> float:
+        """Height at which a level meets its rule, whose limit may fall in steps of the height [m]."""
+        bottom = 0.0
+        for top, limit in level.rule.bands:
+            room = x_limit_of(level.measure, limit) - level.still
+            if room <= 0.0:
+                return bottom
+            rise = math.log(room / growth.level) - change
+            H = self.Hs_0 * math.exp(min(rise / (growth.below if rise < 0.0 else growth.above), 50.0))
+            if top >= H:
+                return max(H, bottom)
+            bottom = top
+        return math.inf
 
 
-def grown(runs: CellRuns, heights: Sequence[float], Hs: Mapping[str, float], Hs_0: float, highest: float) -> Base:
+def _used(level: Level, growth: Growth, change: float) -> float:
+    """Part of what waves may add that they add at the height that was run [-]."""
+    room = x_limit_of(level.measure, level.rule.limit) - level.still
+    return growth.level * math.exp(change) / room if room > 0.0 else math.inf
+
+
+def heights_of(Hs: Mapping[str, float], highest: float) -> tuple[list[float], float]:
+    """Heights at which a cell is run as planned, and the one at which variations are: about the lowest limit, or at the
+    highest sea where there is none."""
+    middle = snapped(min([h for h in Hs.values() if h > 0.0] + [highest]))
+    return [snapped(middle / STEP), middle, *([snapped(middle * STEP)] if middle < highest else [])], middle
+
+
+def base_of(runs: CellRuns, heights: Sequence[float], Hs: Mapping[str, float], Hs_0: float, highest: float) -> Base:
     """A cell as planned, its heights run."""
     levels = {h: runs.levels(h) for h in heights}
     growth = {}
-    for key in levels[Hs_0]:
-        rows = [(math.log(h / Hs_0), levels[h][key]) for h in heights]
-        known = [(h, level.ln_level, _error(level)) for h, level in rows if math.isfinite(level.ln_level)]
-        at = next((ln for h, ln, _ in known if h == 0.0), math.nan)
-        if not math.isfinite(at) or len(known) < 2:
+    for key, at in levels[Hs_0].items():
+        if not (at.known and all(of[key].known for of in levels.values())):
             continue
-        h, means, errors = (np.array(column) for column in zip(*known, strict=True))
-        off = h - h.mean()
-        slope = float((off * means).sum() / (off**2).sum())
-        error = float(np.sqrt((off**2 * errors**2).sum()) / (off**2).sum())
-        growth[key] = Growth(at, min(max(slope, SLOPES[0]), SLOPES[1]), error)
+        slopes = []
+        for h in (h for h in heights if h != Hs_0):
+            (change, error), step = at.change(levels[h][key]), math.log(h / Hs_0)
+            slopes.append((min(max(change / step, SLOPES[0]), SLOPES[1]), error / abs(step)))
+        powers, errors = zip(*slopes, strict=True)
+        apart = 0.5 * (max(powers) - min(powers))
+        growth[key] = Growth(at.level, powers[0], powers[-1], math.hypot(max(errors), apart))
     return Base(runs, Hs, Hs_0, highest, levels[Hs_0], growth)
-
-
-def _error(level: Level) -> float:
-    """Standard error of the mean of ln of what waves added."""
-    added = level.added[np.isfinite(level.added)]
-    return float(np.log(added).std(ddof=1) / math.sqrt(len(added)))
 
 
 def run(wanted: Sequence[tuple[CellRuns, Sequence[float]]], progress: Progress | None) -> None:

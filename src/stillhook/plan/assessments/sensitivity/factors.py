@@ -129,7 +129,7 @@ def _judged(base: Cell, name: str, make: Callable[[Cell, float], Cell | None], t
     if name == "heading":
         low, high = low * tolerance, high * tolerance
     ends = []
-    for value in (low, high):
+    for value in (low,) if name == "certificate" else (low, high):
         text, reason, cell = _words(base, name, value), "", None
         try:
             cell = make(base, value)
@@ -261,7 +261,8 @@ def _heading(base: Cell, turn: float) -> Cell:
 
 
 def _certificate(base: Cell, share: float) -> Cell | None:
-    return base._replace(alternative=Alternative.CAP) if share < 1.0 else None
+    """Read from the plan's table."""
+    return None
 
 
 _MAKERS: Mapping[str, Callable[[Cell, float], Cell | None]] = {

@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.assessments.interface import PlanState
-from stillhook.plan.definition.rules import Alternative, Demand, Tier
-from stillhook.plan.limits import Limits, limited, utilisation
-from stillhook.plan.table import TIERS
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.limits import limited, utilisation
+from stillhook.plan.table import BY_RUNS, TIERS, Axes
 from stillhook.plan.tiers.time_domain.placing import Column
 from stillhook.spec.lift.phase import Phase
 
@@ -43,58 +42,56 @@ class Governing(NamedTuple):
 
 
 def governing(state: PlanState, phase: Phase, alternative: Alternative) -> Governing | None:
-    """The cell of a phase; None where no method has a limit of it."""
-    for tier in reversed(TIERS):
-        of = next(
-            (x for x in state.limits if (x.phase, x.alternative, x.tier) == (phase.name, alternative, tier)), None
-        )
-        if of is None or not len(of.Tp):
+    """The cell of a phase; None where no method has a limit of it. Where its limit in the table is by the
+    frequency-domain method, and the twin has one as well, it is that of the twin."""
+    axes, modelled = state.answered.axes, state.answered.modelled
+    at = axes.alternatives.index(alternative), axes.phases.index(phase.name)
+    Hs = np.where(np.isnan(modelled.Hs[at]), np.inf, modelled.Hs[at])  # (rule, heading, period)
+    rule, least = Hs.argmin(axis=0), Hs.min(axis=0)
+    known = ~np.isnan(modelled.Hs[at]).all(axis=0) & (least > 0.0)
+    if not known.any():
+        return None
+    places = [(int(i), int(j)) for i, j in np.argwhere(known)]
+    heading, period = min(places, key=lambda place: float(least[place]))
+    if math.isinf(least[heading, period]):
+        heading, period = max(places, key=lambda place: _used(state, phase, alternative, _column(axes, place)))
+    column = _column(axes, (heading, period))
+    tiers = modelled.tier[at][:, heading, period]
+    tier = int(tiers[rule[heading, period]] if math.isfinite(least[heading, period]) else tiers.max())
+    of_twin = state.answered.limits.Hs[(BY_RUNS, *at)][:, heading, period]
+    finite = of_twin[np.isfinite(of_twin) & (of_twin > 0.0)]
+    used = BY_RUNS if len(finite) else tier
+    limits = state.answered.limits
+    values, low, high = (x[(used, *at)][:, heading, period] for x in (limits.Hs, limits.low, limits.high))
+    rows = dict(zip(axes.rules, zip(values, low, high, strict=True), strict=True))
+    known_of = {key: row for key, row in rows.items() if not np.isnan(row).all()}
+    return Governing(
+        phase,
+        column,
+        TIERS[used],
+        {key: float(row[0]) for key, row in known_of.items()},
+        {key: (float(row[1]), float(row[2])) for key, row in known_of.items()},
+        (float(least[heading, period]), TIERS[tier].value),
+    )
+
+
+def _column(axes: Axes, place: Sequence[int]) -> Column:
+    return axes.periods[place[1]], axes.headings[place[0]]
+
+
+def _used(state: PlanState, phase: Phase, alternative: Alternative, column: Column) -> float:
+    """The most that the highest sea of a column uses of any rule's limit, by any method [-]."""
+    parts = [0.0]
+    for demand in state.demands:
+        if (demand.phase, demand.alternative) != (phase.name, alternative):
             continue
-        table = np.array([np.where(np.isnan(row), np.inf, row) for row in of.Hs.values()])
-        known = ~np.isnan(np.array(list(of.Hs.values()))).all(axis=0) if len(table) else np.zeros(0, dtype=np.bool_)
-        if not known.any():
+        rows = next((rows for T, beta, rows in demand.seas.columns if (T, beta) == column), None)
+        if rows is None:
             continue
-        least = np.where(known & (table.min(axis=0) > 0.0), table.min(axis=0), np.nan)
-        if np.isnan(least).all():
-            continue
-        i = int(np.nanargmin(least))
-        if math.isinf(least[i]):
-            i = _most_used(state, of, phase, np.flatnonzero(np.isposinf(least)).tolist())
-        column = float(of.Tp[i]), float(of.beta[i])
-        Hs = {key: float(row[i]) for key, row in of.Hs.items()}
-        ends = {key: (float(of.low[key][i]), float(of.high[key][i])) for key in Hs if key in of.low}
-        return Governing(phase, column, tier, Hs, ends, _counting(state.answered, phase.name, alternative, column))
-    return None
-
-
-def _counting(of: Answered, phase: str, alternative: Alternative, column: Column) -> tuple[float, str]:
-    """Limit of a phase in the plan's table as modelled [m], and its tier."""
-    axes = of.axes
-    heading, period = (int(x[0]) for x in axes.place(np.array(column[:1]), np.array(column[1:])))
-    at = (axes.alternatives.index(alternative), axes.phases.index(phase), slice(None), heading, period)
-    Hs = np.where(np.isnan(of.modelled.Hs[at]), np.inf, of.modelled.Hs[at])
-    rule = int(Hs.argmin())
-    tier = int(of.modelled.tier[at][rule])
-    return float(Hs[rule]), TIERS[tier].value if tier >= 0 else ""
-
-
-def _most_used(state: PlanState, of: Limits, phase: Phase, places: Sequence[int]) -> int:
-    """Of columns without a limit the one whose highest sea uses most of any rule's."""
-    who = (of.phase, of.alternative, of.tier)
-    demand = next((d for d in state.demands if (d.phase, d.alternative, d.tier) == who), None)
-    if demand is None:
-        return places[0]
-    return max(places, key=lambda i: _used(state, demand, phase, (float(of.Tp[i]), float(of.beta[i]))))
-
-
-def _used(state: PlanState, demand: Demand, phase: Phase, column: Column) -> float:
-    rows = next((rows for T, beta, rows in demand.seas.columns if (T, beta) == column), None)
-    if rows is None:
-        return 0.0
-    top, Hs = rows[-1:], demand.seas.Hs[rows[-1:]]
-    parts = [
-        utilisation(each, demand.values[each.rule.quantity][top], Hs)
-        for each in limited(state.plan, phase, demand.alternative)
-        if each.rule.quantity in demand.values
-    ]
-    return float(np.nan_to_num(np.array(parts), nan=0.0, posinf=0.0).max(initial=0.0))
+        top, Hs = rows[-1:], demand.seas.Hs[rows[-1:]]
+        parts += [
+            float(utilisation(each, demand.values[each.rule.quantity][top], Hs)[0])
+            for each in limited(state.plan, phase, alternative)
+            if each.rule.quantity in demand.values
+        ]
+    return float(np.nan_to_num(np.array(parts), nan=0.0, posinf=0.0).max())

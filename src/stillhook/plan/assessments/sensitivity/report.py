@@ -94,7 +94,8 @@ def _phase(phase: Mapping[str, Any], top: float) -> list[Part]:
     rows = [
         [
             f["title"],
-            *(cell for end in f["ends"] for cell in (end["text"], _words(end, top))),
+            *[cell for end in f["ends"] for cell in (end["text"], _words(end, top))],
+            *[EMPTY] * (2 * (2 - len(f["ends"]))),
             ", ".join(dict.fromkeys(e["rule"].replace("-", " ") for e in f["ends"] if e["resolved"] and e["rule"])),
         ]
         for f in ranked(phase, top)
@@ -179,7 +180,7 @@ def _tornado(ax: Axes, phase: Mapping[str, Any], top: float) -> None:
     base = phase["Hs"] if phase["verdict"] == LIMITED else top
     rows = ranked(phase, top)[:MOST]
     for i, factor in enumerate(rows):
-        for end, colour in zip(factor["ends"], (COLOURS[0], COLOURS[1]), strict=True):
+        for end, colour in zip(factor["ends"], COLOURS, strict=False):
             Hs = _height(end, top)
             if Hs is None or not end["resolved"]:
                 continue

@@ -11,12 +11,13 @@ import numpy as np
 
 from stillhook.base.progress import Progress
 from stillhook.plan.assessments.interface import PlanState
-from stillhook.plan.assessments.sensitivity.by_method import RESIDUAL, limit_of, winches
-from stillhook.plan.assessments.sensitivity.by_runs import SEEDS, Base, CellRuns, base_of, grown, run
-from stillhook.plan.assessments.sensitivity.factors import OF_TABLE, End, Factor, alone, factors_of
+from stillhook.plan.assessments.sensitivity.by_method import limit_of, winches
+from stillhook.plan.assessments.sensitivity.by_runs import SEEDS, Base, CellRuns, base_of, heights_of, run
+from stillhook.plan.assessments.sensitivity.factors import OF_MACHINE, OF_TABLE, End, Factor, alone, factors_of
 from stillhook.plan.assessments.sensitivity.governing import Governing
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.table import TIERS, Gathered
+from stillhook.plan.tiers.time_domain.lowering import SeaState
 
 LIMITED, ABOVE, NOT_JUDGED = "limited", "above", "not judged"
 """Of a limit: a height, none up to the highest sea, or not known."""
@@ -31,15 +32,16 @@ def of_runs(
     highest, plan = max(state.plan.environment.Hs), state.plan
     bases, wanted = [], []
     for of in cells:
-        runs = CellRuns.of(alone(plan, of.phase, shown, of.column), state.execution)
-        heights, middle = base_of(of.Hs, highest)
+        heights, middle = heights_of(of.Hs, highest)
+        waves = SeaState(middle, *of.column)
+        runs = CellRuns.of(alone(plan, of.phase, shown, of.column), state.execution, waves)
         factors, ends = factors_of(runs.cell, plan.environment.heading_tolerance), {}
         wanted.append((runs, heights))
         for factor, end in ((f, e) for f in factors for e in f.ends):
             if end.cell is None or _in_table(state, of, shown, factor.name, end) is not None:
                 continue
-            other = CellRuns.of(end.cell, state.execution)
-            if other.same_runs(runs):
+            other = CellRuns.of(end.cell, state.execution, waves)
+            if factor.name == "hold" and other.same_course(runs):
                 other.cells.runs = runs.cells.runs
             else:
                 wanted.append((other, [middle]))
@@ -49,7 +51,7 @@ def of_runs(
         run(wanted, progress)
     result = {}
     for of, runs, heights, middle, factors, ends in bases:
-        base = grown(runs, heights, of.Hs, middle, highest)
+        base = base_of(runs, heights, of.Hs, middle, highest)
         rows = [_row(state, of, shown, factor, base, ends) for factor in factors]
         result[of.phase.name] = _phase(of, rows) | {"n_seeds": SEEDS, "Hs_run": middle}
     return result, sum(each.cells.n_runs for each, _ in wanted)
@@ -123,33 +125,47 @@ def _phase(of: Governing, rows: Sequence[Mapping[str, Any]], known: tuple[float,
 
 
 def _in_table(state: PlanState, of: Governing, shown: Alternative, name: str, end: End) -> dict[str, Any] | None:
-    """What the plan's own table says of an end: of a neighbouring period or heading, or the flat cap; None where it
-    says nothing, or runs of the same waves say more."""
-    if name not in OF_TABLE or (end.cell is None and name != "certificate"):
+    """What the plan's own table says of an end: of a neighbouring period or heading, or of the flat cap; None where it
+    says nothing."""
+    if name == "certificate":
+        return _with_cap(state, of)
+    if name not in OF_TABLE or end.cell is None:
         return None
-    alternative, column = (shown, of.column) if end.cell is None else (end.cell.alternative, end.cell.column)
     limits: Gathered = state.answered.limits
     axes = limits.axes
-    if alternative not in axes.alternatives:
-        return _nothing("the plan has no flat cap")
-    pairs = zip((axes.headings, axes.periods), reversed(column), strict=True)
+    pairs = zip((axes.headings, axes.periods), reversed(end.cell.column), strict=True)
     places = [np.flatnonzero(np.isclose(axis, x)) for axis, x in pairs]
     if not all(len(place) for place in places):
         return None
     heading, period = (int(place[0]) for place in places)
-    who = (TIERS.index(of.tier), axes.alternatives.index(alternative), axes.phases.index(of.phase.name))
+    who = (TIERS.index(of.tier), axes.alternatives.index(shown), axes.phases.index(of.phase.name))
     at = (*who, slice(None), heading, period)
-    values = np.where(np.isnan(limits.Hs[at]), np.inf, limits.Hs[at])
     if np.isnan(limits.Hs[at]).all():
         return None
+    values = np.where(np.isnan(limits.Hs[at]), np.inf, limits.Hs[at])
     rule = int(values.argmin())
-    Hs, low, high = (float(table[at][rule]) for table in (limits.Hs, limits.low, limits.high))
-    Hs = math.inf if math.isnan(Hs) else Hs
+    Hs, low, high = float(values[rule]), *(float(table[at][rule]) for table in (limits.low, limits.high))
     base = of.lowest[0]
-    apart = (
-        bool(high < base or low > base) if math.isfinite(low) and math.isfinite(high) else abs(Hs - base) > NOT_MOVED
-    )
-    return _limit(Hs, low, high, axes.rules[rule], resolved=apart and Hs != base)
+    ends = of.interval
+    if all(map(math.isfinite, (low, high, *ends))):
+        apart = high < ends[0] or low > ends[1]
+    else:
+        apart = Hs != base and not abs(Hs - base) <= NOT_MOVED
+    return _limit(Hs, low, high, axes.rules[rule], resolved=bool(apart))
+
+
+def _with_cap(state: PlanState, of: Governing) -> dict[str, Any]:
+    """The limit with no more than the flat cap credited: of rules that it determines the lower of both."""
+    modelled = state.answered.modelled
+    axes = modelled.axes
+    if Alternative.CAP not in axes.alternatives:
+        return _nothing("the plan has no flat cap")
+    heading, period = (int(x[0]) for x in axes.place(np.array(of.column[:1]), np.array(of.column[1:])))
+    at = (axes.alternatives.index(Alternative.CAP), axes.phases.index(of.phase.name), slice(None), heading, period)
+    cap = dict(zip(axes.rules, modelled.Hs[at].tolist(), strict=True))
+    both = {key: float(np.fmin(Hs, cap[key])) for key, Hs in of.Hs.items()}
+    rule = min(both, key=lambda key: math.inf if math.isnan(both[key]) else both[key])
+    return _limit(both[rule], math.nan, math.nan, rule, resolved=both[rule] < of.lowest[0] - NOT_MOVED)
 
 
 def of_method(
@@ -172,11 +188,10 @@ def _by_method(state: PlanState, of: Governing, shown: Alternative) -> dict[str,
     def one(name: str, end: End) -> dict[str, Any]:
         if end.cell is None:
             return _in_table(state, of, shown, name, end) or _nothing(end.reason)
-        again = name in RESIDUAL or end.cell.alternative is not shown
-        Hs, rule = limit_of(end.cell, of.tier, None if again else winch)
+        Hs, rule, used = limit_of(end.cell, of.tier, None if name in OF_MACHINE else winch)
         resolved = Hs != known[0] and not abs(Hs - known[0]) <= NOT_MOVED
-        return _limit(Hs, math.nan, math.nan, rule, resolved=resolved)
+        return _limit(Hs, math.nan, math.nan, rule, resolved=resolved, used=used)
 
     factors = factors_of(base, state.plan.environment.heading_tolerance)
     rows = [_factor(factor, partial(one, factor.name)) for factor in factors]
-    return _phase(of, rows, known)
+    return _phase(of, rows, known[:2])

@@ -165,12 +165,13 @@ _Still = tuple[Winch, Course, TipPoint]
 
 @dataclass(eq=False)
 class Cells:
-    """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
-    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); requests so far; n_runs, and seconds of them, that
-    were requested (from the store or not)."""
+    """All runs of a plan so far. waves: sea whose random numbers all others take, None for those of each. runs: (phase,
+    winch, sea) -> numbers of `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); requests so far; n_runs,
+    and seconds of them, that were requested (from the store or not)."""
 
     plan: LiftPlan
     execution: Execution
+    waves: SeaState | None = None
     runs: dict[tuple[str, Winch, SeaState], dict[str, FloatArray]] = field(default_factory=dict)
     requests: int = 0
     n_runs: int = 0
@@ -314,7 +315,7 @@ class Cells:
         calm = request.winch.hangs(self.plan).once(lowering_of, phase, course, mode)
         if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
-        seeds = [seed_of(request.spot, k, self.execution.seed) for k in numbers]
+        seeds = [seed_of(self.waves or request.spot, k, self.execution.seed) for k in numbers]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seeds[0])
         return crane, [replace(one, seed=seed) for seed in seeds]
 
