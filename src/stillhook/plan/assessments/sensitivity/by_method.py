@@ -19,8 +19,8 @@ from stillhook.plan.tiers.winch_residual import Way
 
 def limit_of(cell: Cell, tier: Tier, winch: Mapping[Alternative, Way] | None = None) -> tuple[float, str, float]:
     """Lowest limit of a cell [m], inf above the highest sea, its rule, and the most that the highest sea uses of a
-    rule's limit [-]. winch: what it leaves of the tip's motion, identified on the cell's crane unless given, some seconds for
-    a controller."""
+    rule's limit [-]. winch: what it leaves of the tip's motion, identified on the cell's crane unless given, some
+    seconds for a controller."""
     plan, phase, env = cell.plan, cell.phase, cell.plan.environment
     heights = np.array(env.heights)
     seas = Seas(heights, *(np.full_like(heights, x) for x in cell.column))

@@ -28,6 +28,7 @@ from stillhook.plan.definition.capacities import calm as calm_of
 from stillhook.plan.definition.rules import Limited
 from stillhook.plan.limits import limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, request_together
+from stillhook.plan.tiers.time_domain.curves import x_limit_of
 from stillhook.plan.tiers.time_domain.lowering import SeaState
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import LEAST_PART, snapped
