@@ -9,13 +9,14 @@ from typing import Any
 from stillhook.base.progress import Parts, Progress
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.sensitivity.governing import governing
+from stillhook.plan.assessments.sensitivity.ranking import NAME
 from stillhook.plan.assessments.sensitivity.report import parts
 from stillhook.plan.assessments.sensitivity.tornado import of_method, of_runs
 from stillhook.plan.definition.rules import Tier
 
 __all__ = ["EXPECTED", "NAME", "TITLE", "assess", "parts"]
 
-NAME, TITLE, EXPECTED = "sensitivity_by_phase", "Sensitivity, phase by phase", 40.0
+TITLE, EXPECTED = "Sensitivity, phase by phase", 40.0
 
 
 def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.plan.assessments.sensitivity.tornado import ABOVE, LIMITED, NOT_JUDGED
+from stillhook.plan.assessments.sensitivity.ranking import ABOVE, NAME, NOT_JUDGED, base_of, height_of, ranked
 from stillhook.plan.definition.rules import Alternative
 from stillhook.report import document, kit
 from stillhook.report.document import Bullets, Part, Section, Table, Text
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NAME = "sensitivity_by_phase"
 STEM = "sensitivity"
 RESOLUTION = 150
 """Of the picture [dots per inch]."""
@@ -57,25 +56,6 @@ def _basis(of: Mapping[str, Any]) -> str:
             " where it has them."
         )
     return text
-
-
-def swing(factor: Mapping[str, Any], phase: Mapping[str, Any], top: float) -> float:
-    """How far a factor moves a limit at the most [m], up to the highest sea; 0 where it is not resolved."""
-    base = phase["Hs"] if phase["verdict"] == LIMITED else top
-    ends = [_height(end, top) for end in factor["ends"] if end["resolved"]]
-    return max((abs(Hs - base) for Hs in ends if Hs is not None), default=0.0)
-
-
-def _height(end: Mapping[str, Any], top: float) -> float | None:
-    if end["verdict"] == NOT_JUDGED:
-        return None
-    return float(top) if end["verdict"] == ABOVE else float(end["Hs"])
-
-
-def ranked(phase: Mapping[str, Any], top: float) -> list[Mapping[str, Any]]:
-    """Factors that move a phase's limit, the strongest first."""
-    of = [f for f in phase["factors"] if any(end["resolved"] for end in f["ends"])]
-    return sorted(of, key=lambda f: -swing(f, phase, top))
 
 
 def _words(end: Mapping[str, Any], top: float) -> str:
@@ -177,11 +157,11 @@ def tornadoes(of: Mapping[str, Any]) -> Figure | None:
 
 
 def _tornado(ax: Axes, phase: Mapping[str, Any], top: float) -> None:
-    base = phase["Hs"] if phase["verdict"] == LIMITED else top
+    base = base_of(phase, top)
     rows = ranked(phase, top)[:MOST]
     for i, factor in enumerate(rows):
         for end, colour in zip(factor["ends"], COLOURS, strict=False):
-            Hs = _height(end, top)
+            Hs = height_of(end, top)
             if Hs is None or not end["resolved"]:
                 continue
             ax.barh(i, Hs - base, 0.7, left=base, color=colour, alpha=0.9)

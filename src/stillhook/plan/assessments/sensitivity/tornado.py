@@ -15,12 +15,11 @@ from stillhook.plan.assessments.sensitivity.by_method import limit_of, winches
 from stillhook.plan.assessments.sensitivity.by_runs import SEEDS, Base, CellRuns, base_of, heights_of, run
 from stillhook.plan.assessments.sensitivity.factors import OF_MACHINE, OF_TABLE, End, Factor, alone, factors_of
 from stillhook.plan.assessments.sensitivity.governing import Governing
+from stillhook.plan.assessments.sensitivity.ranking import ABOVE, LIMITED, NOT_JUDGED
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.table import TIERS, Gathered
 from stillhook.plan.tiers.time_domain.lowering import SeaState
 
-LIMITED, ABOVE, NOT_JUDGED = "limited", "above", "not judged"
-"""Of a limit: a height, none up to the highest sea, or not known."""
 NOT_MOVED = 0.005
 """Change of a limit that counts as none [m]: the second decimal that tables print."""
 
