@@ -3,10 +3,10 @@ moves it less than runs scatter and what was not judged."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stillhook.plan.assessments.sensitivity.ranking import ABOVE, NAME, NOT_JUDGED, base_of, height_of, ranked
+from stillhook.plan.assessments.sensitivity.ranking import ABOVE, NAME, NOT_JUDGED, base_of, height_of, ranked, swing
 from stillhook.plan.definition.rules import Alternative
 from stillhook.report import document, kit
 from stillhook.report.document import Bullets, Part, Section, Table, Text
@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 STEM = "sensitivity"
 RESOLUTION = 150
 """Of the picture [dots per inch]."""
-WIDTH, ROW, FRAME = 7.2, 0.2, 0.75
+WIDTH, ROW, FRAME = 7.2, 0.3, 0.75
 """Width of the picture, height of a bar, and of the frame of a panel [inch]."""
-MOST = 8
-"""Bars of a panel: those of the factors that move the limit most."""
+MOST, LEAST_SWING = 7, 0.04
+"""Factors of a panel at the most, and part of the largest swing below which one is not drawn."""
+CAPTION = (
+    "Limiting Hs of every phase with one number at either end of its range: dashed as planned, blue the first end,"
+    " orange the second, thin line the 95 % interval. What moves a limit less than the runs scatter is left out."
+)
 METHODS = {"time": "the twin", "frequency": "the frequency-domain method", "closed-form": "the closed form"}
 
 
@@ -135,50 +139,42 @@ def drawn(of: Mapping[str, Any]) -> dict[str, document.Figure]:
 
 def tornadoes(of: Mapping[str, Any]) -> Figure | None:
     """A panel of every phase whose limit is moved, two in a row."""
-    top = of["Hs_highest"]
-    shown = [phase for phase in of["phases"] if ranked(phase, top)]
+    top = float(of["Hs_highest"])
+    shown = [(phase, rows) for phase in of["phases"] if (rows := _bars(phase, top))]
     if not shown:
         return None
-    lines = [shown[i : i + 2] for i in range(0, len(shown), 2)]
-    sizes = [max(len(ranked(phase, top)[:MOST]) for phase in line) for line in lines]
-    heights = [ROW * n + FRAME for n in sizes]
     columns = min(len(shown), 2)
+    lines = [shown[i : i + columns] for i in range(0, len(shown), columns)]
+    heights = [ROW * max(len(rows) for _, rows in line) + FRAME for line in lines]
     figure, axes = kit.panels(len(lines), columns, (WIDTH, sum(heights)), grid="x", height_ratios=heights)
     for line, row in zip(lines, axes, strict=True):
-        for ax, phase in zip(row, line, strict=False):
-            _tornado(ax, phase, top)
+        for ax, (phase, rows) in zip(row, line, strict=False):
+            _tornado(ax, phase, rows, top)
         kit.hide(row[len(line) :])
-    text = (
-        "Limiting Hs of every phase with one number at either end of its range: grey line as planned, blue the low end,"
-        " orange the high end, thin line the 95 % interval. Factors that move a limit less than the runs scatter are"
-        " left out."
-    )
-    return kit.caption(figure, text)
+    return kit.caption(figure, CAPTION)
 
 
-def _tornado(ax: Axes, phase: Mapping[str, Any], top: float) -> None:
-    base = base_of(phase, top)
-    rows = ranked(phase, top)[:MOST]
+def _bars(phase: Mapping[str, Any], top: float) -> list[Mapping[str, Any]]:
+    """Factors that are drawn: those that move the limit most, and none that hardly does beside the first."""
+    rows = ranked(phase, top)
+    least = LEAST_SWING * swing(rows[0], phase, top) if rows else 0.0
+    return [factor for factor in rows[:MOST] if swing(factor, phase, top) >= least]
+
+
+def _tornado(ax: Axes, phase: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], top: float) -> None:
+    base, half = base_of(phase, top), 0.2
     for i, factor in enumerate(rows):
-        for end, colour in zip(factor["ends"], COLOURS, strict=False):
+        for end, colour, place in zip(factor["ends"], COLOURS, (i - half, i + half), strict=False):
             Hs = height_of(end, top)
             if Hs is None or not end["resolved"]:
                 continue
-            ax.barh(i, Hs - base, 0.7, left=base, color=colour, alpha=0.9)
+            ax.barh(place, Hs - base, 2.0 * half, left=base, color=colour)
             if end["Hs_low"] is not None and end["Hs_high"] is not None:
-                ax.hlines(i, end["Hs_low"], end["Hs_high"], color="black", lw=0.9)
-            ax.annotate(
-                end["text"],
-                (Hs, i),
-                xytext=(3 if Hs >= base else -3, 0),
-                textcoords="offset points",
-                ha="left" if Hs >= base else "right",
-                va="center",
-                fontsize="x-small",
-            )
+                ax.hlines(place, end["Hs_low"], min(end["Hs_high"], top), color="black", lw=0.9)
     kit.threshold(ax, base, along="y")
-    ax.set_yticks(range(len(rows)), [factor["title"] for factor in rows], fontsize="small")
-    ax.invert_yaxis()
-    ax.margins(x=0.25)
+    labels = [f"{f['title']}\n{' | '.join(end['text'] for end in f['ends'])}" for f in rows]
+    ax.set_yticks(range(len(rows)), labels, fontsize="x-small")
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.tick_params(axis="x", labelsize="small")
     title = f"{phase['phase']}, Tp {show(phase['Tp'], 'time', 3)}, {direction(phase['beta'])}"
     kit.axis(ax, "limiting Hs [m]", title=title, size="small")
