@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from stillhook.plan.assessments import sensitivity
 from stillhook.plan.assessments.interface import Assessment
+from stillhook.plan.assessments.sensitivity import assumed
 
-ASSESSMENTS: Sequence[Assessment] = (sensitivity,)
+ASSESSMENTS: Sequence[Assessment] = (sensitivity, assumed)
 """In the order of the report."""

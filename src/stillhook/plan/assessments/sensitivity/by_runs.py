@@ -67,16 +67,21 @@ class Level:
         return int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
 
     @property
-    def level(self) -> float:
-        """What waves add at the rule's level: the mean of a share of time, else the quantile of the Gumbel distribution
-        with these runs' mean and deviation."""
-        added = self.added[np.isfinite(self.added)]
+    def over_mean(self) -> float:
+        """What waves add at the rule's level over their mean [-]: 1 for a share of time, else the quantile of the
+        Gumbel distribution with the runs' mean and deviation."""
         if self.measure.statistic is Statistic.MEAN:
-            return float(added.mean())
+            return 1.0
         q = self.measure.of_part()
         if self.measure.statistic is Statistic.CHANCE:
             q = replace(self.measure, q=1.0 - min(max(self.rule.limit, 1e-9), 1.0 - 1e-9)).of_part()
-        return float(added.mean() + added.std(ddof=1) * OF_GUMBEL * (-math.log(-math.log(q)) - EULER))
+        added = self.added[np.isfinite(self.added)]
+        return float(1.0 + added.std(ddof=1) / added.mean() * OF_GUMBEL * (-math.log(-math.log(q)) - EULER))
+
+    @property
+    def level(self) -> float:
+        """What waves add at the rule's level."""
+        return float(self.added[np.isfinite(self.added)].mean() * self.over_mean)
 
     def change(self, other: Level) -> tuple[float, float]:
         """ln of how many times as much waves add in another of the same seeds, and its standard error."""
@@ -85,7 +90,10 @@ class Level:
         both = np.isfinite(a) & np.isfinite(b)
         a, b = a[both], b[both]
         parts = b / b.mean() - a / a.mean()
-        return math.log(float(b.mean() / a.mean())), float(parts.std(ddof=1) / math.sqrt(len(parts)))
+        change = math.log(float(b.mean() / a.mean()))
+        if other.measure.of_part() != self.measure.of_part():  # of a phase that lasts for another time
+            change += math.log(other.over_mean / self.over_mean)
+        return change, float(parts.std(ddof=1) / math.sqrt(len(parts)))
 
 
 class Growth(NamedTuple):

@@ -16,15 +16,17 @@ from stillhook.errors import StillhookError
 from stillhook.plan.answer.sweep import of_mass
 from stillhook.plan.assessments.sensitivity.roll import with_roll_damping
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_tips, check_wire
-from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.definition.rules import Alternative, Limited
+from stillhook.plan.limits import limited
 from stillhook.plan.tiers.time_domain.lowering import Winch, machine_of, step_of, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.assembly import Assembly, Part, Scaled
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.phase import Phase
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.estimate import ENDS
 from stillhook.units import show
+from stillhook.variables import BY_NAME
 
 TABLE: Mapping[str, Mapping[str, Any]] = tomllib.loads(
     (files("stillhook.plan.assessments.sensitivity") / "factors.toml").read_text(encoding="utf-8")
@@ -34,16 +36,19 @@ OF_MACHINE = ("friction", "delay")
 """Factors of a winch that follows the tip."""
 OF_TABLE = ("Tp", "heading", "certificate")
 """Factors whose ends the plan's own table may hold."""
+ASSUMED = "assumed"
+"""Standard of a rule whose number no standard gives."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 
 class Cell(NamedTuple):
-    """A phase under an alternative in one column: Tp [s] and direction of travel [rad]."""
+    """A phase under an alternative in one column, Tp [s] and direction of travel [rad], and the rule that governs."""
 
     plan: LiftPlan
     phase: Phase
     alternative: Alternative
     column: Column
+    rule: str = ""
 
     @property
     def winch(self) -> Winch:
@@ -90,11 +95,11 @@ def spread(name: str, crane: Crane) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def alone(plan: LiftPlan, phase: Phase, alternative: Alternative, column: Column) -> Cell:
+def alone(plan: LiftPlan, phase: Phase, alternative: Alternative, column: Column, rule: str = "") -> Cell:
     """One phase of a plan in one column, run as the plan runs it."""
     env = plan.environment.model_copy(update={"Tp": (column[0],), "headings": (column[1],)})
     one = replace(plan, phases=(phase,), environment=env)
-    return _as_run(Cell(one, phase, alternative, column), plan)
+    return _as_run(Cell(one, phase, alternative, column, rule), plan)
 
 
 def _as_run(cell: Cell, plan: LiftPlan, change: Callable[[Crane], Crane] = lambda crane: crane) -> Cell:
@@ -117,12 +122,16 @@ def _judged(base: Cell, name: str, make: Callable[[Cell, float], Cell | None], t
         return Factor(name, reason="no controller follows the tip in this phase")
     if name == "speed" and phase.speed is None:
         return Factor(name, reason="the phase does not move")
+    if name == "hold" and phase.kind is PhaseKind.SPLASH and not phase.held:
+        return _stop(base)
     if name == "hold" and phase.speed is not None:
         return Factor(name, reason="its time is that of its way")
     if name == "C_D" and plan.payload.C_D == 0.0 and plan.payload.C_lin == 0.0:
         return Factor(name, reason="the payload has no drag")
     if name == "certificate" and base.winch.controller is None:
         return Factor(name, reason="no compensation is credited in this phase")
+    if name == "rule" and (reason := _given(base)):
+        return Factor(name, reason=reason)
     low, high = spread(name, plan.crane)
     if name == "delay" and plan.sensors.delay:
         high = plan.sensors.delay
@@ -137,6 +146,13 @@ def _judged(base: Cell, name: str, make: Callable[[Cell, float], Cell | None], t
             reason = str(problem).rstrip(".")
         ends.append(End(value, text, cell, reason))
     return Factor(name, tuple(ends), next((e.reason for e in ends if name == "roll" and e.reason), ""))
+
+
+def _stop(base: Cell) -> Factor:
+    """A passage with a stop at its worst depth, for as long as the rules take it."""
+    time = base.plan.rules.settings["hold"]
+    stops = _phase(base, speed=None, time=time, planned=None, hold=time)
+    return Factor("hold", (End(time, f"{show(time, 'time')} at the worst depth", stops),))
 
 
 def _words(base: Cell, name: str, value: float) -> str:
@@ -156,6 +172,8 @@ def _words(base: Cell, name: str, value: float) -> str:
         return show(value * (base.phase.time or 0.0), "time", 3)
     if name == "certificate":
         return f"{value:.0%}"
+    if name == "rule":
+        return f"{base.rule.replace('-', ' ')} {_limit_text(_governing(base), value)}"
     return f"{value:.3g} x"
 
 
@@ -260,6 +278,31 @@ def _heading(base: Cell, turn: float) -> Cell:
     return _column(base, base.column[0], (base.column[1] + turn) % (2.0 * math.pi))
 
 
+def _governing(base: Cell) -> Limited:
+    return next(each for each in limited(base.plan, base.phase, base.alternative) if each.rule.key == base.rule)
+
+
+def _given(base: Cell) -> str:
+    """Why the number of the rule that governs is no assumption; empty where it is one."""
+    known = [each for each in limited(base.plan, base.phase, base.alternative) if each.rule.key == base.rule]
+    if not known:
+        return "no rule governs"
+    if isinstance(known[0].rule.limit, str):
+        return "its limit is a capacity"
+    own = known[0].rule.standard == ASSUMED or base.rule in base.phase.limits
+    return "" if own else f"it is of {known[0].rule.standard}"
+
+
+def _limit_text(of: Limited, f: float) -> str:
+    """So many times the limit of a rule, as a plan file writes it."""
+    kind = BY_NAME[of.rule.quantity].kind
+    return show(f * of.limit, kind, 6) if kind else f"{f * of.limit:.6g}"
+
+
+def _rule(base: Cell, f: float) -> Cell:
+    return _phase(base, limits={**base.phase.limits, base.rule: _limit_text(_governing(base), f)})
+
+
 def _certificate(base: Cell, share: float) -> Cell | None:
     """Read from the plan's table."""
     return None
@@ -278,5 +321,6 @@ _MAKERS: Mapping[str, Callable[[Cell, float], Cell | None]] = {
     "hold": _hold,
     "friction": _friction,
     "delay": _delay,
+    "rule": _rule,
     "certificate": _certificate,
 }

@@ -33,14 +33,14 @@ def of_runs(
     for of in cells:
         heights, middle = heights_of(of.Hs, highest)
         waves = SeaState(middle, *of.column)
-        runs = CellRuns.of(alone(plan, of.phase, shown, of.column), state.execution, waves)
+        runs = CellRuns.of(alone(plan, of.phase, shown, of.column, of.lowest[1]), state.execution, waves)
         factors, ends = factors_of(runs.cell, plan.environment.heading_tolerance), {}
         wanted.append((runs, heights))
         for factor, end in ((f, e) for f in factors for e in f.ends):
             if end.cell is None or _in_table(state, of, shown, factor.name, end) is not None:
                 continue
             other = CellRuns.of(end.cell, state.execution, waves)
-            if factor.name == "hold" and other.same_course(runs):
+            if factor.name in ("hold", "rule") and other.same_course(runs):
                 other.cells.runs = runs.cells.runs
             else:
                 wanted.append((other, [middle]))
@@ -180,7 +180,7 @@ def of_method(
 
 
 def _by_method(state: PlanState, of: Governing, shown: Alternative) -> dict[str, Any]:
-    base = alone(state.plan, of.phase, shown, of.column)
+    base = alone(state.plan, of.phase, shown, of.column, of.lowest[1])
     winch = winches(base) if of.tier is Tier.FREQUENCY else None
     known = limit_of(base, of.tier, winch)
 
