@@ -180,7 +180,7 @@ def _planned(
         spread = partial(with_intervals, block, lift_plan, of, limits, forecast, value, threads=threads)
         blocks["weather"] = failures.attempt("intervals of the weather", spread, block)
     if last is not Tier.CLOSED_FORM:
-        detail = partial(reference_blocks, lift_plan, of, parts("reference cell"), residuals=twin is not None)
+        detail = partial(reference_blocks, lift_plan, of, parts("reference cell"))
         nothing: dict[str, xarray.Dataset] = {}
         blocks |= failures.attempt("reference cell", detail, nothing)
     if twin is not None:

@@ -43,7 +43,7 @@ FAILED = "not-computed"
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
-BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "sweep", "convergence", "weather")
+BLOCKS = ("depth", "efficiency", "landing", "sweep", "convergence", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
@@ -77,7 +77,6 @@ class PlanResult:
       z_resonance
     - efficiency (alternative, period): eta_wire, eta_load
     - landing (alternative, run): v_landed
-    - sensitivity (factor, alternative)
     - sweep (variant, alternative, landing_tolerance): Hs_landing
     - convergence (cell, n): Hs_limit, low, high
     - weather (credit, alternative, month; 0 the whole year)

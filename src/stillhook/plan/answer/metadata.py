@@ -234,7 +234,6 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
     codes = {
         "depth": method,
         "efficiency": method,
-        "sensitivity": method or "nothing-governs",
         "landing": runs or ("no-limit" if lands else "no-landing"),
         "sweep": runs or "no-compensated-landing",
         "convergence": runs or "no-limit",

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from stillhook.plan.assessments import hindcast, quality, rigging
+from stillhook.plan.assessments import hindcast, quality, rigging, sensitivity
 from stillhook.plan.assessments.interface import Assessment
+from stillhook.plan.assessments.sensitivity import assumed
 
-ASSESSMENTS: Sequence[Assessment] = (rigging, hindcast, quality)
+ASSESSMENTS: Sequence[Assessment] = (rigging, sensitivity, assumed, hindcast, quality)
 """In the order of the report."""

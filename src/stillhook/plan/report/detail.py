@@ -12,7 +12,6 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.actions import FACTORS
 from stillhook.plan.report.summary_page import side_by_side, waiting_in_full
 from stillhook.plan.report.words import (
     CREDITED,
@@ -34,7 +33,6 @@ from stillhook.plan.report.words import (
     of_wind_sea,
     phase_code,
     rule_code,
-    sea_words,
     sentence,
     workable,
 )
@@ -48,7 +46,7 @@ from stillhook.weather.persistence import MONTHS
 if TYPE_CHECKING:
     import xarray
 
-BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
+BEHIND = ("depth", "efficiency", "landing", "convergence")
 """Blocks behind the limits."""
 PERIODS = 10
 """Columns of a table at most."""
@@ -241,50 +239,14 @@ def _by_month(result: PlanResult) -> Part:
 
 
 def behind(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
-    """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
+    """Depth, efficiency, landing, convergence: those that were computed."""
     parts: list[Part] = []
     for name in BEHIND:
         if name in result:
             parts += picture(figures, name)
-            parts += _sensitivity(result) if name == "sensitivity" else []
     reasons = result.facts.get("not_computed", {})
     missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in BEHIND if n not in result]
     return [*parts, Text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
-
-
-def _sensitivity(result: PlanResult) -> list[Part]:
-    """Limits of every alternative with other inputs, and whether they are those of what governs."""
-    block, top = result["sensitivity"], highest(result)
-    rows = []
-    for i, factor in enumerate(names(block, "factor")):
-        tried = [str(block[k].values[i]) for k in ("low_text", "high_text")]
-        for j, name in enumerate(names(block)):
-            base, low, high = (
-                height(float(block[k].sel(alternative=name).values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")
-            )
-            words = FACTORS.get(factor, factor) if j == 0 else ""
-            rows.append([words, named(name), base, tried[0] if j == 0 else "", low, tried[1] if j == 0 else "", high])
-    head = ("input", "Hs [m] with", "as planned", "first value", "limit", "second value", "limit")
-    title = f"Limits with other inputs: {sea_words(block.attrs)}"
-    return [Text(_varied(result)), Table(head, rows, title)]
-
-
-def _varied(result: PlanResult) -> str:
-    """Which phase was varied, and which governs the leading alternative in that cell."""
-    attrs, name = result["sensitivity"].attrs, leading(result)
-    cells = result.data.sel(alternative=name).sel(
-        period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest"
-    )
-    by = f", by {attrs['tier']}" if attrs.get("tier") else ""
-    varied = f"Varied here: {governs(attrs['phase'], attrs['rule'])}{by}."
-    phrases = []
-    for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
-        cell = cells.sel(credit=credit)
-        ((phase, rule, end),) = governing_of(cell)
-        if phase and phase != attrs["phase"]:
-            limit = height(float(cell["Hs_limit"]), highest(result))
-            phrases.append(f"{label}, {governs(phase, rule, end)} governs this cell at {limit} m and was not varied")
-    return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied
 
 
 def tolerance_sweep(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:

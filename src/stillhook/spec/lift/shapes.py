@@ -96,7 +96,7 @@ class Share(NamedTuple):
     """n bodies of a shape with their undersides `at` above that of the whole [m]."""
 
     at: float
-    n: int
+    n: float
     body: Body
 
 
