@@ -92,9 +92,7 @@ def supervised(d: Driver) -> Supervised:
         read = Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip)
         order, sup = supervise(read, b.hang.course.sup, b.stage, b.lift.settings)
         left = order.power
-        tick = with_orders(
-            b.tick, order.v_op, order.s_op, order.mode, left * b.tick.f_pump, left * b.tick.f_passive
-        )
+        tick = with_orders(b.tick, order.v_op, order.s_op, order.mode, left * b.tick.f_pump, left * b.tick.f_passive)
         held, stopped = order.hold > 0.5, order.stop > 0.5
         m = with_F(
             b.m,

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
+from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.interface import Assessment
 
-ASSESSMENTS: Sequence[Assessment] = ()
+ASSESSMENTS: Sequence[Assessment] = (failures,)
 """In the order of the report."""

@@ -223,7 +223,7 @@ class Cells:
             return
         made = [(request, *self._cases(request)) for request in missing.values()]
         each = [(request, crane, case) for request, crane, cases in made for case in cases]
-        data = self._simulated([crane for _, crane, _ in each], [case for _, _, case in each], progress)
+        data = self.simulated([crane for _, crane, _ in each], [case for _, _, case in each], progress)
         counts = [self._course_of(request).counts for request, _, _ in each]
         numbers = run_numbers(data, counts, [self._intervals(request) for request, _, _ in each])
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
@@ -243,7 +243,7 @@ class Cells:
             )
             start += len(cases)
 
-    def _simulated(
+    def simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
     ) -> xarray.Dataset:
         """Runs as the plan makes them."""
@@ -271,7 +271,7 @@ class Cells:
         places = stored_places(crane, cases, store=self.execution.store, **self.options)
         if not places:
             return [], {}
-        data = self._simulated([crane] * len(places), [cases[i] for i in places])
+        data = self.simulated([crane] * len(places), [cases[i] for i in places])
         return [i + 1 for i in places], run_numbers(data, [self._course_of(request).counts] * len(places))
 
     def _intervals(self, request: CellRequest) -> int:
