@@ -41,11 +41,12 @@ from stillhook.plan.assessments.failures.runs import (
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone, reversal_time, worst_in_wave_zone
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Seas
+from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.result import CREDITS
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.time_domain.cells import Cells
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState
+from stillhook.spec.lift.joining import STANDS
 from stillhook.spec.lift.phase import Phase, PhaseKind
 
 OK, NOT_OK, NOT_ASSESSED, NOT_APPLICABLE = "ok", "not-ok", "not-assessed", "does-not-apply"
@@ -103,20 +104,30 @@ class Work:
         return [Request(failure.key, phase.name, sea, z) for phase, z in places for sea in seas]
 
     def requests(self, failure: Failure) -> list[Request]:
-        """A failure in all its places and seas."""
-        return self.at(self.places_of(failure), failure, self.seas)
+        """A failure in all its places and seas; at a stop before a landing in those of the fastest tip alone."""
+        return [
+            each
+            for place in self.places_of(failure)
+            for each in self.at([place], failure, self.fastest(place[0]) if self._like_landing(place[0]) else self.seas)
+        ]
+
+    def _like_landing(self, phase: Phase) -> bool:
+        """Whether a phase stands over the seabed before a landing, which is looked at more closely."""
+        return phase.kind in STANDS and any(p.kind is PhaseKind.LANDING and p.compensated for p in self.plan.phases)
 
     def after_trip(
         self, failure: Failure, severe: Mapping[tuple[str, float | None], Mapping[str, Any]]
     ) -> list[Request]:
-        """A failure where the trip is the worst; on a winch that does not follow the tip in all seas, and below the
-        waves in those of the fastest tip alone."""
+        """A failure where the trip is the worst; on a winch that does not follow the tip in the seas of the fastest
+        tip."""
         result = []
         for phase, z in self.places_of(failure):
+            if self._like_landing(phase):
+                continue
             row = severe.get((phase.name, z))
             seas = self.seas[:1] if row is None else [sea_of(row)]
             if not phase.compensated:
-                seas = list(self.seas) if phase.kind is PhaseKind.SPLASH else self.fastest(phase)
+                seas = self.fastest(phase)
             result += self.at([(phase, z)], failure, seas)
         return result
 
@@ -181,8 +192,10 @@ ALIKE = 0.02
 
 
 def assessed(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
-    """Failure cases of a plan as plain data [SI]; with runs of the twin where the plan has them, else what other methods
-    give, and the rest as not assessed."""
+    """Failure cases of a plan as plain data [SI]; with runs of the twin where the plan has them, else what other
+    methods give, and the rest as not assessed."""
+    if state.last is Tier.CLOSED_FORM:
+        return None
     alternative = state.answered.shown()
     seas = seas_of_limit(state, alternative)
     parts = Parts(progress, {"depths": 4.0, "trip": 12.0, "others": 6.0, "wave zone": 5.0})

@@ -1,5 +1,5 @@
-"""What follows by depth where AHC is lost: the sea up to which loads stay within limits, depths that must not be stopped
-in, and what to do in every band of depth."""
+"""What follows by depth where AHC is lost: the sea up to which loads stay within limits, depths that must not be
+stopped in, and what to do in every band of depth."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def touch_down_rule(plan: LiftPlan) -> tuple[str, float] | None:
 def without_ahc(
     plan: LiftPlan, places: Sequence[Braked], seas: Sequence[SeaState], heights: FloatArray
 ) -> dict[str, Any]:
-    """The payload on the brake, by the frequency-domain method: least seas from which loads, or touch-down, are beyond a
-    limit in the phases in which AHC can be lost; how far the payload moves down near the seabed; and every depth.
+    """The payload on the brake, by the frequency-domain method: least seas from which loads, or touch-down, are beyond
+    a limit in the phases in which AHC can be lost; how far the payload moves down near the seabed; and every depth.
 
     heights (c,) of the plan's own limit in the columns of the table [m], 0 where it is not asked for.
     """
@@ -111,7 +111,6 @@ def _row(place: Braked, touch: tuple[str, float] | None, columns: Sequence[Any],
         "z": place.z,
         "T_0": place.T_0,
         "ok": not _beyond(place, loads, heights),
-        "fall": float(np.nanmax(place.fall)),
         **{key: least[key] for key in ("Hs_from", "rule")},
     }
 

@@ -24,13 +24,15 @@ from stillhook.statistics.extremes import largest_of_parts, speed_at_crossing, z
 
 IN_WATER = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
 """Phases in which the payload is covered, and hangs free."""
+ALIKE = 1.0
+"""Way within which two heights of different phases are one [m]."""
 
 
 class Braked(NamedTuple):
     """The payload on a winch that stands on its brake for half an hour at one height: phase, z [m], natural period on
     the wire [s]; Hs rule -> limiting heights (c,) [m] over the columns of the table, inf above the highest sea; fall:
-    how far the payload moves down from where it hangs in the sea of each column that is asked for, (c,) [m]. Touch-down is
-    that of a load that is lowered on without compensation."""
+    how far the payload moves down from where it hangs in the sea of each column that is asked for, (c,) [m], NaN but
+    over the seabed. Touch-down is that of a load that is lowered on without compensation."""
 
     phase: str
     z: float
@@ -56,6 +58,8 @@ def braked(plan: LiftPlan, heights: FloatArray) -> list[Braked]:
             continue
         lands = landing_after(plan, phase)
         for place in situations(plan, phase):
+            if lands is None and any(abs(place.z - each.z) < ALIKE for each in result):
+                continue
             result.append(_at(plan, phase, lands, replace(place, time=HALF_HOUR), seas, at))
     return result
 
@@ -81,12 +85,16 @@ def _at(plan: LiftPlan, phase: Phase, lands: Phase | None, place: Situation, sea
         rules += [each for each in rules_of_failure(plan, lands) if each.rule.quantity == TOUCH_DOWN]
     demand = Demand(phase.name, Alternative.NONE, Tier.FREQUENCY, seas, values)
     limits = limits_of(demand, rules)
-    there = _part(plan, place, at)
-    T = zero_crossing_period(there.s.load, there.s.load_rate)
-    cycles = HALF_HOUR / np.where(np.isnan(T), np.inf, T)
-    fall = largest_of_parts(0.0, there.s.load[None], cycles[None], quantiles(plan)("load_pp"))
+    fall = np.full(len(at), np.nan) if lands is None else _fall(_part(plan, place, at), quantiles(plan)("load_pp"))
     known = {key: Hs for key, Hs in limits.Hs.items() if np.isfinite(values_of(values, rules, key)).any()}
     return Braked(phase.name, place.z, place.T_0, known, np.where(at.Hs > 0.0, fall, 0.0))
+
+
+def _fall(part: Part, quantile: float) -> FloatArray:
+    """How far the payload moves down from where it hangs in half an hour [m]."""
+    T = zero_crossing_period(part.s.load, part.s.load_rate)
+    cycles = HALF_HOUR / np.where(np.isnan(T), np.inf, T)
+    return largest_of_parts(0.0, part.s.load[None], cycles[None], quantile)
 
 
 def values_of(values: Mapping[str, FloatArray], rules: Sequence[Any], key: str) -> FloatArray:
@@ -102,11 +110,10 @@ def _part(plan: LiftPlan, place: Situation, seas: Seas) -> Part:
 
 def speeds(plan: LiftPlan) -> list[tuple[float, float, float]]:
     """Ways of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
-    result = []
-    for phase in plan.phases:
-        if phase.speed and phase.z_start is not None and phase.z_end is not None and phase.z_start != phase.z_end:
-            result.append((max(phase.z_start, phase.z_end), min(phase.z_start, phase.z_end), phase.speed))
-    return result
+    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed]
+    return [
+        (max(z_0, z_1), min(z_0, z_1), v) for z_0, z_1, v in ways if z_0 is not None and z_1 is not None and z_0 != z_1
+    ]
 
 
 def time_between(plan: LiftPlan, z_0: float, z_1: float) -> float:

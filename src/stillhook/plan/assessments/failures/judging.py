@@ -113,9 +113,10 @@ def still(plan: LiftPlan, phase: Phase, rule: str) -> float:
 
 
 def height_from(points: Mapping[float, float], at_rest: float) -> float:
-    """Height from which more than all of a limit is used [m], rounded down, of the parts that were used at some heights
-    (Hs -> part); inf where the highest uses less. Between two heights, and below the lowest down to what a calm uses, it
-    is straight: loads grow with the height or its square, so that the straight line is below the curve's crossing."""
+    """Height from which more than all of a limit is used [m], rounded down, of the parts that were used at heights
+    (Hs -> part); inf where the highest uses less. Between two heights, and below the lowest down to what a calm
+    uses, it is straight: loads grow with the height or its square, so that a straight line crosses the limit sooner
+    than the curve does."""
     heights = sorted(points)
     low_Hs, low = 0.0, at_rest
     for Hs in heights:
@@ -131,7 +132,7 @@ def height_from(points: Mapping[float, float], at_rest: float) -> float:
 
 
 def next_height(Hs: float, used_there: float, at_rest: float) -> float:
-    """A lower height at which a failure is tried that is beyond a limit at Hs [m]: about where it may be at the limit."""
+    """A lower height at which a failure is tried that is beyond a limit at Hs [m]: about where it may be at it."""
     share = (1.0 - at_rest) / (used_there - at_rest) if math.isfinite(used_there) else 0.5
     return max(round(Hs * min(max(share, 0.25), 0.9), 2), 0.05)
 

@@ -165,8 +165,8 @@ def standing(phase: Phase, z: float) -> Course:
 
 
 def begun(plan: LiftPlan, cells: Cells, phase: Phase, winch: Winch, each: Request) -> Course:
-    """How a phase goes until a failure: as its own runs, or about the height that is asked for; a landing is lowered from
-    its stand-off, or from what it comes down in `LONGEST_APPROACH`."""
+    """How a phase goes until a failure: as its own runs, or about the height that is asked for; a landing is lowered
+    from its stand-off, or from what it comes down in `LONGEST_APPROACH`."""
     if phase.kind is not PhaseKind.LANDING:
         if each.z is None:
             return cells.course(phase, winch, each.sea)
@@ -183,8 +183,8 @@ def begun(plan: LiftPlan, cells: Cells, phase: Phase, winch: Winch, each: Reques
 
 
 def moments(phase: Phase, course: Course, Tp: float) -> FloatArray:
-    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage or a landing; elsewhere
-    over a period of the waves, each train at phases between those of the others."""
+    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage or a landing;
+    elsewhere over a period of the waves, each train at phases between those of the others."""
     if _over_way(phase):
         return np.asarray((np.arange(MOMENTS) + 0.5) / MOMENTS * course.counted)
     return np.asarray(BEFORE + Tp * np.arange(MOMENTS) / MOMENTS)
@@ -200,8 +200,8 @@ def _over_way(phase: Phase) -> bool:
 
 
 def programme(course: Course, failure: Failure, t: float, Tp: float) -> tuple[Phase, ...]:
-    """The programme of a course with the failure t after `SETTLE` [s]. Compensation may begin later than planned by half
-    a period: where the programme goes on, what counts begins so much before the failure, and the joystick is
+    """The programme of a course with the failure t after `SETTLE` [s]. Compensation may begin later than planned by
+    half a period: where the programme goes on, what counts begins so much before the failure, and the joystick is
     released."""
     last = course.programme[course.counts]
     mode = WinchMode.AHC if last.mode is WinchMode.LANDING else last.mode

@@ -51,12 +51,12 @@ def _basis(of: Facts) -> str:
     return (
         f"In the seas of the credited limit ({of['alternative']}), at the worst heading of every period, each failure"
         f" begins at {of['moments']} moments of {of['trains']} wave trains, and the {fmt(of['after'], 'time')} after it"
-        " count. The worst moment is held against the same limits of loads and touch-down as the lift without a failure;"
-        " tolerances of the load's motion are not, since the landing is broken off. Other failures than the trip are run"
+        " count. The worst moment is held against the limits of loads and touch-down of the lift without a failure;"
+        " tolerances of the load's motion are not, since the landing is broken off. Other failures are run"
         f" in the sea in which the trip is the worst. A stop in the wave zone lasts {fmt(a['hold'], 'time')}"
         f" ({of['held_runs']} runs). Assumed: drift of the motion unit {fmt(a['drift'], 'speed', 2)}, a load cell that"
-        f" reads {a['load_cell_over']:g} times the SWL, one of {a['bottles']} gas bottles. Heights from which a limit is"
-        " passed are rounded down to 0.05 m."
+        f" reads {a['load_cell_over']:g} times the SWL, one of {a['bottles']} gas bottles. Heights from which a limit"
+        " is passed are rounded down to 0.05 m."
     )
 
 
@@ -124,8 +124,8 @@ def _lost(of: Facts) -> list[Part]:
     text += f"; touch-down over {limit} from Hs {fixed(touch['Hs_from'], 2)} m"
     if near["depth"] is not None:
         text += (
-            f". In the seas of the limit the load moves {fmt(near['fall'], 'length', 3)} down from where it is suspended: no stop"
-            f" below {fmt(near['depth'], 'length', 5)}"
+            f". In the seas of the limit the load moves {fmt(near['fall'], 'length', 3)} down from where it is"
+            f" suspended: no stop below {fmt(near['depth'], 'length', 5)}"
         )
     rows = [
         (
@@ -160,9 +160,9 @@ def _actions(of: Facts) -> Section:
             Text("No stop in these depths:" if stops else none),
             Bullets(stops),
             Text(
-                "Times are those of the way at the speeds of the phases, from the place of the band that is the furthest"
-                " from its end. Hoisting and lowering need power: in a blackout the load stays where it is until power"
-                " is back."
+                "Times are those of the way at the speeds of the phases, from the place of the band that is the"
+                " furthest from its end. Hoisting and lowering need power: in a blackout the load stays where it"
+                " is until power is back."
             ),
         ],
     )
