@@ -26,6 +26,8 @@ MODE_CODE = {
     WinchMode.TENSION: modes.STAGE_TENSION,
     WinchMode.SPLASH: modes.STAGE_SPLASH,
     WinchMode.LANDING: modes.STAGE_LANDING,
+    WinchMode.STOP: modes.STAGE_STOP,
+    WinchMode.BLACKOUT: modes.STAGE_BLACKOUT,
 }
 END_CODE = {
     "time": modes.UNTIL_TIME,

@@ -257,7 +257,7 @@ class Cells:
             )
             start += n
 
-    def _simulated(
+    def simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
     ) -> xarray.Dataset:
         """Runs as the plan makes them."""
@@ -285,7 +285,7 @@ class Cells:
         places = stored_places(crane, cases, store=self.execution.store, **self.options)
         if not places:
             return [], {}
-        data = self._simulated([crane] * len(places), [cases[i] for i in places])
+        data = self.simulated([crane] * len(places), [cases[i] for i in places])
         return [i + 1 for i in places], run_numbers(data, [self._course_of(request).counts] * len(places))
 
     def _intervals(self, request: CellRequest) -> int:
@@ -326,7 +326,7 @@ def request_together(pairs: Sequence[tuple[Cells, Sequence[CellRequest]]], progr
     missing = [cells._missing(wanted) for cells, wanted in pairs]
     made = [[(each, *cells._cases(each)) for each in new] for (cells, _), (new, *_) in zip(pairs, missing, strict=True)]
     runs = [(crane, case) for part in made for _, crane, cases in part for case in cases]
-    data = pairs[0][0]._simulated([crane for crane, _ in runs], [case for _, case in runs], progress) if runs else None
+    data = pairs[0][0].simulated([crane for crane, _ in runs], [case for _, case in runs], progress) if runs else None
     start = 0
     for (cells, wanted), (_, calms, first), part in zip(pairs, missing, made, strict=True):
         sizes = [(each, len(cases)) for each, _, cases in part]
