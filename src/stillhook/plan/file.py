@@ -318,7 +318,7 @@ def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase,
 
 
 def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
-    """That the winch's signals are without delay and noise, where it compensates and nothing else is said."""
+    """That the winch's signals are without delay and noise, where it compensates and nothing else is stated."""
     if "sensors" in file.model_fields_set or not any(phase.compensated for phase in phases):
         return ()
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
@@ -343,10 +343,10 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
     weather = weather.with_times()
     if file.endswith(".toml") and is_table(Path(file)):  # a description, over which the plan's own words win
-        file, said = description.described(file)
+        file, stated = description.described(file)
         own = weather.model_dump(exclude={"file"}, exclude_none=True, exclude_defaults=True)
-        words = said.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
-        weather = WeatherTable.model_validate(words | own | {"columns": {**said.columns, **weather.columns}})
+        words = stated.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
+        weather = WeatherTable.model_validate(words | own | {"columns": {**stated.columns, **weather.columns}})
     try:
         weather_file(file)
         where = ""

@@ -462,14 +462,14 @@ class Work:
         there = (len(self.cells.runs.get(ask.cell, {"duration": ()})["duration"]) for ask in wanted)
         done = self.cells.n_runs + sum(max(ask.seeds - n, 0) for ask, n in zip(wanted, there, strict=True))
         open_lines = sum(1 for line in self.lines if line.started and not line.resolved)
-        whole = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
-        part = max(done / whole - before, 0.0)
+        total = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
+        part = max(done / total - before, 0.0)
 
         def report(share: float) -> None:
             self.share = before + part * share
             tell(self.share)
 
-        return Relay(report, tell, self.cells.n_runs, whole)
+        return Relay(report, tell, self.cells.n_runs, total)
 
 
 def _first(of: ColumnRuns, n: int) -> ColumnRuns:
