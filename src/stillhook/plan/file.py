@@ -1,4 +1,4 @@
-"""Lift files as a plan reads them: phases with kinds, and beside them seas, rules and weather of the lift.
+"""Lift files as a plan reads them: phases with kinds, and in addition seas, rules and weather of the lift.
 
 A plan of the library as files to edit: the plan, and next to it the payload that it names.
 """
@@ -270,7 +270,7 @@ def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUni
 
 
 def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Crane:
-    """The crane with a certificate that nobody issued, for the conditions that a plan assumes to be validated."""
+    """The crane with a certificate that no one issued, for the conditions that a plan assumes to be validated."""
     if envelope is None:
         return crane
     if crane.certified is not None:
@@ -300,7 +300,7 @@ def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
 
 
 def _label(name: str, table: TomlTable) -> str:
-    """A name as it can stand in tables and pictures."""
+    """A name as it can be printed in tables and pictures."""
     if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
         raise table.wrong(f"give a name of one line and at most {LONGEST_NAME} letters.", "name")
     return name

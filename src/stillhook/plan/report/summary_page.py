@@ -44,7 +44,7 @@ from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
 from stillhook.spec.validity import UNSIGNED
 
 RUN = ("frequency", "time")
-"""Tiers that ask the twin."""
+"""Tiers that simulate."""
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is reported as longer."""
 NONE, LOWEST = "none", 1.0
@@ -245,7 +245,7 @@ def limits_table(result: PlanResult) -> Table:
 
 
 NO_INTERVAL = {"closed-form": "closed form", "frequency": "frequency domain", "time": "end of certificate"}
-"""What stands where a limit has no interval: its method; of runs, the highest sea that the certificate covers."""
+"""What is printed where a limit has no interval: its method; of runs, the highest sea that the certificate covers."""
 OUTSIDE_ALPHA = "case by case"
 """Stands for alpha where a limit is below the table of forecast factors."""
 

@@ -60,7 +60,7 @@ def frequency(
 
     Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of
     numbers. Largest values are those of the phase's duration, part by part of its way (see above),
-    at the level of the rule that asks for them; shares of time are means. Residuals of the winch are made on the twin
+    at the level of the rule about them; shares of time are means. Residuals of the winch are made on the twin
     where they are not on disk (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that
     cannot hang, or that the twin cannot carry.
     """
@@ -199,7 +199,7 @@ class Part:
     s: Sigmas = field(repr=False)
 
     def cycles(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
-        """Number of cycles of a motion in the part's time; 0 of what stands still."""
+        """Number of cycles of a motion in the part's time; 0 of what is at rest."""
         T = zero_crossing_period(sigma, rate)
         return np.asarray(self.time / np.where(np.isnan(T), np.inf, T))
 
@@ -325,7 +325,7 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
 def _of_winch(
     plan: LiftPlan, phase: Phase, alternative: Alternative, responses: Sequence[Part], way: Way, v: FloatArray
 ) -> dict[str, FloatArray]:
-    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion
+    """Shares of the time of the twin's hydraulics, and the pressure under a sine as fast as the fastest motion
     v [m/s]."""
     shares = [way.shares(p.load.s_w, *_tip_speed(p.forcing)) for p in responses]
     result = {name: _mean(responses, [share[name] for share in shares]) for name in shares[0]}

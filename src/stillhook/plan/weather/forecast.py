@@ -1,4 +1,4 @@
-"""A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
+"""A forecast compared with a plan: under each alternative, may the lift start now, and if not, when.
 
 A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction
 (`LimitTable.at`), and every additional limit (wind, say) holds. Cells of the plan without an OP_WF are

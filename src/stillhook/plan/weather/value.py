@@ -2,10 +2,10 @@
 the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
-err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
+deviate. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
 to turn keeps one heading through the window (`KeptHeadings`). Below the lowest height of the table
 of alpha no factor is given (case by case); so that such limits can be compared at all, the lowest one is taken here,
-which flatters them.
+an upper bound of them.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def _case_by_case(forecast: Forecast) -> str:
 
 
 def _limit_words(plan: LiftPlan, seas: Records) -> str:
-    """What a record is held against."""
+    """What a record is compared with."""
     words = "wave height at most OP_WF of its period and direction"
     if plan.environment.swell is None:
         return words

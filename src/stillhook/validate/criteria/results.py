@@ -152,7 +152,7 @@ class Measure:
         data: str = "",
         undetectable: bool = False,
     ) -> Measure:
-        """A measure of `MEASURES` from an estimate, a number, or nothing; a number that is not finite is none, empty
+        """A measure of `MEASURES` from an estimate, a number, or nothing; one that is not finite counts as nothing, empty
         notes do not count."""
         e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
         value = e.value if math.isfinite(e.value) else None

@@ -233,7 +233,7 @@ class Work:
         return []
 
     def crosses(self, line: LimitSearch) -> bool:
-        """Whether crossings find a line's limits: not beside a swell, where features do not grow with the height."""
+        """Whether crossings find a line's limits: not with a swell, where features do not grow with the height."""
         return self.swell == 0.0 and crosses(line.phase)
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
@@ -280,7 +280,7 @@ class Work:
         return limited(self.plan, line.phase, line.alternative)
 
     def estimate(self, line: LimitSearch) -> tuple[float, float]:
-        """Lowest limit of a line as it stands [m], and half of its interval in ln."""
+        """Lowest limit of a line as it is now [m], and half of its interval in ln."""
         return self._so_far(line).least(line.column)
 
     def judgement(self, line: LimitSearch) -> Judged:
