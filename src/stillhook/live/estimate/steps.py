@@ -26,7 +26,7 @@ MOST_ALARMS = 100
 EVEN = 1e-12
 """Ridge by which columns that go together are separated, of columns of unit length [-]."""
 LEAST_SCATTER = 0.01
-"""Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
+"""Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch does not measure what follows."""
 
 
 class Alarm(NamedTuple):

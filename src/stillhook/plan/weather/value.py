@@ -2,8 +2,8 @@
 the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
-deviate. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
-to turn keeps one heading through the window (`KeptHeadings`). Below the lowest height of the table
+deviate. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel
+free to turn keeps one heading through the window (`KeptHeadings`). Below the lowest height of the table
 of alpha no factor is given (case by case); so that such limits can be compared at all, the lowest one is taken here,
 an upper bound of them.
 """
