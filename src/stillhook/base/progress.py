@@ -1,4 +1,4 @@
-"""Progress of long work: its share done, from 0 to 1, of whatever parts it is made; as events for a listener, with a
+"""Progress of long work: its share done, from 0 to 1, over all its parts; as events for a listener, with a
 token that stops it."""
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Parts:
     """Progress of work in parts, one after another, of which each is expected to take so many seconds; never goes back.
 
     Only ratios of the times matter: a slower machine is slower in all parts. A part that takes next to no time leaves
-    its share to the parts that follow. progress None: nobody listens.
+    its share to the parts that follow. progress None: no listener.
     """
 
     def __init__(

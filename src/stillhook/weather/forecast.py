@@ -43,7 +43,7 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or
+    """An upper limit record by record: text as it was written, x what it looks at (n,), allowed (n,), or
     (heading, n) where it depends on the heading [SI], NaN where it does not count."""
 
     text: str
@@ -79,7 +79,7 @@ def check_forecast(
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
     limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
-    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record is within the horizon.
+    Errors: WeatherError where no limit is on the height, alpha is not available, or no record is within the horizon.
     """
     heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
     if not heights:
