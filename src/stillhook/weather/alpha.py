@@ -4,7 +4,7 @@ weather restricted.
 OP_WF = alpha OP_LIM; T_R = T_POP + T_C, and 2 T_POP where the contingency time T_C is not assessed. Alpha steps with
 T_POP (each row counts up to and including its time) and is interpolated along straight lines in Hs; above the highest
 Hs of the table it stays, below the lowest it is "case by case": none is made up. Source: DNV-OS-H101 section 4
-(recalled: check against your edition); tables are separate files.
+(not compared with print: check against your edition); tables are separate files.
 """
 
 from __future__ import annotations

@@ -256,8 +256,8 @@ OURS = (
     "audit",
     "diverged",
 )
-"""Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
-business."""
+"""Parts of a status that a controller is to blame for: not what load and motion do to wire and
+accumulator."""
 SHARES_OF_FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
 """Peak speeds of the fast runs, as parts of the speed with the pumps full: all settings must
 manage the first that the start manages."""

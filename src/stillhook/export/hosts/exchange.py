@@ -25,7 +25,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 ROUNDING = 1e-6
-"""Part of a PLC cycle by which a host's time may be beside one and still be it."""
+"""Part of a PLC cycle by which a host's time may deviate from one and still be it."""
 EPSILON = math.ulp(1.0)
 FORMAT = "stillhook exchange 2"
 MOST_CYCLES = 1_000_000
@@ -217,7 +217,7 @@ def counted(before: Mark, time: float, t_cycle: float) -> tuple[int, float]:
 
 
 def rounding(time: float, t_cycle: float) -> float:
-    """Part of a PLC cycle by which a host's time [s] may be beside one and still be it."""
+    """Part of a PLC cycle by which a host's time [s] may deviate from one and still be it."""
     return ROUNDING + min(2.0 * EPSILON * abs(time) / t_cycle, 0.01)
 
 

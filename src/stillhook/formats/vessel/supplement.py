@@ -40,7 +40,7 @@ def wrong(file: str, problem: str, do: str = EXPORT, *, line: int | None = None)
 
 
 def finite_numbers(fields: Sequence[str]) -> FloatArray | None:
-    """Numbers of a line, those of Fortran too; None where one is none, or not finite."""
+    """Numbers of a line, those of Fortran too; None where one is not a number, or not finite."""
     try:
         values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in fields])
     except ValueError:

@@ -73,7 +73,7 @@ class Split(NamedTuple):
 
 def nuisances(m: FloatArray, speed: FloatArray, t: FloatArray) -> FloatArray:
     """Columns (n, 2) that both sides of a step share: slopes of the coefficient with the strength of the half waves, so
-    that a sea that grows under a law of another form raises no alarm, and with time, so that oil that warms is no part
+    that a sea that grows under a law of another form raises no alarm, and with time, so that oil that warms is not part
     of a step."""
     return np.column_stack([m * (speed / speed.mean() - 1.0), m * (t - t.mean()) / max(float(np.ptp(t)), 1.0)])
 

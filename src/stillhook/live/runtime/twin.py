@@ -36,7 +36,7 @@ class LiveTwin:
     saved.
 
     Parameters: task; sinks of rows and events, which `pump` feeds; keeper of states in addition to the task's file. A
-    twin goes on from the newer state of both; without the file it begins at the scenario.
+    twin continues from the newer state of both; without the file it begins at the scenario.
 
     Errors: LiveError, one line, where crane, scenario or saved state are refused, or the process does not start.
     """

@@ -42,8 +42,9 @@ class Sign(NamedTuple):
 
 
 class Diagnosis(NamedTuple):
-    """candidates: causes that alone explain the signs, none where nothing is wrong; told: whether there is one, and it
-    can be distinguished; evidence: the signs that are out of their bands; unknown: signs without a verdict; window."""
+    """candidates: causes that alone explain the signs, none where nothing is wrong; `told`: whether there is one, and
+    it can be distinguished; evidence: the signs that are out of their bands; unknown: signs without a verdict;
+    window."""
 
     candidates: tuple[str, ...]
     told: bool
