@@ -1,4 +1,4 @@
-"""Lift files as a plan reads them: phases with kinds, and beside them seas, rules and weather of the lift.
+"""Lift files as a plan reads them: phases with kinds, and in addition seas, rules and weather of the lift.
 
 A plan of the library as files to edit: the plan, and next to it the payload that it names.
 """
@@ -307,7 +307,7 @@ def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUni
 
 
 def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Crane:
-    """The crane with a certificate that nobody issued, for the conditions that a plan assumes to be validated."""
+    """The crane with a certificate that no one issued, for the conditions that a plan assumes to be validated."""
     if envelope is None:
         return crane
     if crane.certified is not None:
@@ -354,7 +354,7 @@ def _statement(file: PlanFile, table: TomlTable, chart: CraneChart | None) -> Ca
 
 
 def _label(name: str, table: TomlTable) -> str:
-    """A name as it can stand in tables and pictures."""
+    """A name as it can be printed in tables and pictures."""
     if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
         raise table.wrong(f"give a name of one line and at most {LONGEST_NAME} letters.", "name")
     return name
@@ -371,7 +371,7 @@ def _factors(operation: OperationTable, table: TomlTable) -> str | None:
 
 
 def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
-    """That the winch's signals are without delay and noise, where it compensates and nothing else is said."""
+    """That the winch's signals are without delay and noise, where it compensates and nothing else is stated."""
     if "sensors" in file.model_fields_set or not any(phase.compensated for phase in phases):
         return ()
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
@@ -396,10 +396,10 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
     weather = weather.with_times()
     if file.endswith(".toml") and is_table(Path(file)):  # a description, over which the plan's own words win
-        file, said = description.described(file)
+        file, stated = description.described(file)
         own = weather.model_dump(exclude={"file"}, exclude_none=True, exclude_defaults=True)
-        words = said.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
-        weather = WeatherTable.model_validate(words | own | {"columns": {**said.columns, **weather.columns}})
+        words = stated.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
+        weather = WeatherTable.model_validate(words | own | {"columns": {**stated.columns, **weather.columns}})
     try:
         weather_file(file)
         where = ""

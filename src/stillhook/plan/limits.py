@@ -166,7 +166,7 @@ def _between(H: FloatArray, y: FloatArray, i: int) -> float:
 def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     """The rules of a phase with their limits in SI, in the order of the rule set.
 
-    Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
+    Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it rests
     on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
     compensation; those of a passive heave compensator but for phc; shares of time with an open relief valve in a
     `passage`, but where the phase gives a limit of its own; quantities and capacities that the winch type does not
@@ -177,7 +177,7 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
 
 def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none beside a swell."""
+    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none with a swell."""
     plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None

@@ -169,7 +169,7 @@ def labelled(
 CLASSIC = "best-classic"
 """Reference of a new controller's gain: the better classic controller."""
 NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
-"""Controllers that are held against the classic ones."""
+"""Controllers that are compared with the classic ones."""
 
 
 def ran(tiers: Collection[str]) -> bool:

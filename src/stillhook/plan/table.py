@@ -294,7 +294,7 @@ def unreported(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
 def inside(
     plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """In which seas (n,) the compensation that the twin computes may be credited in full; what stands against it, a
+    """In which seas (n,) the compensation that the twin computes may be credited in full; what prevents it, a
     reason each with the seas that it is of.
 
     Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin
@@ -325,7 +325,7 @@ def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
 
 
 def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
-    """What stands against a certificate in all seas."""
+    """What prevents credit of a certificate in all seas."""
     crane = plan.crane
     if crane.certified is None:
         return (f"{NO_CERTIFICATE}: no more than {CAP:.0%} of compensation is credited",)
@@ -397,7 +397,7 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
 
 
 def _uncovered(plan: LiftPlan, axes: Axes, alternative: Alternative, certified: BoolArray) -> list[Phase]:
-    """Compensated phases in which a certificate does not cover an alternative everywhere; none for what is no twin."""
+    """Compensated phases in which a certificate does not cover a twin everywhere; none for other alternatives."""
     of = certified[axes.alternatives.index(alternative)]
     return [p for p in plan.phases if alternative.twin and p.compensated and not of[axes.phases.index(p.name)].all()]
 

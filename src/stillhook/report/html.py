@@ -1,5 +1,5 @@
 """A document as one HTML file with its tables and figures inside, which needs nothing else to be read: contents
-beside the text, figures that open and zoom, light and dark, and a form for print."""
+next to the text, figures that open and zoom, light and dark, and a form for print."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _anchors(document: Document) -> dict[int, str]:
 
 
 def _contents(document: Document, anchors: dict[int, str]) -> Iterator[str]:
-    """The list of sections beside the text."""
+    """The list of sections next to the text."""
 
     def entries(parts: Sequence[Part], level: int) -> Iterator[str]:
         found = [part for part in parts if isinstance(part, Section)] if level <= DEPTH else []

@@ -109,7 +109,7 @@ class LiftTables(Spec):
             **dict.fromkeys(("limits", "criteria"), "Limits of a phase belong to it: [[phase]] limits = { ... }."),
         }
     )
-    """Words that are no field, and what to write in their place."""
+    """Words that are not a field, and what to write in their place."""
 
     name: Text | None = Field(default=None, description="name; default that of the file")
     crane: Text = Field(description="library name or crane file")

@@ -148,7 +148,7 @@ def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[
 
 
 def _weather_digest(weather: Weather) -> str:
-    """Of times and numbers as they were read, whatever the file looked like."""
+    """Of times and numbers as they were read, in any form of the file."""
     parts = [weather.time.astype("datetime64[ms]").tobytes(), repr(weather.step).encode()]
     for name in sorted(weather.columns):
         parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]

@@ -45,7 +45,7 @@ def with_intervals(
     found: limits of all tiers with their draws; forecast, value: what the block was made
     of. Limits without draws, of other tiers than the twin, are taken as exact. Each end is as far off the number as
     draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
-    the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
+    the number: the least of limits with errors is too low on the mean, and the number is off by as much as draws are.
     """
     axes = of.axes
     drawn = limit_draws(axes, tier_limits, of.limits.Hs.shape[1:])

@@ -86,7 +86,7 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
 
 
 class Swell(Spec):
-    """A swell beside the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
+    """A swell with the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
     heading from the bow [rad]; gamma None: by the rule of T_p/sqrt(H_s); spread as of the wind sea, None for
     long-crested waves.
 
@@ -128,7 +128,7 @@ class Environment(Record):
     long-crested waves.
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
-    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system beside
+    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system besides
     the wind sea whose height the table limits.
     """
 

@@ -136,7 +136,7 @@ class LoadChartTable(Spec):
 
 @dataclass(frozen=True)
 class CraneChart:
-    """A load chart in use: where the crane stands. pedestal: its axis of slewing (x, y) from the vessel's reference
+    """A load chart in use: place of the crane. pedestal: its axis of slewing (x, y) from the vessel's reference
     point [m], or radius of the tip [m] in its place; the other fields as of `LoadChartTable`."""
 
     chart: LoadChart

@@ -1,9 +1,9 @@
 """Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by
 which clause.
 
-What a phase of a lift asks in sea states: quantities that rules are held against, from one tier of the model.
+What a phase of a lift requires in sea states: quantities that rules limit, from one tier of the model.
 
-What the winch may be taken for: no compensation, the flat cap, the twin under each controller, and a winch that stands
+What the winch may be taken for: no compensation, the flat cap, the twin under each controller, and a winch that rests
 above a passive heave compensator.
 """
 
@@ -71,7 +71,7 @@ class Sense(StrEnum):
 
 
 class Level(StrEnum):
-    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases
+    """Which largest value of the phase is compared with the limit: the most probable one, or what 90 % of such phases
     stay below; mean: what has no largest value, such as a share of the time, a chance, or a tension at rest."""
 
     MPM = "mpm"
@@ -143,7 +143,7 @@ class RuleSet:
 
     @property
     def label(self) -> str:
-        """Name and version, as they stand on everything that is judged by this set."""
+        """Name and version, as printed on everything that is judged by this set."""
         return f"{self.name} version {self.version}"
 
     def level(self, quantity: str) -> Level:
@@ -274,7 +274,7 @@ class Demand:
     """Quantities of one phase under one alternative in every sea state, from one tier.
 
     values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not determine it. Largest
-    values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
+    values are those of the phase's duration at the quantile of the rule about them. low, high: ends of the 95 %
     interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none).
     """
 

@@ -171,7 +171,7 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
 
 
 def check_limit_texts(limits: Mapping[str, Any], table: TomlTable, rules: RuleSet) -> None:
-    """Refuse limits of a phase that are no texts; for numbers with the unit of the rule. table: that of the limits."""
+    """Refuse limits of a phase that are not texts; for numbers with the unit of the rule. table: that of the limits."""
     for key, value in limits.items():
         if isinstance(value, str):
             continue
@@ -321,7 +321,7 @@ def _limit(value: Any, table: TomlTable, key: str, quantity: str) -> tuple[float
 
 
 def _sourced(row: RuleTable, new: Rule, old: Rule, label: str) -> Rule:
-    """A rule that was changed does not go on bearing the standard of what it was."""
+    """A rule that was changed no longer bears the standard of what it was."""
     if row.standard is not None:
         return replace(new, edition=_word(row.edition, ""), clause=_word(row.clause, ""))
     if _meaning(new) == _meaning(old):

@@ -186,7 +186,7 @@ def seas(result: PlanResult) -> list[Part]:
 
 
 def _swell(swell: Mapping[str, Any] | None, op: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The second system beside the wind sea of the table, and which swells of weather it stands for."""
+    """The second system with the wind sea of the table, and which swells of weather it represents."""
     if swell is None:
         return []
     like = (
@@ -263,7 +263,7 @@ RUNS = {
     "seed": "seed of the waves (--seed)",
     "simulated": "simulated time",
 }
-"""Numbers of the runs in words; others, such as the time that a machine took, are no part of the answer."""
+"""Numbers of the runs in words; others, such as the time that a machine took, do not belong to the answer."""
 
 
 def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:

@@ -67,7 +67,7 @@ PANELS = 3
 
 
 def pictures(result: PlanResult) -> dict[str, document.Figure]:
-    """Every figure with its caption, by file stem: the same bytes whatever the settings of matplotlib here."""
+    """Every figure with its caption, by file stem: the same bytes with any settings of matplotlib."""
     import matplotlib  # heavy
 
     with matplotlib.rc_context():

@@ -44,7 +44,7 @@ from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
 from stillhook.spec.validity import UNSIGNED
 
 RUN = ("frequency", "time")
-"""Tiers that ask the twin."""
+"""Tiers that simulate."""
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is reported as longer."""
 NONE, LOWEST = "none", 1.0

@@ -205,7 +205,7 @@ def reading(result: PlanResult) -> str:
 
 
 def of_wind_sea(result: PlanResult) -> str:
-    """What limits are of where a swell is beside the wind sea of the table, for titles: ", of the wind sea beside a
+    """What limits are of where the table has a swell with its wind sea, for titles: ", of the wind sea besides a
     swell of ..."; empty without one."""
     swell = result.facts["settings"].get("swell")
     return "" if swell is None else f", of the wind sea with a {swell['text']}"

@@ -58,12 +58,12 @@ class Tip:
 
     @property
     def T_z(self) -> FloatArray:
-        """Zero-crossing period of the tip's height [s]; NaN where it stands still."""
+        """Zero-crossing period of the tip's height [s]; NaN where it is at rest."""
         return zero_crossing_period(self.z, self.v)
 
     @property
     def omega(self) -> FloatArray:
-        """Frequency of the tip's motion [rad/s]; 1 where it stands still."""
+        """Frequency of the tip's motion [rad/s]; 1 where it is at rest."""
         return np.divide(self.v, self.z, out=np.ones_like(self.z), where=self.z > 0.0)
 
     def largest(self, duration: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -200,7 +200,7 @@ class Part:
     s: Sigmas = field(repr=False)
 
     def cycles(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
-        """Number of cycles of a motion in the part's time; 0 of what stands still."""
+        """Number of cycles of a motion in the part's time; 0 of what is at rest."""
         T = zero_crossing_period(sigma, rate)
         return np.asarray(self.time / np.where(np.isnan(T), np.inf, T))
 
@@ -327,7 +327,7 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
 def _of_winch(
     plan: LiftPlan, phase: Phase, alternative: Alternative, responses: Sequence[Part], way: Way, v: FloatArray
 ) -> dict[str, FloatArray]:
-    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion
+    """Shares of the time of the twin's hydraulics, and the pressure under a sine as fast as the fastest motion
     v [m/s]."""
     shares = [way.shares(p.load.s_w, *_tip_speed(p.forcing)) for p in responses]
     result = {name: _mean(responses, [share[name] for share in shares]) for name in shares[0]}

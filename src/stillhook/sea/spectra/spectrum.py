@@ -202,7 +202,7 @@ def highest_sea(T_p: float) -> float:
 
 
 def doubts(H_m0: float, T_p: float, T_m02: float) -> tuple[str, ...]:
-    """What speaks against a sea of this height [m] and these periods [s], a line each; nothing for a sound one."""
+    """What contradicts a sea of this height [m] and these periods [s], a line each; nothing for a sound one."""
     lines = []
     for name, T in (("T_p", T_p), ("T_m02", T_m02)):
         s, most = steepness(H_m0, T), steepest(T, name)

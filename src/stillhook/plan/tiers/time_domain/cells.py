@@ -76,7 +76,7 @@ ENDS = tuple(dict.fromkeys(f"phase_{name}" for unit in UNITS.values() for name i
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
-payload that is held the runs' own largest values count: waves that slam are rare, and most peaks know nothing of them
+payload that is held the runs' own largest values count: waves that slam are rare, and most peaks do not show them
 (docs/explanation/limits-by-runs.md)."""
 PEAKS = "peaks "
 """Begins the name of the largest values of all intervals of a run (n, k)."""
@@ -362,7 +362,7 @@ def worst_submergences(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float]
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-    """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
+    """(Tp, beta) -> height of a phase's way at which the sling tension varies most with the winch on its brake [m], by
     the frequency-domain method in seas of middle height, and the time that the payload is where it swings hardly less
     [s]."""
     columns = plan.environment.table().columns

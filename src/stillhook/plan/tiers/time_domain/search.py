@@ -236,7 +236,7 @@ class Work:
         return []
 
     def crosses(self, line: LimitSearch) -> bool:
-        """Whether crossings find a line's limits: not beside a swell, where features do not grow with the height."""
+        """Whether crossings find a line's limits: not with a swell, where features do not grow with the height."""
         return self.swell == 0.0 and crosses(line.phase)
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
@@ -284,7 +284,7 @@ class Work:
         return tuple(each for each in rules if self.judges is None or each.rule.quantity in self.judges)
 
     def estimate(self, line: LimitSearch) -> tuple[float, float]:
-        """Lowest limit of a line as it stands [m], and half of its interval in ln."""
+        """Lowest limit of a line as it is now [m], and half of its interval in ln."""
         return self._so_far(line).least(line.column)
 
     def judgement(self, line: LimitSearch) -> Judged:
@@ -466,14 +466,14 @@ class Work:
         there = (len(self.cells.runs.get(ask.cell, {"duration": ()})["duration"]) for ask in wanted)
         done = self.cells.n_runs + sum(max(ask.seeds - n, 0) for ask, n in zip(wanted, there, strict=True))
         open_lines = sum(1 for line in self.lines if line.started and not line.resolved)
-        whole = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
-        part = max(done / whole - before, 0.0)
+        total = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
+        part = max(done / total - before, 0.0)
 
         def report(share: float) -> None:
             self.share = before + part * share
             tell(self.share)
 
-        return Relay(report, tell, self.cells.n_runs, whole)
+        return Relay(report, tell, self.cells.n_runs, total)
 
 
 def _first(of: ColumnRuns, n: int) -> ColumnRuns:

@@ -167,7 +167,7 @@ def refine(
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
     occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`);
-    execution: where runs are kept, so that an interrupted plan goes on, and who runs them; progress: share done, 0..1.
+    execution: where runs are kept, so that an interrupted plan resumes, and who runs them; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
     parts = Parts(progress, EXPECTED) if plan.low is not None else None
