@@ -402,11 +402,15 @@ class TestSheet:
 
     def test_a_planners_sheet_is_read_in_tonnes_and_kilonewtons(self, tmp_path):
         rows = "Component;Type;WLL (t);MBL [kN];Factor [1];Certificate\n"
-        rows += "Sling 13,6 m;Sling;;2400;3;C-17\nShackle;shackles;55,5;;;\nRing;Master link;120;;;\n"
-        sling, shackle, ring = self.read(tmp_path, rows)
-        assert (sling.MBL, sling.factor, sling.source) == (2400e3, 3.0, "C-17")
+        rows += (
+            "Sling 13,6 m;Sling;;2400;3;C-17\nShackle;shackles;55,5;;;\nRing;Master link;120;;;\nEye;Padeyes;100;;;\n"
+        )
+        sling, shackle, ring, eye = self.read(tmp_path, rows)
+        assert (sling.name, sling.MBL, sling.factor, sling.source) == ("Sling 13,6 m", 2400e3, 3.0, "C-17")
+        assert eye.name == "Eye"
         assert shackle.WLL == pytest.approx(55.5e3 * G)
         assert not ring.kind.of_leg
+        assert eye.kind == "lift-point"
 
     @pytest.mark.parametrize(
         ("text", "parts"),
