@@ -23,7 +23,7 @@ from stillhook.physics.scalar import G
 from stillhook.plan.assessments import rigging
 from stillhook.plan.assessments.rigging.legs import Suspension, shares, usual_skew, worst
 from stillhook.plan.definition.capacities import CAPACITIES
-from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.definition.weights import WeightTable, weight_of
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited, limits_in
@@ -31,7 +31,7 @@ from stillhook.plan.planning import plan as planned
 from stillhook.plan.report.document import write_answer
 from stillhook.plan.result import load_plan_result
 from stillhook.plan.tiers.closed_form import closed_form
-from stillhook.plan.tiers.weight_cases import lower_of
+from stillhook.plan.tiers.weight_cases import joined, lower_of
 from stillhook.report.document import Document, Section, Table
 from stillhook.report.html import html
 from stillhook.spec.lift.payload import Payload
@@ -351,6 +351,57 @@ class TestCases:
         assert (other.Hs["dynamic-load"][0], other.Hs["slack-sling"][0]) == (2.0, 1.0)
 
 
+def case_of(high: bool, Hs: list[float], values: dict[str, list[float]]) -> Demand:
+    """Runs of one column, or of the low case in it."""
+    seas = Seas(np.array(Hs), np.full(len(Hs), 8.0), np.zeros(len(Hs)))
+    seeds = np.full(len(Hs), 16 if high else 8)
+    of = {q: np.array(x) for q, x in values.items()}
+    return Demand("splash zone", Alternative.NONE, Tier.TIME, seas, of, of, of, seeds)
+
+
+def test_runs_of_both_cases_are_one_demand_in_which_each_judges_what_it_governs():
+    high = case_of(True, [1.0, 2.0], {"DAF": [1.2, 1.5], "sling_ratio": [0.5, 0.2]})
+    both = joined(high, case_of(False, [1.5], {"sling_ratio": [0.1]}))
+    assert both.seas.Hs.tolist() == [1.0, 2.0, 1.5]
+    assert np.array_equal(both.values["DAF"], [1.2, 1.5, math.nan], equal_nan=True)
+    assert np.array_equal(both.values["sling_ratio"], [math.nan, math.nan, 0.1], equal_nan=True)
+    assert both.seeds.tolist() == [16, 16, 8]
+    elsewhere = case_of(False, [1.5], {"sling_ratio": [0.1]})
+    elsewhere = joined(high, replace(elsewhere, seas=replace(elsewhere.seas, Tp=np.array([9.0]))))
+    assert elsewhere.values["sling_ratio"].tolist() == [0.5, 0.2, 0.1]
+
+
+THROUGH = """\
+[environment]
+Hs = "0.5 m to 4 m by 0.5 m"
+Tp = ["8 s"]
+headings = ["180 deg"]
+
+[[phase]]
+name = "splash zone"
+kind = "splash-zone"
+hold = "off"
+"""
+
+
+@pytest.mark.slow
+def test_the_twin_runs_the_low_case_where_slack_governs(tmp_path):
+    """Its limit is that of the low case as a plan of its own: the same seas, the same runs."""
+    text = manifold("none", start_depth="-1 m") + "\n".join((GEAR, WEIGHT, THROUGH))
+    (tmp_path / "both.toml").write_text(text, encoding="utf-8")
+    lift = load_plan(tmp_path / "both.toml")
+    both, low = (planned(case, tier="time") for case in (lift, replace(lift.low, weight=None, high=None)))
+
+    def limit(result, rule):
+        return float(result.data["Hs_rule"].sel(credit="twin", tier="time", rule=rule).squeeze())
+
+    cases = both.facts[rigging.NAME]["cases"]
+    assert cases["runs_low"] > 0
+    assert any(row["tier"] == "time" and row["rule"] == "slack-sling" for row in cases["low_governs"])
+    assert limit(both, "slack-sling") == pytest.approx(limit(low, "slack-sling"), rel=EXACT)
+    assert limit(both, "dynamic-load") < math.inf  # of the high case: the low one is within it up to the highest sea
+
+
 ITEM = '[[rigging.item]]\nname = "sling"\n'
 LEGS = '[rigging]\nlegs = 4\nangle = "60 deg"\n'
 
@@ -402,11 +453,15 @@ class TestSheet:
 
     def test_a_planners_sheet_is_read_in_tonnes_and_kilonewtons(self, tmp_path):
         rows = "Component;Type;WLL (t);MBL [kN];Factor [1];Certificate\n"
-        rows += "Sling 13,6 m;Sling;;2400;3;C-17\nShackle;shackles;55,5;;;\nRing;Master link;120;;;\n"
-        sling, shackle, ring = self.read(tmp_path, rows)
-        assert (sling.MBL, sling.factor, sling.source) == (2400e3, 3.0, "C-17")
+        rows += (
+            "Sling 13,6 m;Sling;;2400;3;C-17\nShackle;shackles;55,5;;;\nRing;Master link;120;;;\nEye;Padeyes;100;;;\n"
+        )
+        sling, shackle, ring, eye = self.read(tmp_path, rows)
+        assert (sling.name, sling.MBL, sling.factor, sling.source) == ("Sling 13,6 m", 2400e3, 3.0, "C-17")
+        assert eye.name == "Eye"
         assert shackle.WLL == pytest.approx(55.5e3 * G)
         assert not ring.kind.of_leg
+        assert eye.kind == "lift-point"
 
     @pytest.mark.parametrize(
         ("text", "parts"),

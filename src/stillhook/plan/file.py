@@ -62,7 +62,7 @@ from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Part, Text
-from stillhook.units import quote
+from stillhook.units import number, quote, show
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
 
@@ -243,6 +243,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         *_ideal(file, phases),
         *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
+        *_cases(plan),
         *_doubts(plan),
         *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
     )
@@ -381,6 +382,17 @@ def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """Which passages and landings the file takes without a stop."""
     off = " and ".join(phase.name for phase in phases if phase.hold == 0.0)
     return (f'hold = "{OFF}" of {off}: a stop there is not claimed, and must not be made',) if off else ()
+
+
+def _cases(plan: LiftPlan) -> tuple[str, ...]:
+    """The two weights that the rules are judged for."""
+    if plan.weight is None:
+        return ()
+    w = plan.weight
+    high, low = (show(m, "mass") for m in (w.SHL, w.net * w.low))
+    parts = " + ".join(show(m, "mass") for m in (w.rigging, w.extra) if m > 0.0)
+    build_up = f"{show(w.net, 'mass')} x {w.contingency:g}{' + ' if parts else ''}{parts}"
+    return (f"weight in air: high case {high} ({build_up}), low case {low}; every rule is judged for both",)
 
 
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:

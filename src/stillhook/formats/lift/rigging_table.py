@@ -26,6 +26,8 @@ NUMBERS = (
     ColumnSpec("factor", "", ("safety_factor", "sf"), "factor [1]"),
     ColumnSpec("dynamic", "", ("dynamic_factor",), "dynamic [1]"),
 )
+ALSO = {"padeye": "lift-point", "trunnion": "lift-point", "grommet": "sling", "ring": "master-link"}
+"""Other words of planners' sheets for kinds of items."""
 SOURCE = ColumnSpec("source", "", ("certificate", "reference", "drawing"), "source")
 
 
@@ -58,7 +60,8 @@ def _item(
 ) -> RiggingItem:
     text = "sling" if kinds is None else "-".join(kinds[i].lower().split()) or "sling"
     known = {kind.value: kind for kind in ItemKind}
-    kind = known.get(text) or known.get(text.removesuffix("s"))
+    words = [ALSO.get(word, word) for word in (text, text.removesuffix("s"))]
+    kind = next((known[word] for word in words if word in known), None)
     if kind is None:
         raise PlanError(f"{table.at(i)}: kind {quote(kinds[i] if kinds else text)} is not one of {', '.join(known)}.")
     data: dict[str, Any] = {key: f"{value!r} N" if key in ("WLL", "MBL") else value for key, value in row.items()}

@@ -102,7 +102,8 @@ def _digest(text: str) -> str:
 def _payload(plan: LiftPlan) -> dict[str, Any]:
     payload = plan.payload if plan.weight is None else plan.weight.payload
     more = {"digest": _payload_digest(plan), "rows": payload_rows(payload, plan.rho)}
-    return picked(payload, "name", "title", "mass", "height") | more
+    of = {} if plan.weight is None else {"mass": plan.payload.mass, "net": plan.weight.net}
+    return picked(payload, "name", "title", "mass", "height") | of | more
 
 
 def _payload_digest(plan: LiftPlan) -> str:

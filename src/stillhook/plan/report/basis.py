@@ -11,6 +11,7 @@ import numpy as np
 from stillhook.plan.report.words import (
     TEXTS,
     described,
+    in_air,
     named,
     names,
     over,
@@ -203,13 +204,12 @@ def models(result: PlanResult) -> list[Part]:
     parts: list[Part] = [facts([(t, TEXTS["tiers"][t]) for t in used])]
     parts += [Text(TEXTS["counts"]), Text(TEXTS["extremes"])]
     payload, vessel, crane = (answer[key] for key in ("payload", "vessel", "crane"))
-    mass = fmt(payload["mass"], "mass")
     rows = [
         ("crane", f"{crane['name']}: {crane['title']}; SWL {fmt(crane['SWL'], 'mass')}"),
         ("vessel", f"{vessel['name']}: {vessel['title']}"),
         *(("", note) for note in vessel["notes"]),
         ("place", answer["place"]["text"]),
-        ("payload", f"{payload['name']}: {payload.get('title') or ''} {mass} in air"),
+        ("payload", f"{payload['name']}: {payload.get('title') or ''} {in_air(payload)}"),
     ]
     numbers = [[item, _plain(value), *more] for item, value, *more in payload["rows"]]
     shared: list[Part] = [facts(rows), Table(("payload", "value", "kind", "source"), numbers)]

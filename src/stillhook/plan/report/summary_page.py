@@ -25,6 +25,7 @@ from stillhook.plan.report.words import (
     governs,
     height,
     highest,
+    in_air,
     leading,
     limits,
     lines_of,
@@ -330,9 +331,8 @@ def _basis(result: PlanResult) -> list[tuple[str, str]]:
     by_rule = ", gamma by Tp and Hs" if settings["wave"] == "jonswap" else ""
     peak = f", gamma {settings['gamma']:g}" if settings["gamma"] else by_rule
     spread = f"spreading cos^{settings['spread']:g}" if settings["spread"] else "long-crested"
-    mass = fmt(payload["mass"], "mass")
     return [
-        ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
+        ("lift", f"{payload['name']}, {in_air(payload)}, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
         *([("limits", of_wind_sea(result).removeprefix(", "))] if of_wind_sea(result) else []),

@@ -71,6 +71,12 @@ def described(alternative: str) -> str:
     return write(texts["twin"], title=Mode(alternative).law.title)
 
 
+def in_air(payload: Mapping[str, Any]) -> str:
+    """What a payload weighs in air, by its facts in a result."""
+    mass = fmt(payload["mass"], "mass")
+    return f"{mass} in air{' with contingency and rigging' if 'net' in payload else ''}"
+
+
 def named(alternative: object) -> str:
     """An alternative as it is called in texts."""
     return Alternative(str(alternative)).label if str(alternative) in list(Alternative) else str(alternative)

@@ -50,7 +50,7 @@ def _legs(plan: LiftPlan, rows: list[dict[str, Any]]) -> dict[str, Any]:
     row = max((r for r in rows if r["dynamic"] is not None), key=lambda r: float(r["dynamic"]), default=None)
     DHL = plan.payload.mass * G * gear_DAF(plan) if row is None else float(row["dynamic"])
     T = [skew * DHL * float(share) for share in of.shares]
-    items = [
+    items: list[dict[str, Any]] = [
         {
             "name": item.name,
             "kind": item.kind.value,

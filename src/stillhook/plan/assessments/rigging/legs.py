@@ -51,10 +51,10 @@ def shares(suspension: Suspension, x: float = 0.0, y: float = 0.0) -> FloatArray
         offset = float(np.array([x, y]) @ along)
         U = np.array([ends @ along, [-suspension.h, -suspension.h]]) / np.hypot(suspension.h, ends @ along)
         d = np.array([offset, -(suspension.h + suspension.c)])
-        return np.linalg.solve(U, d / np.linalg.norm(d))
+        return np.asarray(np.linalg.solve(U, d / np.linalg.norm(d)))
     U = np.column_stack([ends, np.full(len(ends), -suspension.h)]).T
     d = np.array([x, y, -(suspension.h + suspension.c)])
-    return np.linalg.lstsq(U / np.linalg.norm(U, axis=0), d / np.linalg.norm(d), rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(U / np.linalg.norm(U, axis=0), d / np.linalg.norm(d), rcond=None)[0])
 
 
 class Worst(NamedTuple):
