@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,22 +110,26 @@ def _part(plan: LiftPlan, place: Situation, seas: Seas) -> Part:
 
 
 def speeds(plan: LiftPlan) -> list[tuple[float, float, float]]:
-    """Ways of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
-    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed]
+    """Ways over the side of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
+    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed and p.kind not in ON_DECK]
     return [
         (max(z_0, z_1), min(z_0, z_1), v) for z_0, z_1, v in ways if z_0 is not None and z_1 is not None and z_0 != z_1
     ]
 
 
+ON_DECK = (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN)
+
+
 def time_between(plan: LiftPlan, z_0: float, z_1: float) -> float:
-    """Time that the payload takes from one height to another [s] at the speeds of the phases that it passes; what no
-    phase passes at the least of them; inf where nothing moves."""
+    """Time that the payload takes from one height to another [s], everywhere at the least speed of the phases that pass
+    it; where none does at the least of all; inf where nothing moves."""
     top, bottom = max(z_0, z_1), min(z_0, z_1)
     ways = speeds(plan)
     if not ways:
         return math.inf
-    total, covered = 0.0, 0.0
-    for upper, lower, v in ways:
-        part = max(min(top, upper) - max(bottom, lower), 0.0)
-        total, covered = total + part / v, covered + part
-    return total + max(top - bottom - covered, 0.0) / min(v for _, _, v in ways)
+    slowest = min(v for _, _, v in ways)
+    ends = sorted({top, bottom, *(z for upper, lower, _ in ways for z in (upper, lower) if bottom < z < top)})
+    return sum(
+        (b - a) / min((v for upper, lower, v in ways if lower < 0.5 * (a + b) < upper), default=slowest)
+        for a, b in pairwise(ends)
+    )
