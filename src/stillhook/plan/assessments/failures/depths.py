@@ -53,7 +53,7 @@ def braked(plan: LiftPlan, heights: FloatArray) -> list[Braked]:
     seas = plan.environment.table()
     columns = seas.columns
     at = Seas(heights, *(np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1)))
-    result = []
+    result: list[Braked] = []
     for phase in plan.phases:
         if phase.kind not in IN_WATER:
             continue
