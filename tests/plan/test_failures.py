@@ -175,7 +175,7 @@ SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touc
 
 
 def test_every_depth_over_the_side_has_one_action(lift):
-    rows = bands.actions(lift, [ZONE, SEABED], {})
+    rows = bands.actions(lift, [ZONE, SEABED])
     for phase in lift.phases:
         of_phase = [row for row in rows if row["phase"] == phase.name]
         if not of_phase or phase.z_start == phase.z_end:
@@ -186,7 +186,7 @@ def test_every_depth_over_the_side_has_one_action(lift):
 
 
 def test_a_band_is_left_by_the_sooner_way_and_the_seabed_upwards_alone(lift):
-    rows = bands.actions(lift, [ZONE, SEABED], {})
+    rows = bands.actions(lift, [ZONE, SEABED])
     zone = [row for row in rows if row["phase"] == "splash zone" and row["action"] != "hold"]
     assert [(row["action"], row["to"]) for row in zone] == [("hoist", -2.0), ("lower-on", -8.0)]
     speed = lift.phase("splash zone").speed

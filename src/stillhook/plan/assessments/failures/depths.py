@@ -25,6 +25,8 @@ from stillhook.statistics.extremes import largest_of_parts, speed_at_crossing, z
 
 IN_WATER = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
 """Phases in which the payload is covered, and hangs free."""
+CREST = 2.0
+"""Height of a usual crest of the tip over the standard deviation of its motion [-]: half of the significant height."""
 ALIKE = 1.0
 """Way within which two heights of different phases are one [m]."""
 
@@ -92,10 +94,11 @@ def _at(plan: LiftPlan, phase: Phase, lands: Phase | None, place: Situation, sea
 
 
 def _fall(part: Part, quantile: float) -> FloatArray:
-    """How far the payload moves down from where it hangs in half an hour [m]."""
+    """How far the payload moves down in half an hour from where it hung as the brake closed [m]: with the wire that was
+    out for a crest of the tip, `CREST` of its standard deviation, it hangs so much lower from then on."""
     T = zero_crossing_period(part.s.load, part.s.load_rate)
     cycles = HALF_HOUR / np.where(np.isnan(T), np.inf, T)
-    return largest_of_parts(0.0, part.s.load[None], cycles[None], quantile)
+    return CREST * part.forcing.deviation() + largest_of_parts(0.0, part.s.load[None], cycles[None], quantile)
 
 
 def values_of(values: Mapping[str, FloatArray], rules: Sequence[Any], key: str) -> FloatArray:

@@ -75,8 +75,12 @@ def _why(case: Facts) -> str:
         return REASONS[case["reason"]] + (f": {case['text']}" if case.get("text") else "")
     top = case["worst"]
     if case.get("touch_down") == "not-ok":
-        loads = "loads within limits" if case["loads"] == "ok" else f"loads ({top['rule']}) and"
+        loads = "loads within limits" if case["loads"] == "ok" else _worst(top)
         return f"{loads}; touch-down beyond its limit near the seabed"
+    return _worst(top)
+
+
+def _worst(top: Facts) -> str:
     place = "" if top["z"] is None else f" at {_depth(top['z'])}"
     used = "" if top["used"] is None else f", {percent(min(top['used'], 99.0))} used"
     return f"{top['rule'].replace('-', ' ')} in {top['phase']}{place}, Tp {fmt(top['Tp'], 'time')}{used}"
