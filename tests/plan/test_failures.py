@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -27,6 +28,8 @@ from stillhook.spec.scenario import Sensors
 pytestmark = pytest.mark.slow
 
 EXAMPLE = "template-to-1500m"
+MILLIMETRES = 1.0
+"""Time of ways between phases that join within a centimetre [s]."""
 SEA = SeaState(2.0, 9.0, math.radians(195.0))
 
 
@@ -52,7 +55,7 @@ def cases(lift, key: str, phase: str):
 
 def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(facts):
     # LIFTPLAN 9: slack from 4.92 m (above the deep stop, half an hour)
-    deep = [row for row in facts["by_depth"] if row["z"] == pytest.approx(-1475.0)]
+    deep = [row for row in facts["by_depth"] if row["z"] == pytest.approx(-1475.0) and row["rule"] == "slack-sling"]
     assert min(row["Hs_from"] for row in deep) == pytest.approx(4.92, abs=0.01)
 
 
@@ -117,7 +120,7 @@ def test_faults_keep_what_a_sensor_has_already():
     assert frozen.s_tip.noise == pytest.approx(0.01)
     assert frozen.noise_s_tip == 0.0
     assert (frozen.delay, frozen.s_w) == (sensors.delay, sensors.s_w)
-    assert Sensors.model_validate(frozen.model_dump()).s_tip.faults[0].time == 5.0
+    assert Sensors.from_dict(frozen.model_dump(mode="json")).s_tip.faults[0].time == 5.0
 
 
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-cylinder", "nov-250t-secondary"])
@@ -162,9 +165,9 @@ def test_a_vessel_that_drifts_takes_the_time_of_uniform_acceleration_and_then_of
 
 
 def test_the_way_back_takes_the_time_of_the_way_down(lift):
-    moving = [p for p in lift.phases if p.speed and not p.held]
+    moving = [p for p in lift.phases[1:] if p.speed and not p.held]  # the first lifts it off the deck
     down = sum(abs(p.z_end - p.z_start) / p.speed for p in moving)
-    assert time_between(lift, lift.phases[0].z_start, lift.phases[-1].z_end) == pytest.approx(down)
+    assert time_between(lift, moving[0].z_start, moving[-1].z_end) == pytest.approx(down, abs=MILLIMETRES)
 
 
 ZONE = {"phase": "splash zone", "top": -2.0, "bottom": -8.0, "reason": "loads", "method": "twin"}
@@ -172,18 +175,18 @@ SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touc
 
 
 def test_every_depth_over_the_side_has_one_action(lift):
-    rows = bands.actions(lift, [ZONE, SEABED], {})
+    rows = bands.actions(lift, [ZONE, SEABED])
     for phase in lift.phases:
         of_phase = [row for row in rows if row["phase"] == phase.name]
         if not of_phase or phase.z_start == phase.z_end:
             continue
         assert (of_phase[0]["top"], of_phase[-1]["bottom"]) == (phase.z_start, phase.z_end)
-        for upper, lower in zip(of_phase, of_phase[1:], strict=False):
+        for upper, lower in pairwise(of_phase):
             assert upper["bottom"] == pytest.approx(lower["top"])
 
 
 def test_a_band_is_left_by_the_sooner_way_and_the_seabed_upwards_alone(lift):
-    rows = bands.actions(lift, [ZONE, SEABED], {})
+    rows = bands.actions(lift, [ZONE, SEABED])
     zone = [row for row in rows if row["phase"] == "splash zone" and row["action"] != "hold"]
     assert [(row["action"], row["to"]) for row in zone] == [("hoist", -2.0), ("lower-on", -8.0)]
     speed = lift.phase("splash zone").speed

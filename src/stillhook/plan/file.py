@@ -62,7 +62,7 @@ from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Part, Text
-from stillhook.units import number, quote, show
+from stillhook.units import quote, show
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
 

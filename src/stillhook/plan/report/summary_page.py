@@ -41,7 +41,7 @@ from stillhook.plan.report.words import (
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Grey, Part, Section, Table, Text, Verdict, facts
-from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
+from stillhook.report.formatting import HOUR, direction, fixed, hours
 from stillhook.spec.validity import UNSIGNED
 
 RUN = ("frequency", "time")

@@ -236,7 +236,7 @@ class Phase(Record):
         (end,), speed = self.ends, self.speed or 0.0
         if self.mode in STOPS and (speed != 0.0 or end != "time"):
             raise ValueError(
-                f"{called(self)}: the winch stops at once and stands, and speed or {end} cannot be. Give time alone."
+                f"{called(self)}: the winch stops at once, and speed or {end} does not apply. Give time alone."
             )
         if self.mode is WinchMode.TENSION and speed != 0.0:
             raise ValueError(

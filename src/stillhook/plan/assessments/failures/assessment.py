@@ -122,7 +122,7 @@ class Work:
         tip."""
         result = []
         for phase, z in self.places_of(failure):
-            if self._like_landing(phase):
+            if self._like_landing(phase) and not failure.stands:
                 continue
             row = severe.get((phase.name, z))
             seas = self.seas[:1] if row is None else [sea_of(row)]
@@ -215,15 +215,23 @@ def assessed(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
         heights[i] = next((s.Hs for s in seas if (s.Tp, s.beta) == (float(Tp), float(beta))), 0.0)
     places = braked(state.plan, heights) if seas else []
     cases = list(_cases(work)) if seas else []
-    facts |= without_ahc(state.plan, places, seas, heights)
+    facts |= without_ahc(state.plan, places, seas, heights, fallen(state.plan, cases))
     stands = [f.key for f in FAILURES if f.stands]
     cases = [with_touch_down(c, facts["steady"]) if c["key"] in stands else c for c in cases]
     facts["cases"] = [*cases, drive_off(state.plan, seas)]
-    facts["no_stop"] = stops(state.plan, places, heights, cases)
-    facts["actions"] = actions(state.plan, facts["no_stop"], facts["near_seabed"])
+    facts["no_stop"] = stops(state.plan, places, heights, cases, facts["near_seabed"])
+    facts["actions"] = actions(state.plan, facts["no_stop"])
     facts["page"] = page(facts)
     progress(1.0)
     return facts
+
+
+def fallen(plan: LiftPlan, cases: Sequence[Mapping[str, Any]]) -> float:
+    """How far the payload moved down from a stop over the seabed in runs in which the winch comes to its brake [m]."""
+    stands = {f.key for f in FAILURES if f.stands}
+    rows = [row for case in cases if case["key"] in stands for row in case["rows"] if row["z_min"] is not None]
+    stops_at = {p.name: p.z_end for p in plan.phases if p.kind is PhaseKind.STAND_OFF and p.z_end is not None}
+    return max((stops_at[row["phase"]] - row["z_min"] for row in rows if row["phase"] in stops_at), default=0.0)
 
 
 def seas_of_limit(state: PlanState, alternative: Alternative) -> list[SeaState]:

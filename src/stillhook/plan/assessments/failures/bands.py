@@ -30,12 +30,13 @@ def touch_down_rule(plan: LiftPlan) -> tuple[str, float] | None:
 
 
 def without_ahc(
-    plan: LiftPlan, places: Sequence[Braked], seas: Sequence[SeaState], heights: FloatArray
+    plan: LiftPlan, places: Sequence[Braked], seas: Sequence[SeaState], heights: FloatArray, fallen: float
 ) -> dict[str, Any]:
     """The payload on the brake, by the frequency-domain method: least seas from which loads, or touch-down, are beyond
     a limit in the phases in which AHC can be lost; how far the payload moves down near the seabed; and every depth.
 
-    heights (c,) of the plan's own limit in the columns of the table [m], 0 where it is not asked for.
+    heights (c,) of the plan's own limit in the columns of the table [m], 0 where it is not asked for; fallen: how far
+    the payload moved down in runs [m], 0 without any.
     """
     columns = plan.environment.table().columns
     touch = touch_down_rule(plan)
@@ -57,7 +58,7 @@ def without_ahc(
         "touch_down": min(touches, key=lambda row: row["Hs_from"], default=nothing)
         | {"limit": None if touch is None else touch[1], "by_period": _by_period(landing, touch, seas, columns)},
     }
-    fall = max((float(np.nanmax(place.fall)) for place in landing), default=None)
+    fall = max((max(float(np.nanmax(place.fall)), fallen) for place in landing), default=None)
     beyond = any(_beyond(place, [touch[0]], heights) for place in landing) if touch else False
     return {
         "steady": steady,
@@ -116,7 +117,11 @@ def _row(place: Braked, touch: tuple[str, float] | None, columns: Sequence[Any],
 
 
 def stops(
-    plan: LiftPlan, places: Sequence[Braked], heights: FloatArray, cases: Sequence[Mapping[str, Any]]
+    plan: LiftPlan,
+    places: Sequence[Braked],
+    heights: FloatArray,
+    cases: Sequence[Mapping[str, Any]],
+    near_seabed: Mapping[str, Any],
 ) -> list[dict[str, Any]]:
     """Bands of depth in which the payload must not be stopped in the seas of the limit, from the top: between places
     that are inside, so that what was not looked at counts as beyond."""
@@ -130,10 +135,9 @@ def stops(
     held = [(r["z"], r["phase"], (r["used"] or 0.0) > 1.0) for r in rows]
     result += [_band(run, held, "twin") for run in _runs_of(held)]
     result.sort(key=lambda band: -band["top"])
-    fall = max((float(np.nanmax(p.fall)) for p in places if touch and touch[0] in p.Hs), default=0.0)
-    if touch and any(_beyond(p, [touch[0]], heights) for p in places if touch[0] in p.Hs):
+    if near_seabed["depth"] is not None:
         last = next(p.name for p in reversed(plan.phases) if p.kind is PhaseKind.LANDING)
-        top = -plan.depth + fall
+        top = -near_seabed["depth"]
         result.append({"phase": last, "top": top, "bottom": -plan.depth, "reason": "touch-down", "method": "frequency"})
     return result
 
@@ -155,9 +159,7 @@ def _band(run: Sequence[int], spots: Sequence[Spot], method: str) -> dict[str, A
     return {"phase": spots[run[0]][1], "top": top, "bottom": bottom, "reason": "loads", "method": method}
 
 
-def actions(
-    plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]], near_seabed: Mapping[str, Any]
-) -> list[dict[str, Any]]:
+def actions(plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """What to do by phase and band of depth where AHC is lost, from the top: hold where the payload may hang on the
     brake; elsewhere hoist or lower on, whichever leads out of the band sooner; the time is the longest of the band [s],
     0 where the payload is safe as it hangs. A payload is never lowered on to the seabed."""

@@ -110,7 +110,7 @@ AHC_TRIP, BLACKOUT = "ahc-trip", "blackout"
 FAILURES = (
     Failure(AHC_TRIP, "AHC trips to the brake", WinchMode.STOP),
     Failure(BLACKOUT, "Blackout, or an emergency stop", WinchMode.BLACKOUT, only_compensated=False),
-    Failure("manual-override", "AHC switched off by hand", WinchMode.MANUAL),
+    Failure("manual-override", "AHC switched off manually", WinchMode.MANUAL),
     Failure("motion-frozen", "Motion unit frozen", faults=_frozen),
     Failure("motion-drift", "Motion unit drifting", faults=_drifting),
     Failure("load-cell-zero", "Load cell reads zero", faults=_zero),

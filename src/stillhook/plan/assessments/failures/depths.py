@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ from stillhook.statistics.extremes import largest_of_parts, speed_at_crossing, z
 
 IN_WATER = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
 """Phases in which the payload is covered, and hangs free."""
+CREST = 2.0
+"""Height of a usual crest of the tip over the standard deviation of its motion [-]: half of the significant height."""
 ALIKE = 1.0
 """Way within which two heights of different phases are one [m]."""
 
@@ -52,7 +55,7 @@ def braked(plan: LiftPlan, heights: FloatArray) -> list[Braked]:
     seas = plan.environment.table()
     columns = seas.columns
     at = Seas(heights, *(np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1)))
-    result = []
+    result: list[Braked] = []
     for phase in plan.phases:
         if phase.kind not in IN_WATER:
             continue
@@ -91,10 +94,11 @@ def _at(plan: LiftPlan, phase: Phase, lands: Phase | None, place: Situation, sea
 
 
 def _fall(part: Part, quantile: float) -> FloatArray:
-    """How far the payload moves down from where it hangs in half an hour [m]."""
+    """How far the payload moves down in half an hour from where it hung as the brake closed [m]: with the wire that was
+    out for a crest of the tip, `CREST` of its standard deviation, it hangs so much lower from then on."""
     T = zero_crossing_period(part.s.load, part.s.load_rate)
     cycles = HALF_HOUR / np.where(np.isnan(T), np.inf, T)
-    return largest_of_parts(0.0, part.s.load[None], cycles[None], quantile)
+    return CREST * part.forcing.deviation() + largest_of_parts(0.0, part.s.load[None], cycles[None], quantile)
 
 
 def values_of(values: Mapping[str, FloatArray], rules: Sequence[Any], key: str) -> FloatArray:
@@ -109,22 +113,26 @@ def _part(plan: LiftPlan, place: Situation, seas: Seas) -> Part:
 
 
 def speeds(plan: LiftPlan) -> list[tuple[float, float, float]]:
-    """Ways of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
-    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed]
+    """Ways over the side of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
+    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed and p.kind not in ON_DECK]
     return [
         (max(z_0, z_1), min(z_0, z_1), v) for z_0, z_1, v in ways if z_0 is not None and z_1 is not None and z_0 != z_1
     ]
 
 
+ON_DECK = (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN)
+
+
 def time_between(plan: LiftPlan, z_0: float, z_1: float) -> float:
-    """Time that the payload takes from one height to another [s] at the speeds of the phases that it passes; what no
-    phase passes at the least of them; inf where nothing moves."""
+    """Time that the payload takes from one height to another [s], everywhere at the least speed of the phases that pass
+    it; where none does at the least of all; inf where nothing moves."""
     top, bottom = max(z_0, z_1), min(z_0, z_1)
     ways = speeds(plan)
     if not ways:
         return math.inf
-    total, covered = 0.0, 0.0
-    for upper, lower, v in ways:
-        part = max(min(top, upper) - max(bottom, lower), 0.0)
-        total, covered = total + part / v, covered + part
-    return total + max(top - bottom - covered, 0.0) / min(v for _, _, v in ways)
+    slowest = min(v for _, _, v in ways)
+    ends = sorted({top, bottom, *(z for upper, lower, _ in ways for z in (upper, lower) if bottom < z < top)})
+    return sum(
+        (b - a) / min((v for upper, lower, v in ways if lower < 0.5 * (a + b) < upper), default=slowest)
+        for a, b in pairwise(ends)
+    )

@@ -124,11 +124,16 @@ def height_from(points: Mapping[float, float], at_rest: float) -> float:
             if low >= 1.0:
                 return 0.0
             if not math.isfinite(points[Hs]):
-                return math.floor(low_Hs / ROUND + 1e-9) * ROUND
+                return rounded_down(low_Hs)
             crossing = low_Hs + (Hs - low_Hs) * (1.0 - low) / (points[Hs] - low)
-            return math.floor(crossing / ROUND + 1e-9) * ROUND
+            return rounded_down(crossing)
         low_Hs, low = Hs, points[Hs]
     return math.inf
+
+
+def rounded_down(Hs: float) -> float:
+    """A height rounded down to a multiple of `ROUND` [m]."""
+    return round(math.floor(Hs / ROUND + 1e-9) * ROUND, 3)
 
 
 def next_height(Hs: float, used_there: float, at_rest: float) -> float:

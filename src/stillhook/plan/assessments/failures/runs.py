@@ -39,6 +39,8 @@ AFTER = 60.0
 """Time after a failure that is run [s]: some ten periods of the load on its wire."""
 BEFORE = 10.0
 """Time before the first moment of a phase that stands or goes a long way [s]."""
+LEAST = 0.1
+"""Shortest phase of a programme before a failure [s]."""
 LONGEST_APPROACH = 60.0
 """Longest way of a landing on which failures begin [s]."""
 HELD_RUNS = 16
@@ -206,7 +208,7 @@ def programme(course: Course, failure: Failure, t: float, Tp: float) -> tuple[Ph
     last = course.programme[course.counts]
     mode = WinchMode.AHC if last.mode is WinchMode.LANDING else last.mode
     v = last.speed or 0.0
-    until = t if failure.stands else max(t - 0.5 * Tp, 0.5)
+    until = t if failure.stands else max(t - 0.5 * Tp, LEAST)
     lasts = AFTER + t - until
     before = Phase(mode=mode, speed=f"{v!r} m/s", time=f"{until!r} s")
     after = Phase(mode=failure.mode or mode, speed="0 m/s", time=f"{lasts!r} s")

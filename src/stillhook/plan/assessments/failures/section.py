@@ -23,7 +23,7 @@ REASONS = {
     "no-passage": "no phase passes the surface",
     "no-rule": "no rule of the plan limits it",
     "refused": "not simulated",
-    "runs-away": "the winch moves the load by itself, and must be stopped by hand",
+    "runs-away": "the winch moves the load by itself, and must be stopped manually",
     "no-time-allowed": "times to the off-lead limit below; compare with the time that your crew and DP need",
 }
 ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further"}
@@ -51,7 +51,7 @@ def _basis(of: Facts) -> str:
     return (
         f"In the seas of the credited limit ({of['alternative']}), at the worst heading of every period, each failure"
         f" begins at {of['moments']} moments of {of['trains']} wave trains, and the {fmt(of['after'], 'time')} after it"
-        " count. The worst moment is held against the limits of loads and touch-down of the lift without a failure;"
+        " count. The worst moment is compared with the limits of loads and touch-down of the lift without a failure;"
         " tolerances of the load's motion are not, since the landing is broken off. Other failures are run"
         f" in the sea in which the trip is the worst. A stop in the wave zone lasts {fmt(a['hold'], 'time')}"
         f" ({of['held_runs']} runs). Assumed: drift of the motion unit {fmt(a['drift'], 'speed', 2)}, a load cell that"
@@ -75,8 +75,12 @@ def _why(case: Facts) -> str:
         return REASONS[case["reason"]] + (f": {case['text']}" if case.get("text") else "")
     top = case["worst"]
     if case.get("touch_down") == "not-ok":
-        loads = "loads within limits" if case["loads"] == "ok" else f"loads ({top['rule']}) and"
+        loads = "loads within limits" if case["loads"] == "ok" else _worst(top)
         return f"{loads}; touch-down beyond its limit near the seabed"
+    return _worst(top)
+
+
+def _worst(top: Facts) -> str:
     place = "" if top["z"] is None else f" at {_depth(top['z'])}"
     used = "" if top["used"] is None else f", {percent(min(top['used'], 99.0))} used"
     return f"{top['rule'].replace('-', ' ')} in {top['phase']}{place}, Tp {fmt(top['Tp'], 'time')}{used}"
