@@ -106,8 +106,8 @@ def waiting(
     waits: FloatArray, time: NDArray[np.datetime64], step: float, fractiles: Sequence[float] = (0.5, 0.9)
 ) -> list[Estimate]:
     """Fractiles of waits (n,) [s] (NaN: censored, left out) with their 95 % interval over years; no interval from fewer
-    than `FEWEST_YEARS` years. The wider of percentiles of the draws, stretched about the value for the few years that
-    there are and for `FOLLOWS`, and of Student's t on the scatter of their logarithms: waiting has a long tail."""
+    than `FEWEST_YEARS` years. Percentiles of the draws, stretched about the value for the few years that there are and
+    for `FOLLOWS`, in logarithms: waiting has a long tail."""
     known = np.isfinite(waits)
     n = len(np.intersect1d(_years(time, step), year_of(time[known])))
     if not known.any():
@@ -125,11 +125,12 @@ def waiting(
         up_to = np.cumsum(times_drawn[place])
         drawn[k] = x[np.searchsorted(up_to, np.array(fractiles) * up_to[-1])]
     few = math.sqrt((1.0 + FOLLOWS) / (1.0 - FOLLOWS) * n / (n - 1.0)) * t_factor(n - 1.0)
-    low, high = np.quantile(drawn, ENDS, axis=0)
+    middle = np.log(np.maximum(values, step))
+    ends = np.log(np.maximum(np.quantile(drawn, ENDS, axis=0), step))
     low, high = (
-        values + few / NORMAL_95 * (end - values) for end in (np.minimum(low, values), np.maximum(high, values))
+        np.exp(middle + few / NORMAL_95 * (end - middle))
+        for end in (np.minimum(ends[0], middle), np.maximum(ends[1], middle))
     )
-    spread = np.exp(few * np.log(np.maximum(drawn, step)).std(axis=0, ddof=1))
-    low, high = np.minimum(low, values / spread), np.maximum(high, values * spread)
-    rows = zip(values, np.maximum(low, 0.0), high, strict=True)
+    low = np.where(low > step, low, 0.0)
+    rows = zip(values, np.minimum(low, values), np.maximum(high, values), strict=True)
     return [Estimate(float(value), float(a), float(b), n) for value, a, b in rows]
