@@ -233,7 +233,7 @@ def _with_editions(rules: tuple[Rule, ...], file: RulesFile, table: TomlTable) -
     """Rules with the editions of their standards that the file enters."""
     if file.editions and file.entered_by is None:
         raise table.wrong(
-            'editions are given, and nobody who entered them. Write entered_by = "name, company".', "entered_by"
+            'editions are given without the person who entered them. Write entered_by = "name, company".', "entered_by"
         )
     standards = list(dict.fromkeys(rule.standard for rule in rules))
     for standard in file.editions:
