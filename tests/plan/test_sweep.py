@@ -195,7 +195,7 @@ def table_of(plan, phase: str, rule: str, columns: dict[str, list[float]]) -> Go
         for T in periods:
             at = axes.alternatives.index(Alternative(name)), 1, axes.periods.index(T)
             phases[at], rules[at] = axes.phases.index(phase), axes.rules.index(rule)
-    return Governed(axes, *(np.ones(shape) for _ in range(3)), phases, rules, np.full(shape, 2), np.full(shape, -1))
+    return Governed(axes, *(np.ones(shape) for _ in range(3)), phases, rules, np.full(shape, 2))
 
 
 def test_the_landing_is_looked_at_in_the_periods_in_which_it_limits_a_twin(plan):

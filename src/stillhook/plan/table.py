@@ -226,8 +226,8 @@ def to_chart_end(plan: LiftPlan, of: Chosen) -> Chosen:
 @dataclass(frozen=True, eq=False)
 class Governed:
     """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
-    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known; end as a place
-    in `ENDS`."""
+    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known; end as of
+    `Chosen`."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -236,7 +236,12 @@ class Governed:
     phase: IntArray = field(repr=False)
     rule: IntArray = field(repr=False)
     tier: IntArray = field(repr=False)
-    end: IntArray = field(repr=False)
+    end: IntArray | None = field(default=None, repr=False)
+
+    @property
+    def ends(self) -> IntArray:
+        """What each limit is the end of."""
+        return np.full(self.Hs.shape, BY_RULE, dtype=np.int64) if self.end is None else self.end
 
 
 def governing(plan: LiftPlan, modelled: Chosen, credited: Chosen) -> Mapping[Credit, Governed]:
@@ -273,7 +278,7 @@ def not_steep(of: Governed, top: float) -> Governed:
     Hs = np.where(cut, highest, of.Hs)
     low, high = (np.where(cut, np.nan, ends) for ends in (of.low, of.high))
     phase, rule, tier = (np.where(cut, -1, place) for place in (of.phase, of.rule, of.tier))
-    return Governed(of.axes, Hs, low, high, phase, rule, tier, np.where(cut, ENDS.index(End.STEEPNESS), of.end))
+    return Governed(of.axes, Hs, low, high, phase, rule, tier, np.where(cut, ENDS.index(End.STEEPNESS), of.ends))
 
 
 def counting(of: Chosen) -> NDArray[np.str_]:
