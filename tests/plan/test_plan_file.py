@@ -169,7 +169,8 @@ def test_rules_and_limits_of_a_passage_are_those_of_its_hold(tmp_path: Path) -> 
         {each.rule.key: each.limit for each in limited(plan, plan.phase(name), Alternative.NONE)}
         for name in ("splash", "splash, held")
     )
-    assert passage == held
+    share = held.pop("relief-time")  # of a passage of minutes one opening of a valve would be more
+    assert (share, passage) == (0.001, held)
     assert held["slack-sling"] == 0.2
     assert "snap-load" not in held
 

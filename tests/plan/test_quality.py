@@ -153,6 +153,10 @@ def test_no_limit_is_credited_above_the_steepest_sea_and_the_simulated_one_stays
     assert (credited.end[:, 0, 0] == list(End).index(End.STEEPNESS)).all()
     assert (credited.phase[:, 0, 0] == -1).all()
     assert (credited.Hs[:, 0, 1] == 2.0).all()
+    calm = state(lift, *(limits("down", a, Tier.TIME, dynamic_load=(2.0, np.inf)) for a in lift.alternatives))
+    above = calm.answered.governs["credited"]  # 6.66 m at 8 s: higher than any sea analysed
+    assert np.isposinf(above.Hs[:, 0, 1]).all()
+    assert (above.end[:, 0, 1] == list(End).index(End.SEAS)).all()
     facts = steep(of)
     assert (facts["n"], facts["of"]) == (1, 8)  # 4 m at 5 s
     assert facts["cut"] == [{"n": 1, "alternatives": ["none", "cap-80", "ssc"]}]
@@ -161,7 +165,7 @@ def test_no_limit_is_credited_above_the_steepest_sea_and_the_simulated_one_stays
 def test_a_height_of_the_steepest_sea_itself_is_credited(lift):
     axes = Axes.of(lift)
     Hs = np.full((3, len(axes.phases), len(axes.rules), 1, 2), highest_sea(5.0))
-    g = not_steep(governed(to_chart_end(lift, Chosen(axes, Hs, Hs, Hs, np.zeros(Hs.shape, dtype=int)))))
+    g = not_steep(governed(to_chart_end(lift, Chosen(axes, Hs, Hs, Hs, np.zeros(Hs.shape, dtype=int)))), 4.0)
     assert (g.end == -1).all()
 
 

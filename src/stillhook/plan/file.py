@@ -267,7 +267,7 @@ def _reconciled(
         for value, allowed in ((phase, names), (rule, keys)):
             if value not in allowed:
                 raise table.at("reconciled").wrong(
-                    f'{quote(value)} is none{nearest(value, allowed)} Write "phase/rule" = "reason", such as'
+                    f'{quote(value)} does not exist{nearest(value, allowed)} Write "phase/rule" = "reason", such as'
                     f' "{names[-1]}/{keys[0]}".',
                     text,
                 )

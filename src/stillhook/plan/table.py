@@ -226,8 +226,8 @@ def to_chart_end(plan: LiftPlan, of: Chosen) -> Chosen:
 @dataclass(frozen=True, eq=False)
 class Governed:
     """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
-    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known; end as a place
-    in `ENDS`."""
+    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known; end as of
+    `Chosen`."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -236,12 +236,17 @@ class Governed:
     phase: IntArray = field(repr=False)
     rule: IntArray = field(repr=False)
     tier: IntArray = field(repr=False)
-    end: IntArray = field(repr=False)
+    end: IntArray | None = field(default=None, repr=False)
+
+    @property
+    def ends(self) -> IntArray:
+        """What each limit is the end of."""
+        return np.full(self.Hs.shape, BY_RULE, dtype=np.int64) if self.end is None else self.end
 
 
 def governing(plan: LiftPlan, modelled: Chosen, credited: Chosen) -> Mapping[Credit, Governed]:
     """The limits that govern, as modelled and as credited: of these none is above the steepest sea of its period."""
-    of_credit = not_steep(governed(to_chart_end(plan, credited)))
+    of_credit = not_steep(governed(to_chart_end(plan, credited)), max(plan.environment.Hs))
     return dict(zip(CREDITS, (governed(to_chart_end(plan, modelled)), of_credit), strict=True))
 
 
@@ -266,13 +271,14 @@ def governed(of: Chosen) -> Governed:
     return Governed(of.axes, Hs, low, high, phase, rule, tier, end.astype(np.int64))
 
 
-def not_steep(of: Governed) -> Governed:
-    """Limits cut at the steepest sea of their period: higher ones are of no sea that there is."""
+def not_steep(of: Governed, top: float) -> Governed:
+    """Limits cut at the steepest sea of their period where the seas analysed go higher than that, up to top [m]."""
     highest = np.array([highest_sea(T) for T in of.axes.periods])
-    cut, Hs = of.Hs > highest * (1.0 + SAME), np.minimum(of.Hs, highest)
+    cut = (of.Hs > highest * (1.0 + SAME)) & (highest < top)
+    Hs = np.where(cut, highest, of.Hs)
     low, high = (np.where(cut, np.nan, ends) for ends in (of.low, of.high))
     phase, rule, tier = (np.where(cut, -1, place) for place in (of.phase, of.rule, of.tier))
-    return Governed(of.axes, Hs, low, high, phase, rule, tier, np.where(cut, ENDS.index(End.STEEPNESS), of.end))
+    return Governed(of.axes, Hs, low, high, phase, rule, tier, np.where(cut, ENDS.index(End.STEEPNESS), of.ends))
 
 
 def counting(of: Chosen) -> NDArray[np.str_]:

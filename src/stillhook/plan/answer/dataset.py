@@ -75,7 +75,8 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         cells[f"Hs_limit_{end}"] = np.stack([getattr(g, end) for g in governs])
     labels_of = {"phase": axes.phases, "rule": axes.rules, "tier": [t.value for t in TIERS], "end": ENDS}
     for name, labels in labels_of.items():
-        cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack([getattr(g, name) for g in governs])]
+        places = [g.ends if name == "end" else getattr(g, name) for g in governs]
+        cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack(places)]
     by_phase = {"counts": counting(of.modelled), "n_seeds": of.seeds, "inside": of.certified.share}
     # what the model says; as credited, the tier that counts alone is put in its place
     credited, steepest = _by_tier(of.credited), np.array([highest_sea(T) for T in axes.periods])
@@ -151,7 +152,7 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
             of_forecast["case_by_case"] = bool(forecast.case_by_case[(c, *i)])
             by = {"phase": axes.phases[g.phase[i]], "rule": axes.rules[g.rule[i]], "tier": TIERS[g.tier[i]].value}
             governing = {f"governing_{name}": text if governs else "" for name, text in by.items()}
-            governing["governing_end"] = ENDS[g.end[i]].value if g.end[i] != BY_RULE else ""
+            governing["governing_end"] = ENDS[g.ends[i]].value if g.ends[i] != BY_RULE else ""
             who = {"credit": credit, "alternative": axes.alternatives[i[0]].value, "verdict": verdict}
             rows.append(who | where | limit | of_forecast | governing)
     return rows

@@ -232,7 +232,9 @@ def _rule_set(table: TomlTable) -> RuleSet:
 def _with_editions(rules: tuple[Rule, ...], file: RulesFile, table: TomlTable) -> tuple[Rule, ...]:
     """Rules with the editions of their standards that the file enters."""
     if file.editions and file.entered_by is None:
-        raise table.wrong('editions are entered by somebody. Write entered_by = "name, company".', "entered_by")
+        raise table.wrong(
+            'editions are given without the person who entered them. Write entered_by = "name, company".', "entered_by"
+        )
     standards = list(dict.fromkeys(rule.standard for rule in rules))
     for standard in file.editions:
         if standard not in standards:

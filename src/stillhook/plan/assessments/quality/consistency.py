@@ -169,7 +169,7 @@ def neighbours(state: PlanState) -> list[dict[str, Any]]:
 def _by(state: PlanState, i: int, b: int, T: int) -> dict[str, str]:
     """What governs a credited cell."""
     axes, g = state.answered.axes, state.answered.governs[CREDITS[1]]
-    k, r, end = (int(of[i, b, T]) for of in (g.phase, g.rule, g.end))
+    k, r, end = (int(of[i, b, T]) for of in (g.phase, g.rule, g.ends))
     names = (axes.phases[k], axes.rules[r]) if k >= 0 else ("", "")
     return {"phase": names[0], "rule": names[1], "end": ENDS[end].value if end != BY_RULE else ""}
 
@@ -178,7 +178,7 @@ def steep(state: PlanState) -> dict[str, Any]:
     """How many of the seas analysed are above the steepness limit, and how many credited limits it cuts, by the
     alternatives."""
     env, of = state.plan.environment, state.answered
-    end = of.governs[CREDITS[1]].end == ENDS.index(End.STEEPNESS)
+    end = of.governs[CREDITS[1]].ends == ENDS.index(End.STEEPNESS)
     heights = {T: highest_sea(T) for T in of.axes.periods}
     above = sum(Hs > heights[T] * (1.0 + ROUNDING) for Hs in env.Hs for T in env.Tp)
     counted = grouped((int(n), a.value) for a, n in zip(of.axes.alternatives, end.sum(axis=(1, 2)), strict=True))
