@@ -127,7 +127,8 @@ def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_by_the_clos
     base = limit_of(cell, Tier.CLOSED_FORM)[0]
     for name in ("C_A", "C_D"):
         low, high = (limit_of(end.cell, Tier.CLOSED_FORM)[0] for end in factor(cell, name).ends)
-        assert high < base < low, name
+        assert high < base <= low, name
+    assert limit_of(factor(cell, "C_A").ends[0].cell, Tier.CLOSED_FORM)[0] > base  # of C_D it takes no less than 2.5
 
 
 def test_what_a_phase_does_not_have_is_not_judged(plan):

@@ -7,8 +7,9 @@ it, all of the same seeds, and grows between them as powers of the height,
 
 A variation is run with those seeds at H_0: there L is as many times as much as the means of both are apart, and seeds
 scatter about that ratio far less than about L. The limit is where still water and L reach what the rule allows, all
-three as the variation has them; it is stated as a factor on the limit of the plan's own table, so that a variation of
-nothing is that limit.
+three as the variation has them. Where that is far from H_0 the variation is run there as well, and its own growth
+between both heights counts. As planned L is that which meets the rule at the limit of the plan's own table, so that a
+variation of nothing is that limit.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ STEP = 1.25
 """Factor between the heights of the plan as it is."""
 SLOPES = (0.3, 4.0)
 """Powers of the height with which a level may grow."""
+FAR, FURTHEST = 0.1, 2.0
+"""Change of a limit, in ln, from which a variation is run there as well, and the factor on the height up to which."""
 MOST_OF = 0.75
 """Part of the seeds in which waves have to add something, as planned and otherwise."""
 EULER, OF_GUMBEL = 0.5772156649015329, math.sqrt(6.0) / math.pi
@@ -176,47 +179,63 @@ class Base:
     levels: Mapping[str, Level] = field(repr=False)
     growth: Mapping[str, Growth] = field(repr=False)
 
-    def moved(self, other: CellRuns) -> Moved:
-        """The lowest limit of another cell over the rules."""
-        levels = other.levels(self.Hs_0)
-        rows = [row for key in levels if key in self.levels and (row := self._limit(key, levels[key])) is not None]
-        return min(rows, key=lambda row: (row.Hs, -row.used), default=Moved("", *[math.nan] * 4))
+    def moved(self, other: CellRuns, at: float | None = None) -> Moved:
+        """The lowest limit of another cell over the rules; at: further height that it was run at [m]."""
+        levels, there = other.levels(self.Hs_0), {} if at is None else other.levels(at)
+        rows = [self._limit(key, level, at, there.get(key)) for key, level in levels.items() if key in self.levels]
+        known = [row for row in rows if row is not None]
+        return min(known, key=lambda row: (row.Hs, -row.used), default=Moved("", *[math.nan] * 4))
 
-    def _limit(self, key: str, level: Level) -> Moved | None:
-        base, growth, table = self.levels[key], self.growth.get(key), self.Hs.get(key, math.nan)
-        if (~np.isfinite(level.x)).sum() > (~np.isfinite(base.x)).sum() + 1:
-            return Moved(key, math.nan, 0.0, self.Hs_0, math.inf)  # runs fail that did not
+    def further(self, moved: Moved, limit: float) -> float | None:
+        """Height at which a variation is run again [m]: near a limit that is far from the first; None where it is
+        not."""
+        H = (
+            snapped(min(max(moved.Hs, self.Hs_0 / FURTHEST), self.Hs_0 * FURTHEST, self.highest))
+            if moved.Hs > 0.0
+            else 0.0
+        )
+        if not (H > 0.0 and abs(math.log(H / min(limit, self.highest))) > FAR):
+            return None
+        return H if abs(math.log(H / self.Hs_0)) > FAR else None
+
+    def _limit(self, key: str, level: Level, at: float | None = None, there: Level | None = None) -> Moved | None:
+        base, growth = self.levels[key], self.growth.get(key)
+        for each in (level, there):
+            if each is not None and (~np.isfinite(each.x)).sum() > (~np.isfinite(base.x)).sum() + 1:
+                return Moved(key, math.nan, 0.0, self.Hs_0, math.inf)  # runs fail that did not
         if growth is None or not level.known:
             return None
-        change, error = base.change(level)
-        value, known = self._crossing(level, growth, change), self._crossing(base, growth, 0.0)
-        used, scale = _used(level, growth, change), 1.0
-        if 0.0 < table < math.inf and 0.0 < known < math.inf:
-            scale = table / known
-        else:
-            used /= max(_used(base, growth, 0.0), 1.0)  # the plan's own runs show it inside as planned
-            value = value if used > 1.0 else math.inf
-        value *= scale
+        (change, error), H = base.change(level), self.Hs_0
+        if at is not None and there is not None and there.known:
+            first, (change, error) = change, base.change(there)
+            power = min(max((change - first) / math.log(at / H), SLOPES[0]), SLOPES[1])
+            level, H, growth = there, at, growth._replace(below=power, above=power)
+        scale, known = 1.0, self._crossing(base, self.growth[key], 0.0, self.Hs_0)
+        if level.rule.by_Hs and 0.0 < self.Hs.get(key, math.nan) < math.inf and 0.0 < known < math.inf:
+            scale = self.Hs[key] / known
+        value = scale * self._crossing(level, growth, change, H)
         ends = (value, value)
         if 0.0 < value < math.inf:
-            moved = math.log(value / (scale * known)) if 0.0 < known < math.inf else math.log(value / self.Hs_0)
-            slope = growth.below if moved < 0.0 else growth.above
-            half = t_factor(len(level.x) - 1) / slope * math.hypot(error, growth.error * moved)
+            off = math.log(value / H)
+            power = growth.below if off < 0.0 else growth.above
+            half = t_factor(len(level.x) - 1) / power * math.hypot(error, growth.error * off)
             ends = value * math.exp(-half), value * math.exp(half)
         Hs, low, high = (x if x <= self.highest else math.inf for x in (value, *ends))
-        return Moved(key, Hs, low, high, used)
+        return Moved(key, Hs, low, high, _used(level, growth, change))
 
-    def _crossing(self, level: Level, growth: Growth, change: float) -> float:
-        """Height at which a level meets its rule, whose limit may fall in steps of the height [m]."""
+    @staticmethod
+    def _crossing(level: Level, growth: Growth, change: float, H: float) -> float:
+        """Height at which a level, changed by so much at H, meets its rule, whose limit may fall in steps of the height
+        [m]."""
         bottom = 0.0
         for top, limit in level.rule.bands:
             room = x_limit_of(level.measure, limit) - level.still
             if room <= 0.0:
                 return bottom
             rise = math.log(room / growth.level) - change
-            H = self.Hs_0 * math.exp(min(rise / (growth.below if rise < 0.0 else growth.above), 50.0))
-            if top >= H:
-                return max(H, bottom)
+            crossing = H * math.exp(min(rise / (growth.below if rise < 0.0 else growth.above), 50.0))
+            if top >= crossing:
+                return max(crossing, bottom)
             bottom = top
         return math.inf
 
@@ -247,8 +266,20 @@ def base_of(runs: CellRuns, heights: Sequence[float], Hs: Mapping[str, float], H
             slopes.append((min(max(change / step, SLOPES[0]), SLOPES[1]), error / abs(step)))
         powers, errors = zip(*slopes, strict=True)
         apart = 0.5 * (max(powers) - min(powers))
-        growth[key] = Growth(at.level, powers[0], powers[-1], math.hypot(max(errors), apart))
+        of = Growth(at.level, powers[0], powers[-1], math.hypot(max(errors), apart))
+        growth[key] = of._replace(level=_as_in_table(at, of, Hs.get(key, math.nan), Hs_0))
     return Base(runs, Hs, Hs_0, highest, levels[Hs_0], growth)
+
+
+def _as_in_table(level: Level, growth: Growth, table: float, Hs_0: float) -> float:
+    """Level at H_0 that meets the rule at the table's limit [m], or none above that of these runs that is inside where
+    the table has none; that of these runs where the limit falls in steps."""
+    room = x_limit_of(level.measure, level.rule.limit) - level.still
+    if level.rule.by_Hs or room <= 0.0:
+        return growth.level
+    if not 0.0 < table < math.inf:
+        return min(growth.level, room)
+    return float(room * (Hs_0 / table) ** (growth.below if table < Hs_0 else growth.above))
 
 
 def run(wanted: Sequence[tuple[CellRuns, Sequence[float]]], progress: Progress | None) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Parts, Progress
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.sensitivity.by_method import limit_of, winches
-from stillhook.plan.assessments.sensitivity.by_runs import SEEDS, Base, CellRuns, base_of, heights_of, run
+from stillhook.plan.assessments.sensitivity.by_runs import SEEDS, CellRuns, Moved, base_of, heights_of, run
 from stillhook.plan.assessments.sensitivity.factors import OF_MACHINE, OF_TABLE, End, Factor, alone, factors_of
 from stillhook.plan.assessments.sensitivity.governing import Governing
 from stillhook.plan.assessments.sensitivity.ranking import ABOVE, LIMITED, NOT_JUDGED
@@ -29,12 +29,12 @@ def of_runs(
 ) -> tuple[dict[str, Any], int]:
     """Phases whose limits the twin has, by name, and how many runs were made."""
     highest, plan = max(state.plan.environment.Hs), state.plan
-    bases, wanted = [], []
+    lines, wanted = [], []
     for of in cells:
         heights, middle = heights_of(of.Hs, highest)
         waves = SeaState(middle, *of.column)
         runs = CellRuns.of(alone(plan, of.phase, shown, of.column, of.lowest[1]), state.execution, waves)
-        factors, ends = factors_of(runs.cell, plan.environment.heading_tolerance), {}
+        factors, ends = factors_of(runs.cell, plan.environment.heading_tolerance), dict[_Key, CellRuns]()
         wanted.append((runs, heights))
         for factor, end in ((f, e) for f in factors for e in f.ends):
             if end.cell is None or _in_table(state, of, shown, factor.name, end) is not None:
@@ -45,45 +45,55 @@ def of_runs(
             else:
                 wanted.append((other, [middle]))
             ends[factor.name, end.value] = other
-        bases.append((of, runs, heights, middle, factors, ends))
+        lines.append((of, runs, heights, factors, ends))
+    part = Parts(progress, {"first": 3.0, "further": 1.0})
     if wanted:
-        run(wanted, progress)
+        run(wanted, part("first"))
+    bases = [base_of(runs, heights, of.Hs, heights[1], highest) for of, runs, heights, _, _ in lines]
+    further: dict[tuple[str, _Key], float] = {}
+    for base, (of, _, _, _, ends) in zip(bases, lines, strict=True):
+        limit = of.lowest[0]
+        at = {key: base.further(base.moved(runs), limit) for key, runs in ends.items()}
+        further |= {(of.phase.name, key): H for key, H in at.items() if H is not None}
+    again = [
+        (runs, [further[of.phase.name, key]])
+        for of, _, _, _, ends in lines
+        for key, runs in ends.items()
+        if (of.phase.name, key) in further
+    ]
+    if again:
+        run(again, part("further"))
     result = {}
-    for of, runs, heights, middle, factors, ends in bases:
-        base = base_of(runs, heights, of.Hs, middle, highest)
-        rows = [_row(state, of, shown, factor, base, ends) for factor in factors]
-        result[of.phase.name] = _phase(of, rows) | {"n_seeds": SEEDS, "Hs_run": middle}
+    for base, (of, _, heights, factors, ends) in zip(bases, lines, strict=True):
+        name = of.phase.name
+        moved = {key: base.moved(runs, further.get((name, key))) for key, runs in ends.items()}
+        rows = [_factor(f, partial(_end, state, of, shown, f.name, moved)) for f in factors]
+        result[name] = _phase(of, rows) | {"n_seeds": SEEDS, "Hs_run": heights[1]}
     return result, sum(each.cells.n_runs for each, _ in wanted)
 
 
-def _row(
-    state: PlanState,
-    of: Governing,
-    shown: Alternative,
-    factor: Factor,
-    base: Base,
-    ends: Mapping[tuple[str, float], CellRuns],
+_Key = tuple[str, float]
+"""Factor and the value at one of its ends."""
+
+
+def _end(
+    state: PlanState, of: Governing, shown: Alternative, name: str, moved: Mapping[_Key, Moved], end: End
 ) -> dict[str, Any]:
-    """A factor with what its ends give by runs."""
-
-    def one(end: End) -> dict[str, Any]:
-        known = _in_table(state, of, shown, factor.name, end)
-        if known is not None:
-            return known
-        runs = ends.get((factor.name, end.value))
-        if runs is None:
-            return _nothing(end.reason)
-        moved = base.moved(runs)
-        limit = of.lowest[0]
-        if not math.isfinite(limit):
-            resolved = moved.Hs <= base.highest
-        else:
-            resolved = not moved.low <= limit <= moved.high and abs(moved.Hs - limit) > NOT_MOVED
-        if math.isnan(moved.Hs):
-            return _nothing("runs fail" if moved.used == math.inf else "too few runs show it")
-        return _limit(moved.Hs, moved.low, moved.high, moved.rule, resolved=bool(resolved), used=moved.used)
-
-    return _factor(factor, one)
+    """What an end of a factor gives, by the plan's table or by runs."""
+    known = _in_table(state, of, shown, name, end)
+    if known is not None:
+        return known
+    by_runs = moved.get((name, end.value))
+    if by_runs is None:
+        return _nothing(end.reason)
+    if math.isnan(by_runs.Hs):
+        return _nothing("runs fail" if by_runs.used == math.inf else "too few runs show it")
+    limit = of.lowest[0]
+    if not math.isfinite(limit):
+        resolved = math.isfinite(by_runs.Hs)
+    else:
+        resolved = not by_runs.low <= limit <= by_runs.high and not abs(by_runs.Hs - limit) <= NOT_MOVED
+    return _limit(by_runs.Hs, by_runs.low, by_runs.high, by_runs.rule, resolved=resolved, used=by_runs.used)
 
 
 def _factor(factor: Factor, one: Callable[[End], dict[str, Any]]) -> dict[str, Any]:
