@@ -1,4 +1,4 @@
-"""Alpha factors: what a limiting wave height must be lowered by because forecasts err, and whether an operation is
+"""Alpha factors: what a limiting wave height must be lowered by because forecasts deviate, and whether an operation is
 weather restricted.
 
 OP_WF = alpha OP_LIM; T_R = T_POP + T_C, and 2 T_POP where the contingency time T_C is not assessed. T_POP counts from

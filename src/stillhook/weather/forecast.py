@@ -44,7 +44,7 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or
+    """An upper limit record by record: text as it was written, x what it looks at (n,), allowed (n,), or
     (heading, n) where it depends on the heading [SI], NaN where it does not count."""
 
     text: str

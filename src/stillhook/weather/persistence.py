@@ -3,7 +3,7 @@ long enough.
 
 A record stands for one step from its time on: a window of n hourly records is n hours long. Two records follow each
 other if they are one step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which
-what a limit asks for is not known. Windows that the ends of the series or a gap cut are counted as long as they are
+what a limit needs is not known. Windows that the ends of the series or a gap cut are counted as long as they are
 seen.
 
 A vessel that is free to turn keeps one heading through an operation: its records are given heading by heading, and a
@@ -142,7 +142,7 @@ class Window:
     times: as `Windows.starts`, in a tenth of the time.
 
     after (n,): the record behind the last one that an operation needs which starts in each; possible (n,): whether the
-    series goes on so far without a gap; records: how many an operation needs, 0 where clocks jitter and it differs.
+    series continues so far without a gap; records: how many an operation needs, 0 where clocks jitter and it differs.
     """
 
     after: NDArray[np.intp]

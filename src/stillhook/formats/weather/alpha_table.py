@@ -28,7 +28,8 @@ COLUMNS = (
 ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".parquet", ".pq")
 """Files that hold a table of one row a cell."""
 RESTRICTED = {"T_POP_below": "72 h", "T_R_below": "96 h"}
-"""Ends of what counts as weather restricted, where a file does not give them: those of DNV-OS-H101 (recalled)."""
+"""Ends of what counts as weather restricted, where a file does not give them: those of DNV-OS-H101 (not compared with
+print)."""
 
 
 def read_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:

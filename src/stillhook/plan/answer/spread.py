@@ -15,7 +15,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governed
+from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governing
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
 from stillhook.weather.persistence import Window, waits
@@ -45,7 +45,7 @@ def with_intervals(
     found: limits of all tiers with their draws; forecast, value: what the block was made
     of. Limits without draws, of other tiers than the twin, are taken as exact. Each end is as far off the number as
     draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
-    the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
+    the number: the least of limits with errors is too low on the mean, and the number is off by as much as draws are.
     """
     axes = of.axes
     drawn = limit_draws(axes, tier_limits, of.limits.Hs.shape[1:])
@@ -106,7 +106,7 @@ def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterato
         Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
         modelled = chosen(replace(of.limits, Hs=Hs))
         credited = credited_of(plan, modelled, heights, of.certified.covers)
-        yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+        yield governing(plan, modelled, credited)
 
 
 def _numbers(value: WeatherValue, axes: Axes, forecast: Forecast, window: Window) -> dict[str, FloatArray]:

@@ -1,4 +1,4 @@
-"""A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
+"""A forecast compared with a plan: under each alternative, may the lift start now, and if not, when.
 
 A start is a go if for operation and contingency from it on the forecast height stays within OP_WF of its period and
 direction (`LimitTable.at`), and every additional limit (wind, say) holds. T_POP counts from the issue of the forecast:

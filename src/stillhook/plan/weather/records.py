@@ -90,7 +90,7 @@ def free_to_turn(directions: bool) -> str:
 
 
 def _outside(plan: LiftPlan, seas: Records) -> list[str]:
-    """How many records the plan's table does not reach: its limit there is 0 m, whatever the weather is."""
+    """How many records the plan's table does not reach: its limit there is 0 m in any weather."""
     words = {
         "above_period": f"are above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
@@ -155,7 +155,7 @@ def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
 def weather_used(use: WeatherUse) -> Weather:
     """The weather, read as the plan says; columns without any number are left out.
 
-    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for an unknown sense.
     """
     if use.sense is not None and use.sense not in SENSES:
         raise PlanError(
@@ -247,7 +247,7 @@ class Systems:
 
 
 def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
-    """Weather as a table of wind seas beside a swell wants it; swell: of the plan, by name [SI], None without one.
+    """Weather as a table of wind seas with a swell needs it; swell: of the plan, by name [SI], None without one.
 
     Where the weather gives wind sea and swell apart, the wind sea is compared with the table, and the swell must stay
     within the plan's: its height within the forecast height of the plan's (alpha times it, as for the table), its

@@ -256,7 +256,7 @@ def _case_by_case(forecast: Forecast) -> str:
 
 
 def _limit_words(plan: LiftPlan, seas: Records) -> str:
-    """What a record is held against."""
+    """What a record is compared with."""
     words = "wave height at most OP_WF of its period and direction"
     if plan.environment.swell is None:
         return words
