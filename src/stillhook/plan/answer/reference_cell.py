@@ -45,7 +45,7 @@ def depth_profile(
     """What a sea asks with the payload held for half an hour at each depth, from just covered to the seabed.
 
     Over alternative and z [m], height of the payload's underside: `QUANTITIES`, each winch compensating at every depth
-    (none: on its brake; one that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and
+    (none: on its brake; one that may not be used: NaN), at the level of the rule about it; F_top_static [N] and
     T_0, natural period of the load on its wire [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0
     is Tp (NaN: nowhere), held [s].
     Errors: as `stillhook.plan.tiers.frequency.frequency`.

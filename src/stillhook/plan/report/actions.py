@@ -56,7 +56,8 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("payload", n=assumed)
     if "weather" in result and result["weather"].attrs["synthetic"]:
         yield _write("weather")
-    yield _write("rules", **facts["rules"])
+    if not facts["rules"].get("entered_by"):
+        yield _write("rules", **facts["rules"])
 
 
 def _write(key: str, **values: object) -> str:

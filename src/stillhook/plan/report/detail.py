@@ -21,6 +21,7 @@ from stillhook.plan.report.words import (
     codes,
     few,
     gain,
+    governing_of,
     governs,
     height,
     highest,
@@ -36,7 +37,7 @@ from stillhook.plan.report.words import (
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.plan.weather.records import PER_RECORD
+from stillhook.plan.weather.records import IN_WINDOWS
 from stillhook.report.document import Bullets, Figure, Part, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
@@ -45,7 +46,6 @@ from stillhook.weather.persistence import MONTHS
 if TYPE_CHECKING:
     import xarray
 
-GOVERNING = ("governing_phase", "governing_rule")
 BEHIND = ("depth", "efficiency", "landing", "convergence")
 """Blocks behind the limits."""
 PERIODS = 10
@@ -73,16 +73,13 @@ def picture(figures: Mapping[str, Figure], stem: str) -> list[Part]:
 def _governing(result: PlanResult) -> Part:
     """How often what governs, for every alternative, as credited."""
     labels, data = names(result.data), result.data.sel(credit=CREDITED)
-    pairs_of = {
-        name: Counter(zip(*(data[key].sel(alternative=name).values.ravel() for key in GOVERNING), strict=True))
-        for name in labels
-    }
-    counted: Counter[tuple[str, str]] = sum(pairs_of.values(), Counter())
+    pairs_of = {name: Counter(governing_of(data.sel(alternative=name))) for name in labels}
+    counted: Counter[tuple[str, str, str]] = sum(pairs_of.values(), Counter())
     rows = []
-    for pair, _ in counted.most_common():
-        code = codes(result, *map(str, pair))
-        what = f"{code}: {governs(*map(str, pair))}" if code else "no limit up to the highest sea state, or no result"
-        rows.append([what, *(str(pairs_of[name].get(pair, "")) for name in labels)])
+    for of, _ in counted.most_common():
+        code = codes(result, *of)
+        what = f"{code}: {governs(*of)}" if code else "no limit up to the highest sea state, or no result"
+        rows.append([what, *(str(pairs_of[name].get(of, "")) for name in labels)])
     return Table(("governs, credited", *(named(x) for x in labels)), rows, "What governs, in cells of the table")
 
 
@@ -122,7 +119,10 @@ def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: st
     """Least limit over some tiers and the rules (heading, period) [m]; NaN where none is determined."""
     values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
     Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
-    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
+    least = np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0))
+    if credit == CREDITED and "Hs_steepest" in result.data:
+        least = np.minimum(least, result.data["Hs_steepest"].values)
+    return np.asarray(least)
 
 
 def _by_rule(result: PlanResult, name: str) -> list[Part]:
@@ -220,7 +220,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("outside the table", f"{share} of the records: counted as not workable"))
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
-    free = f"free to turn: one heading through each operation, the best one; {PER_RECORD}"
+    free = f"free to turn: one heading through each operation, the best one for each; {IN_WINDOWS}"
     open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
     heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
     return [*rows, ("limit", attrs["limit"]), *open_, heading]

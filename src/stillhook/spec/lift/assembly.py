@@ -238,7 +238,7 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
 
 
 def rebuilt_shape(data: Mapping[str, Any]) -> Shape:
-    """The shape whose plain SI data this is. Errors: KeyError, TypeError where it is none."""
+    """The shape whose plain SI data this is. Errors: KeyError, TypeError where it is not one."""
     raw = dict(data)
     if "parts" in raw:
         raw["parts"] = tuple(

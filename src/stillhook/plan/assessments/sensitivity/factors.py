@@ -13,10 +13,10 @@ import numpy as np
 
 from stillhook.analysis.uncertainty.factors import FACTORS, damping_range
 from stillhook.errors import StillhookError
-from stillhook.plan.answer.sweep import of_mass
 from stillhook.plan.assessments.sensitivity.roll import with_roll_damping
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_tips, check_wire
 from stillhook.plan.definition.rules import Alternative, Limited
+from stillhook.plan.definition.weights import weighing
 from stillhook.plan.limits import limited
 from stillhook.plan.tiers.time_domain.lowering import Winch, machine_of, step_of, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column
@@ -189,7 +189,12 @@ def _with_plan(base: Cell, changed: LiftPlan, change: Callable[[Crane], Crane] =
 
 
 def _mass(base: Cell, f: float) -> Cell:
-    return _with_plan(base, replace(base.plan, payload=of_mass(base.plan.payload, f * base.plan.payload.mass)))
+    return _with_plan(
+        base,
+        replace(
+            base.plan, payload=weighing(base.plan.payload, f * base.plan.payload.mass, base.plan.payload.displaced)
+        ),
+    )
 
 
 def _added_mass(base: Cell, f: float) -> Cell:

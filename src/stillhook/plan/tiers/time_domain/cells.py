@@ -76,7 +76,7 @@ ENDS = tuple(dict.fromkeys(f"phase_{name}" for unit in UNITS.values() for name i
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
-payload that is held the runs' own largest values count: waves that slam are rare, and most peaks know nothing of them
+payload that is held the runs' own largest values count: waves that slam are rare, and most peaks do not show them
 (docs/explanation/limits-by-runs.md)."""
 PEAKS = "peaks "
 """Begins the name of the largest values of all intervals of a run (n, k)."""
@@ -257,7 +257,7 @@ class Cells:
             )
             start += n
 
-    def _simulated(
+    def simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
     ) -> xarray.Dataset:
         """Runs as the plan makes them."""
@@ -285,7 +285,7 @@ class Cells:
         places = stored_places(crane, cases, store=self.execution.store, **self.options)
         if not places:
             return [], {}
-        data = self._simulated([crane] * len(places), [cases[i] for i in places])
+        data = self.simulated([crane] * len(places), [cases[i] for i in places])
         return [i + 1 for i in places], run_numbers(data, [self._course_of(request).counts] * len(places))
 
     def _intervals(self, request: CellRequest) -> int:
@@ -326,7 +326,7 @@ def request_together(pairs: Sequence[tuple[Cells, Sequence[CellRequest]]], progr
     missing = [cells._missing(wanted) for cells, wanted in pairs]
     made = [[(each, *cells._cases(each)) for each in new] for (cells, _), (new, *_) in zip(pairs, missing, strict=True)]
     runs = [(crane, case) for part in made for _, crane, cases in part for case in cases]
-    data = pairs[0][0]._simulated([crane for crane, _ in runs], [case for _, case in runs], progress) if runs else None
+    data = pairs[0][0].simulated([crane for crane, _ in runs], [case for _, case in runs], progress) if runs else None
     start = 0
     for (cells, wanted), (_, calms, first), part in zip(pairs, missing, made, strict=True):
         sizes = [(each, len(cases)) for each, _, cases in part]
@@ -362,7 +362,7 @@ def worst_submergences(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float]
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-    """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
+    """(Tp, beta) -> height of a phase's way at which the sling tension varies most with the winch on its brake [m], by
     the frequency-domain method in seas of middle height, and the time that the payload is where it swings hardly less
     [s]."""
     columns = plan.environment.table().columns
