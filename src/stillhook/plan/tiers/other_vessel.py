@@ -45,7 +45,8 @@ def from_other_vessel(
     The speed of the hook against what carries the payload is then `v_carrier`, and `v_lift_off` is not determined: its
     rule is of a hook that only moves with its own vessel.
     """
-    assert (tip := plan.tip_of(phase)).z is not None
+    tip = plan.tip_of(phase)
+    assert tip.z is not None
     v = relative_speed(Hs, values["v_tip_max"])
     F = jerk(plan, phase, 1.0) * v
     result = {name: each for name, each in values.items() if name != "v_lift_off"} | {"v_carrier": v}
