@@ -174,8 +174,16 @@ ZONE = {"phase": "splash zone", "top": -2.0, "bottom": -8.0, "reason": "loads", 
 SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touch-down", "method": "frequency"}
 
 
+STOPPED = {"key": "wave-zone-stop", "by_depth": [{}]}
+
+
+def test_without_a_run_of_a_stop_nothing_is_said_of_the_wave_zone(lift):
+    zone = [row for row in bands.actions(lift, [], []) if row["phase"] == "splash zone"]
+    assert [(row["action"], row["time"]) for row in zone] == [("not-assessed", None)]
+
+
 def test_every_depth_over_the_side_has_one_action(lift):
-    rows = bands.actions(lift, [ZONE, SEABED])
+    rows = bands.actions(lift, [ZONE, SEABED], [STOPPED])
     for phase in lift.phases:
         of_phase = [row for row in rows if row["phase"] == phase.name]
         if not of_phase or phase.z_start == phase.z_end:
@@ -186,7 +194,7 @@ def test_every_depth_over_the_side_has_one_action(lift):
 
 
 def test_a_band_is_left_by_the_sooner_way_and_the_seabed_upwards_alone(lift):
-    rows = bands.actions(lift, [ZONE, SEABED])
+    rows = bands.actions(lift, [ZONE, SEABED], [STOPPED])
     zone = [row for row in rows if row["phase"] == "splash zone" and row["action"] != "hold"]
     assert [(row["action"], row["to"]) for row in zone] == [("hoist", -2.0), ("lower-on", -8.0)]
     speed = lift.phase("splash zone").speed

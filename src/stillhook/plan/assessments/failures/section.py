@@ -26,7 +26,7 @@ REASONS = {
     "runs-away": "the winch moves the load by itself, and must be stopped manually",
     "no-time-allowed": "times to the off-lead limit below; compare with the time that your crew and DP need",
 }
-ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further"}
+ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further", "not-assessed": "not assessed"}
 BASES = {"twin": "runs of the twin", "closed-form": "closed form", "frequency": "frequency domain"}
 STOP_REASONS = {"loads": "loads beyond a limit", "touch-down": "touch-down speed beyond its limit"}
 
@@ -148,7 +148,7 @@ def _actions(of: Facts) -> Section:
             row["phase"],
             _span(row["top"], row["bottom"]),
             ACTIONS[row["action"]] + ("" if row["to"] is None else f" to {_depth(row['to'])}"),
-            "at once" if not row["time"] else fmt(row["time"], "time", 2),
+            "at once" if row["time"] == 0.0 else fmt(row["time"], "time", 2),
         )
         for row in of["actions"]
     ]
