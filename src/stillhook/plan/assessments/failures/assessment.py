@@ -68,7 +68,7 @@ class Work:
     @property
     def plan(self) -> LiftPlan:
         """The plan."""
-        return self.state.plan
+        return self.runs.plan
 
     @cached_property
     def places(self) -> list[tuple[Phase, float | None]]:
