@@ -1,5 +1,5 @@
 """A document as one HTML file with its tables and figures inside, which needs nothing else to be read: contents
-beside the text, figures that open and zoom, light and dark, and a form for print."""
+next to the text, figures that open and zoom, light and dark, and a form for print."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from functools import cache
 from html import escape
 from importlib.resources import files
 
-from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Grey, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import typeset
 
 PAGE = "document.html"
@@ -90,7 +90,7 @@ def _anchors(document: Document) -> dict[int, str]:
 
 
 def _contents(document: Document, anchors: dict[int, str]) -> Iterator[str]:
-    """The list of sections beside the text."""
+    """The list of sections next to the text."""
 
     def entries(parts: Sequence[Part], level: int) -> Iterator[str]:
         found = [part for part in parts if isinstance(part, Section)] if level <= DEPTH else []
@@ -187,7 +187,11 @@ def _cell(cell: Cell, kind: Column, bold: bool) -> str:
         first, *notes = cell.split("\n")
         content = f"<b>{_escaped(first)}</b>" if bold else _escaped(first)
         content += _notes(notes)
-    return f"<td class={kind.value}>{content}</td>"
+    return (
+        f'<td class="{kind.value} grey">{content}</td>'
+        if isinstance(cell, Grey)
+        else f"<td class={kind.value}>{content}</td>"
+    )
 
 
 def _notes(lines: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from statistics import fmean
 from typing import Any
 
 from stillhook.errors import StillhookError
-from stillhook.report.document import Bullets, Cell, Document, Figure, Part, Section, Table, Text, Verdict, words
+from stillhook.report.document import Bullets, Cell, Document, Figure, Grey, Part, Section, Table, Text, Verdict, words
 from stillhook.report.formatting import typeset
 
 DATA, TEMPLATE = "document.json", "document.typ"
@@ -126,4 +126,4 @@ def _cell(cell: Cell) -> dict[str, Any]:
     if isinstance(cell, Verdict):
         return {"text": cell.word, "notes": [], "verdict": True, "passed": cell.passed}
     first, *notes = cell.split("\n")
-    return {"text": first, "notes": notes, "verdict": False, "passed": None}
+    return {"text": first, "notes": notes, "verdict": False, "passed": None, "grey": isinstance(cell, Grey)}

@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.extras import installed
 from stillhook.errors import PlanError
+from stillhook.formats.table.workbook import write_sheets
 from stillhook.plan.assessments import ASSESSMENTS
+from stillhook.plan.assessments.rigging.section import rigging_sheet
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import first_page, tables, verdict
-from stillhook.plan.report.words import TEXTS, named, sentence
+from stillhook.plan.report.words import TEXTS, named, sentence, write
 from stillhook.plan.result import (
     FACTS,
     FAILED,
@@ -84,6 +87,8 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
+    if wrong := [row for check in result.facts.get("quality", {}).get("checks", []) for row in check["failed"]]:
+        lines.append(write(TEXTS["inconsistent"], n=len(wrong)))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
     return lines + [sentence(each) for each in result.caused(*MISSING)]
@@ -91,7 +96,9 @@ def marks(result: PlanResult) -> list[str]:
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
-OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
+RIGGING = ("rigging.xlsx", "rigging.csv")
+"""Items of the rigging for Excel, else as text."""
+OUT_FILES = (*REPORT_FILES, *PLAN_FILES, *RIGGING)
 FIGURE = "figure-"
 """Prefix of the names of figures that are written as separate files."""
 
@@ -129,6 +136,8 @@ def write_answer(result: PlanResult, folder: Path) -> None:
     with atomic_folder(folder) as part:
         write_plan(result, part)
         write_report(result, part)
+        if (sheet := rigging_sheet(result.facts)) is not None:
+            write_sheets([sheet], part / RIGGING[0 if installed("openpyxl") else 1], PlanError)
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
@@ -167,6 +176,6 @@ def brief(result: PlanResult) -> Document:
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
-    lines += [TEXTS["rules"].format(**facts["rules"])]
+    lines += [TEXTS["rules"].format(**facts["rules"], editions=basis.editions(facts["rules"]))]
     remarks = [each for each in facts["remarks"] if each not in facts["notes"]]
     return Document(facts["name"], name=_subtitle(result), front=[*parts, Bullets([*lines, *map(sentence, remarks)])])
