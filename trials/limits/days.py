@@ -100,7 +100,7 @@ class Scene:
         forecast = forecast_limits(self.plan, self.table, governs)
         value = weather_value(self.plan, axes, forecast, self.weather)
         block = weather_block(self.plan, value, axes, self.weather, forecast)
-        block = with_intervals(block, self.plan, of, limits, [], forecast, value, threads=1)
+        block = with_intervals(block, self.plan, of, limits, forecast, value, threads=1)
         found = {}
         for name in NAMES:
             ends = [f"{name}_{end}" for end in ("low", "high") if f"{name}_{end}" in block]
