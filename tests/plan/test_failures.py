@@ -1,7 +1,9 @@
 """Failure cases of a plan: what is run, how it is judged, and what follows by depth."""
 
 import math
+import re
 from dataclasses import replace
+from importlib.resources import files
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +15,7 @@ from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
 from stillhook.plan.assessments.failures.assessment import Work
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
-from stillhook.plan.assessments.failures.depths import time_between
+from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
 from stillhook.plan.assessments.failures.judging import height_from, used, worst
 from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
@@ -47,6 +49,18 @@ def result():
 
 
 @pytest.fixture(scope="module")
+def as_required(tmp_path_factory):
+    """Facts of the example as the requirement has it, of version 0.10: 120 t on the hook, without a build-up."""
+    text = (files("stillhook.library") / "data/lifts" / f"{EXAMPLE}.toml").read_text(encoding="utf-8")
+    kept = [line for line in text.split("\n") if not line.startswith(("points =", "mass =", "tilt =", "# items"))]
+    tables = re.split(r"(?m)^(?=\[)", "\n".join(kept))
+    plain = "".join(t for t in tables if not t.startswith(("[weight]", "[[rigging.item]]", "[weather]")))
+    path = tmp_path_factory.mktemp("plan") / "plan.toml"
+    path.write_text(plain, encoding="utf-8")
+    return plan(str(path), tier="frequency").facts[failures.NAME]
+
+
+@pytest.fixture(scope="module")
 def facts(result):
     return result.facts[failures.NAME]
 
@@ -56,17 +70,28 @@ def cases(lift, key: str, phase: str):
     return runs._cases(Request(key, phase, SEA))[1]
 
 
-def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(facts):
+def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: slack from 4.92 m (above the deep stop, half an hour)
-    deep = [row for row in facts["by_depth"] if row["z"] == pytest.approx(-1475.0) and row["rule"] == "slack-sling"]
+    deep = [
+        row for row in as_required["by_depth"] if row["z"] == pytest.approx(-1475.0) and row["rule"] == "slack-sling"
+    ]
     assert min(row["Hs_from"] for row in deep) == pytest.approx(4.92, abs=0.01)
 
 
-def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_has_it(result, facts):
+def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: 1.73, 1.57, 1.49, 1.44 m at 7 to 10 s
-    rows = {row["Tp"]: row for row in facts["steady"]["touch_down"]["by_period"]}
+    rows = {row["Tp"]: row for row in as_required["steady"]["touch_down"]["by_period"]}
     for Tp, Hs in ((7.0, 1.73), (8.0, 1.57), (9.0, 1.49), (10.0, 1.44)):
         assert rows[Tp]["Hs_from"] == pytest.approx(Hs, abs=0.01)
+
+
+def test_the_low_weight_case_is_slack_no_later_than_the_high_one(facts, lift):
+    heights = np.full(len(lift.environment.table().columns), 2.0)
+    high = {(p.phase, p.z): p for p in braked(lift, heights)}
+    assert lift.low is not None
+    for row in facts["by_depth"]:
+        if row["rule"] == "slack-sling":
+            assert row["Hs_from"] <= np.nanmin(high[row["phase"], row["z"]].Hs["slack-sling"])
 
 
 def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(facts):

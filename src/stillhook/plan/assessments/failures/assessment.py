@@ -16,7 +16,7 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.errors import StillhookError
 from stillhook.plan.assessments.failures.bands import actions, stops, without_ahc
 from stillhook.plan.assessments.failures.cases import AHC_TRIP, BOTTLES, DRIFT, FAILURES, OVERREAD, Failure
-from stillhook.plan.assessments.failures.depths import braked
+from stillhook.plan.assessments.failures.depths import braked, with_low_weight
 from stillhook.plan.assessments.failures.drive_off import drive_off
 from stillhook.plan.assessments.failures.judging import (
     FAILED_RUN,
@@ -213,7 +213,7 @@ def assessed(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
     heights = np.zeros(len(state.plan.environment.table().columns))
     for i, (Tp, beta, _) in enumerate(state.plan.environment.table().columns):
         heights[i] = next((s.Hs for s in seas if (s.Tp, s.beta) == (float(Tp), float(beta))), 0.0)
-    places = braked(state.plan, heights) if seas else []
+    places = with_low_weight(state.plan, braked(state.plan, heights), heights) if seas else []
     cases = list(_cases(work)) if seas else []
     facts |= without_ahc(state.plan, places, seas, heights, fallen(state.plan, cases))
     stands = [f.key for f in FAILURES if f.stands]

@@ -67,6 +67,24 @@ def braked(plan: LiftPlan, heights: FloatArray) -> list[Braked]:
     return result
 
 
+def with_low_weight(plan: LiftPlan, high: Sequence[Braked], heights: FloatArray) -> list[Braked]:
+    """The same with the low weight case, where there is one: of slack slings and of touch-down the lower height of
+    both, and the longer way down; each at the low case's next height, as resonances differ."""
+    if plan.low is None:
+        return list(high)
+    judged = {each.rule.key for p in plan.phases for each in rules_of_failure(plan, p) if each.rule.quantity in BY_LOW}
+    result, lows = [], braked(plan.low, heights)
+    for each in high:
+        low = min((x for x in lows if x.phase == each.phase), key=lambda x: abs(x.z - each.z), default=each)
+        Hs = {key: np.fmin(x, low.Hs[key]) if key in judged and key in low.Hs else x for key, x in each.Hs.items()}
+        result.append(each._replace(Hs=Hs, fall=np.fmax(each.fall, low.fall)))
+    return result
+
+
+BY_LOW = ("sling_ratio", TOUCH_DOWN)
+"""Quantities that may be worse with the low weight case."""
+
+
 def landing_after(plan: LiftPlan, phase: Phase) -> Phase | None:
     """The landing that a phase over the seabed is of; None for other phases."""
     if phase.kind is PhaseKind.LANDING:

@@ -50,7 +50,8 @@ def rules_of_failure(plan: LiftPlan, phase: Phase) -> tuple[Limited, ...]:
 def quantities(plan: LiftPlan, each: Request, numbers: Numbers) -> dict[str, FloatArray]:
     """Quantity -> its value of every run (n,). A load that landed has slack slings as it should. Touch-down is that of
     the runs where the winch stands afterwards; where it goes on, wrongly, the largest downward speed of a load that
-    hangs counts as well: it may land at any moment."""
+    hangs counts as well: it may land at any moment. What waves take of the sling tension of the high weight case is
+    taken of that of the low one."""
     phase = plan.phase(each.phase)
     result = {"F_top_max": numbers["F_w_max"], "DAF": numbers["DAF"]}
     landed = np.isfinite(numbers["v_landed"])
@@ -58,8 +59,8 @@ def quantities(plan: LiftPlan, each: Request, numbers: Numbers) -> dict[str, Flo
         goes_on = each.failure in BY_KEY and not BY_KEY[each.failure].stands
         v = np.nan_to_num(numbers["v_landed"])
         result[TOUCH_DOWN] = np.fmax(v, -numbers["v_load_min"]) if goes_on else v
-    rest = least_at_rest(plan, phase)
-    result["sling_ratio"] = np.where(landed, 1.0, numbers["F_sling_min"] / rest)
+    rest, low = least_at_rest(plan, phase), least_at_rest(plan.low or plan, phase)
+    result["sling_ratio"] = np.where(landed, 1.0, 1.0 - (rest - numbers["F_sling_min"]) / low)
     result["snap_load"] = np.where(landed, 0.0, numbers["snap"])
     return result
 
