@@ -26,6 +26,8 @@ MOST = 5
 """Numbers at the most."""
 UNSUPPLIED = (SourceKind.ASSUMED,)
 """Kinds of a source that nobody supplied."""
+BY_FORMULA = "by formulas of its shape"
+"""Where added mass is set that no source gives."""
 FIRST, SECOND = 2.0, 1.0
 """Weights of what is always named before a number that lowers a limit by all of it: a hold that is left out, and
 signals that are taken as ideal."""
@@ -130,7 +132,7 @@ def _of_payload(plan: LiftPlan, moves: Sequence[Lowered]) -> Iterator[dict[str, 
     covered = load.covered(rho)
     rows = {
         "mass": ("mass of the payload", show(load.mass, "mass"), "mass"),
-        "C_A": ("added mass", show(covered.A33, "mass"), "shape" if load.shape is not None else "levels"),
+        "C_A": ("added mass", show(covered.A33, "mass"), "levels" if load.shape is None else BY_FORMULA),
         "C_D": ("drag coefficient", f"{load.C_D:g} on {covered.A_p:.4g} m^2", "C_D"),
     }
     for factor, (what, value, key) in rows.items():

@@ -44,13 +44,15 @@ Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 
 class Cell(NamedTuple):
-    """A phase under an alternative in one column, Tp [s] and direction of travel [rad], and the rule that governs."""
+    """A phase under an alternative in one column, Tp [s] and direction of travel [rad], and the rule that governs;
+    stops: whether the plan has a stop in the wave zone as a phase of its own."""
 
     plan: LiftPlan
     phase: Phase
     alternative: Alternative
     column: Column
     rule: str = ""
+    stops: bool = False
 
     @property
     def winch(self) -> Winch:
@@ -101,7 +103,8 @@ def alone(plan: LiftPlan, phase: Phase, alternative: Alternative, column: Column
     """One phase of a plan in one column, run as the plan runs it."""
     env = plan.environment.model_copy(update={"Tp": (column[0],), "headings": (column[1],)})
     one = replace(plan, phases=(phase,), environment=env)
-    return _as_run(Cell(one, phase, alternative, column, rule), plan)
+    stops = any(each.kind is PhaseKind.SPLASH and each.held for each in plan.phases)
+    return _as_run(Cell(one, phase, alternative, column, rule, stops), plan)
 
 
 def _as_run(cell: Cell, plan: LiftPlan, change: Callable[[Crane], Crane] = lambda crane: crane) -> Cell:
@@ -125,7 +128,7 @@ def _judged(base: Cell, name: str, make: Callable[[Cell, float], Cell | None], t
     if name == "speed" and phase.speed is None:
         return Factor(name, reason="the phase does not move")
     if name == "hold" and phase.kind is PhaseKind.SPLASH and not phase.held:
-        return _stop(base)
+        return Factor(name, reason="its hold is a phase of its own") if base.stops else _stop(base)
     if name == "hold" and phase.speed is not None:
         return Factor(name, reason="its time is that of its way")
     if name == "C_D" and plan.payload.C_D == 0.0 and plan.payload.C_lin == 0.0:

@@ -48,7 +48,7 @@ def roll_peak(vessel: Rao) -> RollPeak:
     at = int(np.abs(vessel.H[ROLL][heading]).argmax())
     of, y = np.abs(omega / omega[at] - 1.0) <= ABOUT, roll[heading]
     if not 0 < at < len(omega) - 1 or int(of.sum()) < FEWEST:
-        raise _unknown(vessel, f"{int(of.sum())} frequencies about the peak of roll, and {FEWEST} are needed")
+        raise _unknown(vessel, f"fewer than {FEWEST} frequencies about the peak of roll")
     square, weight = omega[of] ** 2, y[of] ** 2
     columns = np.stack([square**2, square, np.ones_like(square)], axis=1)
     c = np.linalg.lstsq(columns * weight[:, None], np.ones_like(weight), rcond=None)[0]
