@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from inspect import unwrap
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -211,13 +210,6 @@ def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
         return plan.environment.spectrum(Hs, Tp).T_m02
     sea = plan.environment.sea(Hs, Tp, 0.0)
     return 2.0 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
-
-
-def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
-    """The same plan with another way in one of its phases, such as one with more added mass."""
-    changed = replace(plan)
-    changed.memo[unwrap(way), phase] = other
-    return changed
 
 
 @remembered
