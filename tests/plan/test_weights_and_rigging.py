@@ -399,7 +399,7 @@ def test_the_twin_runs_the_low_case_where_slack_governs(tmp_path):
     assert cases["runs_low"] > 0
     assert any(row["tier"] == "time" and row["rule"] == "slack-sling" for row in cases["low_governs"])
     assert limit(both, "slack-sling") == pytest.approx(limit(low, "slack-sling"), rel=EXACT)
-    assert limit(both, "dynamic-load") < math.inf  # of the high case: the low one is within it up to the highest sea
+    assert limit(both, "snap-load") < math.inf  # of the high case: the low one is within it up to the highest sea
 
 
 ITEM = '[[rigging.item]]\nname = "sling"\n'
