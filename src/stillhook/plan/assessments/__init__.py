@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
+from stillhook.plan.assessments import card
 from stillhook.plan.assessments.interface import Assessment
 
-ASSESSMENTS: Sequence[Assessment] = ()
+ASSESSMENTS: Sequence[Assessment] = (card,)
 """In the order of the report."""
