@@ -22,7 +22,7 @@ from stillhook.plan.report import figures as drawing
 from stillhook.plan.report.actions import actions
 from stillhook.plan.report.document import document, save_report
 from stillhook.plan.report.figures import ANSWER, answer, depth, figures, limit_tables, pictures
-from stillhook.plan.report.summary_page import verdict
+from stillhook.plan.report.limits_summary import verdict
 from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult, cause, load_plan_result, save_plan
 from stillhook.report.document import Document, Figure, Section, Table, Verdict

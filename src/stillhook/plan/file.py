@@ -80,6 +80,19 @@ class WeatherTable(description.WeatherTable):
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
 
 
+class DocumentTable(Spec):
+    """The table [document]: what stands at the head of the decision page and of the limits card."""
+
+    number: Text | None = Field(default=None, max_length=LONGEST_NAME, description="number of the document")
+    revision: Text | None = Field(default=None, max_length=LONGEST_NAME, description="its revision, on every page")
+    field: Text | None = Field(default=None, max_length=LONGEST_NAME, description="field or site of the lift")
+    prepared_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who prepared the plan")
+    checked_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who checked it")
+    editions_by: Text | None = Field(
+        default=None, max_length=LONGEST_NAME, description="who compared the rules with the project's editions"
+    )
+
+
 class PlanFile(LiftTables):
     """A plan file."""
 
@@ -90,6 +103,7 @@ class PlanFile(LiftTables):
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
+    document: DocumentTable = Field(default_factory=DocumentTable)
     load_chart: LoadChartTable | None = None
     synthetic_certificate: Part[Envelope] | None = Field(
         default=None, description="conditions for which the twin is credited as if it had been validated"
@@ -217,6 +231,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         weather=weather,
         load_chart=_chart(file, table, crane),
         credits_synthetic=file.synthetic_certificate is not None,
+        document=file.document.model_dump(exclude_none=True),
         source=table.path.name,
     )
     notes = (

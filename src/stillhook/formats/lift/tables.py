@@ -138,6 +138,7 @@ class LiftTables(Spec):
     environment: Any = None
     operation: Any = None
     weather: Any = None
+    document: Any = None
     load_chart: Any = None
     synthetic_certificate: Any = None
     phase: tuple[Part[Phase], ...] = Field(

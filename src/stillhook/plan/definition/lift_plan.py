@@ -207,8 +207,8 @@ class LiftPlan:
     T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
     contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
     the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
-    the crane's one SWL; compensator that hangs in the alternative phc, linked: whether it hangs (`under`); digest of
-    every input.
+    the crane's one SWL; compensator that hangs in the alternative phc, linked: whether it hangs (`under`); document:
+    number, revision and names for the head of its report; digest of every input.
     """
 
     name: str
@@ -235,6 +235,7 @@ class LiftPlan:
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
+    document: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()

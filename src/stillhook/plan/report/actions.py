@@ -10,13 +10,10 @@ import numpy as np
 from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
-    TWIN,
-    between,
     differs,
     height,
     highest,
     leading,
-    limits,
     names,
     sentence,
     write,
@@ -48,8 +45,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("apart", pairs="; ".join(pairs))
     certificate = facts["crane"]["certificate"]
     if any(a.twin for a in result.alternatives) and (not certificate or certificate.get("synthetic")):
-        more = {"range": between(limits(result, TWIN, name), highest(result))}
-        yield _write("validate", **more) if differs(result, name) else _write("validate_same")
+        yield _write("validate") if differs(result, name) else _write("validate_same")
     if "sensitivity" in result and (line := _most_sensitive(result, name)):
         yield line
     op = facts["operation"]

@@ -1,5 +1,5 @@
-"""What the decision page and the limits card are made of: limits that may be claimed by part of the lift and period, and
-the speed of the crane tip where it protects."""
+"""What the decision page and the limits card are made of: limits that may be claimed by part of the lift and period,
+and the speed of the crane tip where it protects."""
 
 from __future__ import annotations
 

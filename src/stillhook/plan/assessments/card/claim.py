@@ -65,8 +65,8 @@ def of_phases(chosen: Chosen, phases: Sequence[Phase]) -> Governed:
     """The least limits over some phases alone."""
     names = {phase.name for phase in phases}
     inside = np.array([name in names for name in chosen.axes.phases])[None, :, None, None, None]
-    ends = {key: np.where(inside, getattr(chosen, key), np.nan) for key in ("Hs", "low", "high")}
-    return governed(replace(chosen, **ends))
+    Hs, low, high = (np.where(inside, ends, np.nan) for ends in (chosen.Hs, chosen.low, chosen.high))
+    return governed(replace(chosen, Hs=Hs, low=low, high=high))
 
 
 def forecast_of(plan: LiftPlan, governs: Governed, forecast: Forecast) -> Forecast:
@@ -75,8 +75,8 @@ def forecast_of(plan: LiftPlan, governs: Governed, forecast: Forecast) -> Foreca
 
 
 def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative: Alternative) -> list[dict[str, Any]]:
-    """Every cell of an alternative: beta, T_p, Hs_limit (at most the highest sea analysed; None without a result), above
-    (whether that is no limit), Hs_limit_low, alpha, op_wf (None where there is no factor), and what governs."""
+    """Every cell of an alternative: beta, T_p, Hs_limit (at most the highest sea analysed; None without a result),
+    above (whether that is no limit), Hs_limit_low, alpha, op_wf (None where there is no factor), and what governs."""
     axes, highest = governs.axes, max(plan.environment.Hs)
     i = axes.alternatives.index(alternative)
     factors = forecast_of(plan, governs, forecast)

@@ -1,4 +1,4 @@
-"""Speed of the crane tip as a limit in real time: how much of it a sea makes, and whether it protects a phase at all."""
+"""Speed of the crane tip as a limit in real time: how much of it a sea makes, and whether it protects a phase."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def share_of_tip(tip: TipResponse, z: float, depth: float) -> float:
     .. math:: \frac{\sigma_{tip}^2}{\sigma_{tip}^2 + \sigma_w^2(z)}, \quad
        \sigma_w^2 = \int \omega^2 e^{2kz} S(\omega)\,d\omega
 
-    Parameters: tip in a sea; z height of the load, negative below the surface [m]; depth of the water [m]. Tip and water
-    are taken as independent: what they have in common depends on the place of the load under the tip.
+    Parameters: tip in a sea; z height of the load, negative below the surface [m]; depth of the water [m]. Tip and
+    water are taken as independent: what they have in common depends on the place of the load under the tip.
     """
     surface = tip.weight * tip.omega**2 * tip.S_wave
     water = float(np.sum(surface * decay(wavenumber(tip.omega, depth), np.array([z]), depth)[0] ** 2))
@@ -47,9 +47,9 @@ def per_metre(plan: LiftPlan) -> list[dict[str, Any]]:
 
 
 def in_phases(plan: LiftPlan, limits: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
-    """Of every part of the lift in water and every period: share of the tip, the least over phases and headings; whether
-    a limit of its speed protects; sigma_v, the speed that the tip has at the limit of the worst heading, the least over
-    all headings [m/s]: a smaller speed stops the lift earlier.
+    """Of every part of the lift in water and every period: share of the tip, the least over phases and headings;
+    whether a limit of its speed protects; sigma_v, the speed that the tip has at the limit of the worst heading, the
+    least over all headings [m/s]: a smaller speed stops the lift earlier.
 
     limits: cells of each part, `stillhook.plan.assessments.card.claim.cells_of`.
     """

@@ -1,17 +1,15 @@
-"""The first page of a plan's report: in which weather the lift may be done, what limits it, and on which conditions."""
+"""The limits of a plan in sentences and tables, as credited and as simulated: in which weather the lift may be done,
+what limits it, and on which conditions."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.actions import actions
-from stillhook.plan.report.figures import ANSWER
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -39,7 +37,7 @@ from stillhook.plan.report.words import (
     write,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, Verdict, facts
+from stillhook.report.document import Part, Table, Text, Verdict, facts
 from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
 from stillhook.spec.validity import UNSIGNED
 
@@ -74,25 +72,6 @@ def verdict(result: PlanResult) -> Verdict:
 def tables(result: PlanResult) -> list[Part]:
     """Limits of the leading alternative, all alternatives side by side, and the conditions."""
     return [limits_table(result), side_by_side(result), *_conditions(result)]
-
-
-def first_page(result: PlanResult, figures: Mapping[str, Figure], marks: Sequence[str]) -> list[Part]:
-    """The answer, one figure, the table that the operation is run by, what it rests on, and what to do next. Sentences
-    that are among the marks above them, and what the section of weather has, are not repeated."""
-    full, name = verdict(result), leading(result)
-    rest = full.text[2:-1] if "weather" in result else full.text[2:]
-    text = [f"{_range(result, name)} {_twin(result, name, brief=True)}", *(each for each in rest if each not in marks)]
-    text += [_waiting(result, name, brief=True)] if "weather" in result else []
-    range_ = between(limits(result, CREDITED, name), highest(result))
-    alike = _write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED))
-    picture: Part | None = figures.get(ANSWER) or (None if not figures else Text(alike))
-    return [
-        Verdict(full.word, full.passed, text),
-        *([picture] if picture is not None else []),
-        limits_table(result),
-        facts(_basis(result), "It rests on"),
-        Section("To do next", [Bullets(actions(result))]),
-    ]
 
 
 def waiting_in_full(result: PlanResult) -> Text:
@@ -305,12 +284,12 @@ def side_by_side(result: PlanResult) -> Table:
 
 
 def _conditions(result: PlanResult) -> list[Part]:
-    rows = _basis(result)
+    rows = basis_rows(result)
     rows.insert(-1 - len(result.facts["notes"]), ("reading", reading(result)))
     return [Text(_write("conditions")), facts(rows)]
 
 
-def _basis(result: PlanResult) -> list[tuple[str, str]]:
+def basis_rows(result: PlanResult) -> list[tuple[str, str]]:
     """Lift, machine, seas, credit and notes of the plan, a line each."""
     crane, payload, place = (result.facts[key] for key in ("crane", "payload", "place"))
     settings = result.facts["settings"]

@@ -1,0 +1,174 @@
+"""The decision page as parts of a document: one sheet of paper at 9 pt, whatever the plan."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from stillhook.plan.report.decision.bands import forecast, headline, label, limit
+from stillhook.plan.report.words import TEXTS, governs, named, write
+from stillhook.report.document import Beside, Bullets, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.formatting import fixed, hours
+
+NOT_ASSESSED = TEXTS["decision"]["not_assessed"]
+LONG = 60
+"""Letters of a name in a table of the page at most."""
+REASON, REASONS = 110, 6
+"""Letters of a reason of the status, and reasons, at most."""
+
+
+def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
+    """Status and the seven sections of the page; of: `stillhook.plan.report.decision.data.decision`."""
+    return [
+        status(of["status"]),
+        Section("1  Decision", _decision(of, figure)),
+        Section("2  AHC lost in the same seas", _ahc_lost(of)),
+        Section("3  Loads", _loads(of)),
+        Section("4  Failure cases", _failures(of)),
+        Section("5  Assumed numbers that govern", [Bullets(_assumed(of))]),
+        Section("6  Not covered, unsafe side first, and who covers it", [Text(f"{'; '.join(of['not_covered'])}.")]),
+        Section("7  Quality", [Text(_quality(of))]),
+    ]
+
+
+def status(of: Mapping[str, Any]) -> Verdict:
+    """STATUS with the reasons against approval, in as few words as they have."""
+    word = TEXTS["decision"]["for_approval" if of["for_approval"] else "not_for_operation"]
+    reasons = [clipped(each["text"], REASON) for each in of["reasons"]]
+    more = [f"and {len(reasons) - REASONS} more"] if len(reasons) > REASONS else []
+    line = "; ".join([*reasons[:REASONS], *more])
+    return Verdict(f"STATUS: {word}", bool(of["for_approval"]), [f"{line[:1].upper()}{line[1:]}."] if line else [])
+
+
+def clipped(text: str, most: int) -> str:
+    """A text in so many letters, cut at a word."""
+    return textwrap.shorten(text, most, placeholder=" ...")
+
+
+def claim_words(of: Mapping[str, Any]) -> str:
+    """The claimable limit, in large type."""
+    range_ = headline(of["claim"]["bands"])
+    return write(TEXTS["decision"]["claim"], range=range_) if range_ else TEXTS["decision"]["no_claim"]
+
+
+def credit_words(credit: Mapping[str, Any]) -> str:
+    """What a claim rests on."""
+    return write(TEXTS["credit_by"][credit["by"]], **credit)
+
+
+def claim_basis(of: Mapping[str, Any]) -> str:
+    """Winch, seas, credit and forecast limit of the claim, in a sentence."""
+    claim = of["claim"]
+    if claim["credit"] is None:
+        return f"Claimable limit: {NOT_ASSESSED}."
+    bands = claim["bands"]
+    stopped = sum(bool(band["no_go"]) for band in bands)
+    no_go = write(TEXTS["decision"]["no_go"], n=stopped, of=len(bands)) if stopped else ""
+    seas = f"Tp up to {bands[-1]['T_p_from']:g} s"
+    values = {"name": named(claim["alternative"]), "seas": seas, "credit": credit_words(claim["credit"])}
+    return write(TEXTS["decision"]["claim_by"], op_wf=headline(bands, "op_wf") or "-", no_go=no_go, **values)
+
+
+def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
+    head: list[Part] = [Text(f"{_times(of['operation'])} {_rules(of)} {_alpha(of['operation'])}")]
+    if not of["claim"]["bands"]:
+        return [*head, Text(claim_basis(of))]
+    bands = [band_row(band) for band in of["claim"]["bands"]]
+    table = Table(("Tp", "OP_LIM", "OP_WF", "alpha", "governs; Hs in m"), bands, bold_columns=(2,))
+    claim = Verdict(claim_words(of), None, [claim_basis(of)])
+    return [*head, claim, table if figure is None else Beside([table, figure], (8, 5))]
+
+
+def band_row(band: Mapping[str, Any]) -> list[str]:
+    """A band as a row of a table."""
+    by = governs(band["governing_phase"], band["governing_rule"]) if band["governing_phase"] else ""
+    reason = band["no_go"] or ("highest sea analysed" if band["above"] else "")
+    text = f"{by} ({reason})" if by and reason else by or reason
+    return [label(band), limit(band), forecast(band), fixed(band["alpha"], 2), clipped(text, LONG)]
+
+
+def _times(op: Mapping[str, Any]) -> str:
+    contingency = "T_C not assessed" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
+    restricted = "Weather restricted" if op["weather_restricted"] else "NOT weather restricted (design for extremes)"
+    summed = "" if op.get("T_POP_given", True) else " (sum of the phases)"
+    times = {key: hours(op[key]) for key in ("T_POP", "T_R")}
+    return write(TEXTS["decision"]["times"], restricted=restricted, summed=summed, contingency=contingency, **times)
+
+
+def _rules(of: Mapping[str, Any]) -> str:
+    rules, by = of["rules"], of["document"]["editions_by"]
+    editions = write(TEXTS["decision"]["editions"], by=by) if by else TEXTS["decision"]["no_editions"]
+    return write(TEXTS["decision"]["rules"], by=editions, **rules)
+
+
+def _alpha(op: Mapping[str, Any]) -> str:
+    table = op.get("alpha_table")
+    if table is None:
+        return f"alpha: {NOT_ASSESSED}."
+    more = {key: op.get(key) or NOT_ASSESSED for key in ("level", "monitoring")}
+    return write(TEXTS["decision"]["alpha"], **table, **more)
+
+
+def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
+    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["failures"] is None else []
+
+
+def _loads(of: Mapping[str, Any]) -> list[Part]:
+    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["rigging"] is None else []
+
+
+def _failures(of: Mapping[str, Any]) -> list[Part]:
+    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["failures"] is None else []
+
+
+def _assumed(of: Mapping[str, Any]) -> list[str]:
+    return [f"{NOT_ASSESSED.capitalize()} by variation."] if of["assumed"] is None else []
+
+
+def _quality(of: Mapping[str, Any]) -> str:
+    """Agreement of the methods, seeds, interval, and the weather behind the waiting."""
+    runs, weather = of["runs"], of["weather"]
+    agreement = f"Methods agree: {NOT_ASSESSED}." if of["quality"] is None else ""
+    seeds = runs["seeds_per_cell"]
+    ran = "No runs of the twin." if not runs["n"] else f"{runs['n']:,} runs, {seeds[0]} to {seeds[1]} seeds a cell."
+    if weather is None:
+        return " ".join(filter(None, (agreement, ran, f"Hindcast: {NOT_ASSESSED}.")))
+    gaps = "" if weather["n_gaps"] is None else f", {weather['n_gaps']:.0f} gaps"
+    mark = "SYNTHETIC " if weather["synthetic"] else ""
+    hindcast = f"{mark}weather {weather['source']}, {weather['first'][:10]} to {weather['last'][:10]}{gaps}."
+    return " ".join(filter(None, (agreement, ran, hindcast)))
+
+
+def subtitle(about: Mapping[str, Any]) -> str:
+    """Lift, field and place of a document, in a line."""
+    return clipped("; ".join(filter(None, (about["lift"], about["field"], about["place"]))), SUBTITLE)
+
+
+SUBTITLE = 230
+"""Letters of the line below the title at most."""
+
+
+def signatures(about: Mapping[str, Any]) -> tuple[str, ...]:
+    """Captions of the lines to sign on."""
+    names = (("Prepared by", about["prepared_by"]), ("Checked by", about["checked_by"]))
+    signed = (f"{caption} {clipped(name, LONG)}".strip() for caption, name in names)
+    return (*signed, "Accepted by (marine warranty surveyor), place and date")
+
+
+def sheet(of: Mapping[str, Any], parts: Sequence[Part], made_by: str, title: str, marks: Sequence[str]) -> Document:
+    """One page of its own: this one, or the limits card."""
+    about = of["document"]
+    return Document(
+        title=title,
+        name=about["name"],
+        subtitle=subtitle(about),
+        marks=marks,
+        front=parts,
+        signatures=signatures(about),
+        number=about["number"],
+        revision=about["revision"],
+        dense=True,
+        date=about["date"],
+        made_by=made_by,
+    )

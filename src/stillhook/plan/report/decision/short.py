@@ -1,0 +1,48 @@
+"""The decision page in the lines of a terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from stillhook.plan.report.decision.bands import headline, label
+from stillhook.plan.report.decision.data import decision
+from stillhook.plan.report.decision.page import claim_words, credit_words, status
+from stillhook.plan.report.words import governs, named
+from stillhook.plan.result import PlanResult
+
+NAMED = 3
+"""Bands and reasons that are named at most."""
+
+
+def short(result: PlanResult) -> list[str]:
+    """The claimable limit, the status, and what governs."""
+    of = decision(result)
+    word = status(of["status"])
+    return [_claim(of), " ".join([f"{word.word}.", *word.text]), _governing(of["claim"]["bands"])]
+
+
+def _claim(of: Mapping[str, Any]) -> str:
+    """The claimable limit with its forecast limit, winch, credit, and bands without a go."""
+    claim = of["claim"]
+    if claim["credit"] is None:
+        return "Claimable limit: not assessed."
+    bands = claim["bands"]
+    op_wf = headline(bands, "op_wf")
+    stopped = [label(band) for band in bands if band["no_go"]]
+    no_go = f"; NO GO: Tp {', '.join(stopped)}" if len(stopped) < len(bands) else ""
+    forecast = f", forecast OP_WF {op_wf}" if op_wf else ""
+    by = f"{named(claim['alternative'])}, worst heading; credit: {credit_words(claim['credit'])}"
+    return f"{claim_words(of)}{forecast}: claimable with {by}{no_go}."
+
+
+def _governing(bands: list[dict[str, Any]]) -> str:
+    """What governs most bands."""
+    counted = Counter(
+        governs(band["governing_phase"], band["governing_rule"]) for band in bands if band["governing_phase"]
+    )
+    if not counted:
+        return ""
+    text = "; ".join(f"{by} ({n} of {len(bands)} bands)" for by, n in counted.most_common(NAMED))
+    return f"Governing: {text}{' and others' if len(counted) > NAMED else ''}."
