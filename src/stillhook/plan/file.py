@@ -62,7 +62,7 @@ from stillhook.winches.load_path.interface import JointUnit
 SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
-LONGEST_NAME = 80
+LONGEST_NAME, LONGEST_NUMBER, LONGEST_REVISION = 80, 40, 12
 ROUNDED = 1e-3
 """Part of a planned time by which it may have been rounded down."""
 
@@ -83,8 +83,8 @@ class WeatherTable(description.WeatherTable):
 class DocumentTable(Spec):
     """The table [document]: what stands at the head of the decision page and of the limits card."""
 
-    number: Text | None = Field(default=None, max_length=LONGEST_NAME, description="number of the document")
-    revision: Text | None = Field(default=None, max_length=LONGEST_NAME, description="its revision, on every page")
+    number: Text | None = Field(default=None, max_length=LONGEST_NUMBER, description="number of the document")
+    revision: Text | None = Field(default=None, max_length=LONGEST_REVISION, description="its revision, on every page")
     field: Text | None = Field(default=None, max_length=LONGEST_NAME, description="field or site of the lift")
     prepared_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who prepared the plan")
     checked_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who checked it")

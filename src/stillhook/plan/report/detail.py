@@ -14,7 +14,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
 from stillhook.plan.report.actions import FACTORS
 from stillhook.plan.report.figures import ANSWER
-from stillhook.plan.report.limits_summary import limits_table, side_by_side, verdict, waiting_in_full
+from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -58,8 +58,8 @@ PERIODS = 10
 def limit_cells(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
     """The table that the operation is run by, of the claimable limits, its figure, and how a cell is read."""
     return [
-        limits_table(result),
-        *picture(figures, ANSWER),
+        limits_table(result, simulated=False),
+        *(picture(figures, ANSWER) or ([alike(result)] if figures else [])),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
         *([Text(f"Limiting Hs{of_wind_sea(result)}.")] if of_wind_sea(result) else []),
     ]
@@ -69,7 +69,7 @@ def alternatives(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part
     """All alternatives side by side, credited and simulated: curves, tables of cells, what governs."""
     cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
     return [
-        verdict(result),
+        *map(Text, verdict(result).text),
         side_by_side(result),
         *picture(figures, "limits-over-period"),
         *(figures[stem] for stem in cells),

@@ -86,7 +86,7 @@ def _annex(result: PlanResult, figures: Mapping[str, Figure]) -> list[Section]:
     """What is no part of what is approved: alternatives, simulated limits, methods and their convergence."""
     return [
         Section("All alternatives, credited and simulated", detail.alternatives(result, figures)),
-        Section("Limits, phase by phase and method by method", detail.by_phase(result)),
+        Section("Limits, phase by phase", detail.by_phase(result)),
         Section("Landing tolerance, payload and depth", tolerance_sweep(result, figures)),
         Section("Efficiency and convergence", detail.behind(result, figures, detail.RESEARCH)),
         Section("Theory", [Text(TEXTS[key]) for key in ("credit", "extremes", "persistence")]),
@@ -105,7 +105,7 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["unvalidated"].rstrip("."))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
-    return lines + [sentence(each) for each in result.caused(*MISSING)]
+    return [*lines, *dict.fromkeys(sentence(each) for each in result.caused(*MISSING))]
 
 
 PDF, PAGE = "report.pdf", "report.html"

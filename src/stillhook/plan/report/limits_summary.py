@@ -74,6 +74,13 @@ def tables(result: PlanResult) -> list[Part]:
     return [limits_table(result), side_by_side(result), *_conditions(result)]
 
 
+def alike(result: PlanResult) -> Text:
+    """What stands in the place of a figure whose cells are all alike."""
+    name = leading(result)
+    range_ = between(limits(result, CREDITED, name), highest(result))
+    return Text(_write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED)))
+
+
 def waiting_in_full(result: PlanResult) -> Text:
     """All sentences on waiting, operability and what is gained."""
     return Text(_waiting(result, leading(result)))
@@ -196,9 +203,9 @@ def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
     return text + (_write("censored", share=censored) if censored > CENSORED else "")
 
 
-def limits_table(result: PlanResult) -> Table:
+def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
-    its 95 % interval where the twin was run, and OP_WF; the twin's own answer where it is another."""
+    its 95 % interval where the twin was run, and OP_WF; simulated: also the twin's own answer where it is another."""
     data, top, name = result.data, highest(result), leading(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
@@ -216,7 +223,7 @@ def limits_table(result: PlanResult) -> Table:
             open_ if _case_by_case(result, float(credited[at[k], k])) else fixed(float(values[at[k], k]), 2)
             for k in rows
         ]
-    if differs(result, name):
+    if simulated and differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
     title = f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)}; OP_WF [m] at the worst heading"

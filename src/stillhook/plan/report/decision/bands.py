@@ -77,6 +77,19 @@ def label(band: Mapping[str, Any]) -> str:
     return f"above {low} s" if high is None else f"{low} to {high} s"
 
 
+def stopped(bands: Sequence[Mapping[str, Any]]) -> str:
+    """Where there is no go: "up to 7 s, above 12 s"; empty where there is a go in every band."""
+    rows: list[dict[str, Any]] = []
+    for band in bands:
+        if not band["no_go"]:
+            continue
+        if rows and rows[-1]["T_p_to"] == band["T_p_from"]:
+            rows[-1]["T_p_to"] = band["T_p_to"]
+        else:
+            rows.append({"T_p_from": band["T_p_from"], "T_p_to": band["T_p_to"]})
+    return "any" if rows == [{"T_p_from": None, "T_p_to": None}] else ", ".join(map(label, rows))
+
+
 def limit(band: Mapping[str, Any]) -> str:
     """OP_LIM of a band [m]."""
     if band["Hs_limit"] is None:

@@ -79,7 +79,8 @@ def _weather(result: PlanResult) -> dict[str, Any] | None:
         return None
     block = result["weather"]
     n_gaps = float(block["n_gaps"].values.ravel()[0]) if "n_gaps" in block else None
-    return {key: block.attrs[key] for key in ("source", "synthetic", "first", "last")} | {"n_gaps": n_gaps}
+    texts = {key: str(block.attrs[key]) for key in ("source", "first", "last")}
+    return {**texts, "synthetic": bool(block.attrs["synthetic"]), "n_gaps": n_gaps}
 
 
 def claimed(result: PlanResult) -> PlanResult:

@@ -6,15 +6,15 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stillhook.plan.report.decision.bands import forecast, headline, label, limit
+from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.report.document import Beside, Bullets, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import fixed, hours
 
 NOT_ASSESSED = TEXTS["decision"]["not_assessed"]
-LONG = 60
-"""Letters of a name in a table of the page at most."""
-REASON, REASONS = 110, 6
+LONG, PHASE = 60, 24
+"""Letters of a cell of the page, and of the name of a phase in it, at most."""
+REASON, REASONS = 90, 5
 """Letters of a reason of the status, and reasons, at most."""
 
 
@@ -63,11 +63,9 @@ def claim_basis(of: Mapping[str, Any]) -> str:
     if claim["credit"] is None:
         return f"Claimable limit: {NOT_ASSESSED}."
     bands = claim["bands"]
-    stopped = sum(bool(band["no_go"]) for band in bands)
-    no_go = write(TEXTS["decision"]["no_go"], n=stopped, of=len(bands)) if stopped else ""
     seas = f"Tp up to {bands[-1]['T_p_from']:g} s"
     values = {"name": named(claim["alternative"]), "seas": seas, "credit": credit_words(claim["credit"])}
-    return write(TEXTS["decision"]["claim_by"], op_wf=headline(bands, "op_wf") or "-", no_go=no_go, **values)
+    return write(TEXTS["decision"]["claim_by"], op_wf=headline(bands, "op_wf") or "-", no_go=stopped(bands), **values)
 
 
 def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
@@ -82,7 +80,7 @@ def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
 
 def band_row(band: Mapping[str, Any]) -> list[str]:
     """A band as a row of a table."""
-    by = governs(band["governing_phase"], band["governing_rule"]) if band["governing_phase"] else ""
+    by = governs(clipped(band["governing_phase"], PHASE), band["governing_rule"]) if band["governing_phase"] else ""
     reason = band["no_go"] or ("highest sea analysed" if band["above"] else "")
     text = f"{by} ({reason})" if by and reason else by or reason
     return [label(band), limit(band), forecast(band), fixed(band["alpha"], 2), clipped(text, LONG)]

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from stillhook.plan.report.decision.bands import headline, label
+from stillhook.plan.report.decision.bands import headline, stopped
 from stillhook.plan.report.decision.data import decision
 from stillhook.plan.report.decision.page import claim_words, credit_words, status
 from stillhook.plan.report.words import governs, named
@@ -30,11 +30,9 @@ def _claim(of: Mapping[str, Any]) -> str:
         return "Claimable limit: not assessed."
     bands = claim["bands"]
     op_wf = headline(bands, "op_wf")
-    stopped = [label(band) for band in bands if band["no_go"]]
-    no_go = f"; NO GO: Tp {', '.join(stopped)}" if len(stopped) < len(bands) else ""
     forecast = f", forecast OP_WF {op_wf}" if op_wf else ""
-    by = f"{named(claim['alternative'])}, worst heading; credit: {credit_words(claim['credit'])}"
-    return f"{claim_words(of)}{forecast}: claimable with {by}{no_go}."
+    by = f"claimable with {named(claim['alternative'])}, worst heading; credit: {credit_words(claim['credit'])}"
+    return f"{claim_words(of)}{forecast}: {by}; NO GO: Tp {stopped(bands)}."
 
 
 def _governing(bands: list[dict[str, Any]]) -> str:

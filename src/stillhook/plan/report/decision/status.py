@@ -16,7 +16,7 @@ SYNTHETIC = "SYNTHETIC"
 
 def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """for_approval, and reasons: code and text of each, the gravest first."""
-    reasons = [{"code": code, "text": text} for code, text in _reasons(result, bands)]
+    reasons = [{"code": code, "text": text} for code, text in dict.fromkeys(_reasons(result, bands))]
     return {"for_approval": not reasons, "reasons": reasons}
 
 
