@@ -88,6 +88,37 @@ def long_names(result: PlanResult) -> PlanResult:
     return replace(result, data=data, facts={**facts, **more, "card": own})
 
 
+def assessed(*, ok: bool = True) -> dict:
+    """Assessments of failure cases, rigging and quality as they come, with everything that a page has to say."""
+    name = "Installation of the manifold template with suction anchors, north-western flank"[:80]
+    worst = {"phase": name, "z": None, "rule": "landing-speed", "used": 1.4, "Tp": 9.0}
+    bad = {"verdict": "ok" if ok else "not-ok", "worst": worst, "Hs_from": None if ok else 1.44, "rows": []}
+    cases = [{"key": f"case-{i}", "title": f"Failure {i} of the motion unit and its signal"} | bad for i in range(10)]
+    action = {"phase": name, "top": -1475.0, "bottom": -1500.0, "action": "hoist", "time": 250.0, "to": -1475.0}
+    page_ = {"loads_to": 2.31, "loads_highest": 4.0, "touch_down_from": 1.44, "touch_down_limit": 0.5}
+    failures = {
+        "cases": cases,
+        "actions": [action, action | {"action": "hold", "time": 0.0, "to": None}] * 12,
+        "page": page_ | {"no_stop_below": 1496.0, "clearance": 4.0},
+    }
+    row = {"phase": name, "static_low": 8e5, "static_high": 9.1e5, "F_top": 2.1e6, "capacity": 2.48e6}
+    item = {"name": name, "utilisation": 0.83 if ok else 1.07}
+    weight = {"stated": True, "net": 120e3, "contingency": 1.05, "rigging": 6e3, "added": 0.0, "SHL": 132e3}
+    rigging = {
+        "SHL": 132e3,
+        "weight": weight | {"submerged_low": 84e3, "submerged_high": 98e3},
+        "hook_loads": [row | {"capacity_basis": f"chart at 27 m, {name}", "utilisation": 0.85}] * 12,
+        "legs": {"n": 4, "skew": 1.25, "DHL": 1.45e6, "T_max": 513e3, "items": [item], "worst": item},
+    }
+    quality = {
+        "checks": [{"check": "cells", "n": 9, "failed": [] if ok else [{}]}],
+        "agreement": {"phase": name, "rule": "load-motion", "tier": "frequency", "Tp": 9.0, "factor": 1.4},
+        "tiers": [{}] * 7,
+        "steep": {"n": 12, "of": 360},
+    }
+    return {"failures": failures, "rigging": rigging, "quality": quality}
+
+
 def table_of(result: PlanResult, headings: int, periods: int) -> PlanResult:
     """The made-up result as one of so many headings and periods."""
     i, k = ([round(x) for x in np.linspace(0, n - 1, m)] for n, m in ((3, headings), (10, periods)))
@@ -121,7 +152,10 @@ def sheets_of(result: PlanResult) -> tuple[int, int]:
 
 @pytest.mark.slow
 def test_long_names_and_many_remarks_stay_on_one_sheet(result):
-    assert sheets_of(long_names(result)) == (1, 1)
+    full = long_names(result)
+    assert sheets_of(full) == (1, 1)
+    assert sheets_of(replace(full, facts={**full.facts, **assessed()})) == (1, 1)
+    assert sheets_of(replace(full, facts={**full.facts, **assessed(ok=False)})) == (1, 1)
 
 
 def test_a_plan_is_not_for_operation_while_anything_that_carries_it_is_missing(result):
@@ -129,7 +163,7 @@ def test_a_plan_is_not_for_operation_while_anything_that_carries_it_is_missing(r
     assert not of["for_approval"]
     codes = [each["code"] for each in of["reasons"]]
     assert codes == ["synthetic-weather", "no-failures", "no-rigging", "no-quality"]
-    whole = replace(made_up(synthetic=False), facts={**result.facts, "failures": {}, "rigging": {}, "quality": {}})
+    whole = replace(made_up(synthetic=False), facts={**result.facts, **assessed()})
     assert decision(whole)["status"] == {"for_approval": True, "reasons": []}
     remark = cause("not-assessed", phases=["splash zone"], alternatives=["none"])
     odd = replace(whole, facts={**whole.facts, "remarks": [remark]})
@@ -137,6 +171,33 @@ def test_a_plan_is_not_for_operation_while_anything_that_carries_it_is_missing(r
     chart = [*whole.facts["inputs"], {"item": "load chart", "file": "SYNTHETIC-load-chart.csv", "sha256": "0"}]
     codes = decision(replace(whole, facts={**whole.facts, "inputs": chart}))["status"]["reasons"]
     assert [each["code"] for each in codes] == ["synthetic-chart"]
+
+
+def test_what_is_not_within_limits_is_a_reason_against_operation():
+    odd = replace(made_up(synthetic=False), facts={**made_up().facts, **assessed(ok=False)})
+    codes = [each["code"] for each in decision(odd)["status"]["reasons"]]
+    assert codes == ["failure-not-ok", "over-used", "contradicted"]
+    bare = assessed()
+    bare["rigging"] |= {"weight": None, "legs": None}
+    codes = [each["code"] for each in decision(replace(odd, facts={**odd.facts, **bare}))["status"]["reasons"]]
+    assert codes == ["no-weight", "no-legs"]
+
+
+def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(result):
+    full = replace(result, facts={**result.facts, **assessed(ok=False)})
+    text = str(page(decision(full), None))
+    for line in (
+        "Loads are within limits to Hs 2.31 m.",
+        "Touch-down over 0.50 m/s from Hs 1.44 m.",
+        "No stop below 1496 m.",
+        "submerged 84 t low, 98 t high",
+        "skew load factor 1.25",
+        "Methods agree within a factor of 1.40",
+    ):
+        assert line in text
+    tables = [part for part in walk(card_parts(card(full))) if isinstance(part, Table)]
+    actions = next(table for table in tables if "action" in table.header)
+    assert list(actions.rows[0][1:]) == ["1475 m to 1500 m", "hoist to 1475 m", "250 s"]
 
 
 def test_without_claimable_limits_the_page_says_so_and_is_not_for_approval(result):

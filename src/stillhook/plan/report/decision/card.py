@@ -7,12 +7,12 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import NO_FACTOR, forecast, label, limit
 from stillhook.plan.report.decision.data import claim_of, head
-from stillhook.plan.report.decision.page import clipped, status
+from stillhook.plan.report.decision.page import action_words, clipped, status
 from stillhook.plan.report.decision.status import status_of
-from stillhook.plan.report.words import TEXTS, valued, write
+from stillhook.plan.report.words import TEXTS, listed, valued, write
 from stillhook.plan.result import PlanResult
 from stillhook.report.document import Bullets, Part, Section, Table, Text
-from stillhook.report.formatting import fixed, hours
+from stillhook.report.formatting import fixed, fmt, hours
 
 WINDOW = 900.0
 """Time over which the motion unit at the tip takes its standard deviation [s]."""
@@ -96,7 +96,7 @@ def _hold_points(phases: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, str]
 
 def card_parts(of: Mapping[str, Any]) -> list[Part]:
     """The sheet; of: `card`."""
-    lost = [Text(TEXTS["card"]["no_failures"])] if of["ahc_lost"] is None else []
+    lost: list[Part] = [Text(TEXTS["card"]["no_failures"])] if of["ahc_lost"] is None else [_actions(of["ahc_lost"])]
     return [
         status(of["status"]),
         *_limits(of),
@@ -117,7 +117,7 @@ def _limits(of: Mapping[str, Any]) -> list[Part]:
         columns[f"{part['name']}:\nmeasured"] = [_measured(band) for band in part["bands"]]
         if any(band["sigma_v"] is not None for band in part["bands"]):
             columns[f"{part['name']}: tip\nspeed [m/s]"] = [fixed(band["sigma_v"], 3) for band in part["bands"]]
-    phases = "; ".join(f"{part['name']}: {', '.join(part['phases'])}" for part in of["parts"])
+    phases = "; ".join(f"{part['name']}: {listed(part['phases'])}" for part in of["parts"])
     window = hours(of["start"]["T_R"])
     reading = write(TEXTS["card"]["reading"], T_R=window, minutes=of["window"] / 60.0, phases=clipped(phases, LONGEST))
     table = Table(tuple(columns), list(zip(*columns.values(), strict=True)), "Significant wave height Hs [m], at most")
@@ -138,12 +138,27 @@ def _stop_table(stops: Sequence[Mapping[str, Any]]) -> Table:
     for each in stops:
         sign = "above" if each["sense"] == "at-most" else "below"
         of_Hs = TEXTS["card"]["by_Hs"] if each["by_Hs"] else ""
-        where = "all" if each["all_phases"] else ", ".join(each["phases"])
+        where = "all" if each["all_phases"] else listed(each["phases"])
         limit = f"{sign} {valued(each['limit'], each['quantity'])}{of_Hs}"
         rows.append([each["name"], limit, clipped(where, PHASES), clipped(each["basis"] or "", BASIS)])
     return Table(("reading", "stop", "in", "by"), rows)
 
 
+def _actions(lost: Mapping[str, Any]) -> Table:
+    """What to do by depth where AHC is lost, from the top; the rows that take longest where there are too many."""
+    rows = list(lost["actions"])
+    while len(rows) > ACTIONS:
+        rows.remove(min(rows, key=lambda row: float(row["time"])))
+    body = []
+    for row in rows:
+        words = action_words(row)
+        time = "at once" if not row["time"] else fmt(row["time"], "time", 2)
+        body.append([clipped(words["phase"], PHASES), words["depth"], words["action"], time])
+    return Table(("phase", "depth of the underside", "action", "safe after"), body)
+
+
+ACTIONS = 14
+"""Bands of depth on the card at most."""
 PHASES, BASIS = 40, 60
 """Letters of phases and of the basis of a stop value at most."""
 

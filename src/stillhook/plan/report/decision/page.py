@@ -8,8 +8,8 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.words import TEXTS, governs, named, write
-from stillhook.report.document import Beside, Bullets, Document, Figure, Part, Section, Table, Text, Verdict
-from stillhook.report.formatting import fixed, hours
+from stillhook.report.document import Beside, Bullets, Cell, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.formatting import fixed, fmt, hours
 
 NOT_ASSESSED = TEXTS["decision"]["not_assessed"]
 LONG, PHASE = 60, 24
@@ -109,15 +109,97 @@ def _alpha(op: Mapping[str, Any]) -> str:
 
 
 def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
-    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["failures"] is None else []
+    """Up to which sea loads and touch-down stay within limits on the brake, and the way to a safe state."""
+    lost = of["failures"]
+    if lost is None:
+        return [Text(f"{NOT_ASSESSED.capitalize()}.")]
+    texts, own = TEXTS["ahc_lost"], lost["page"]
+    highest = own["loads_highest"]
+    lines = [
+        write(texts["loads"], Hs=own["loads_to"])
+        if own["loads_to"] is not None
+        else write(texts["loads_all"], Hs=highest)
+    ]
+    if own["touch_down_limit"] is not None:
+        Hs, limit = own["touch_down_from"], own["touch_down_limit"]
+        key = "touch_down" if Hs is not None else "no_touch_down"
+        lines.append(write(texts[key], v=limit, Hs=highest if Hs is None else Hs))
+    if own["no_stop_below"] is not None:
+        lines.append(write(texts["no_stop_below"], depth=own["no_stop_below"]))
+    moves = [each for each in lost["actions"] if each["action"] != HOLD]
+    if moves:
+        slowest = max(moves, key=lambda each: float(each["time"]))
+        lines.append(write(texts["safe"], **action_words(slowest), time=slowest["time"]))
+    return [Text(" ".join([*lines, texts["card"]]))]
+
+
+HOLD = "hold"
+"""Action where the payload may hang as it is."""
+
+
+def action_words(row: Mapping[str, Any]) -> dict[str, str]:
+    """Phase, depths and action of a band in which AHC is lost."""
+    ends = list(dict.fromkeys(depth_words(row[key]) for key in ("top", "bottom")))
+    to = "" if row["to"] is None else f" to {depth_words(row['to'])}"
+    return {"phase": row["phase"], "depth": " to ".join(ends), "action": f"{TEXTS['actions'][row['action']]}{to}"}
+
+
+def depth_words(z: float) -> str:
+    """A height of the payload's underside as a depth."""
+    return fmt(0.0 - z, "length", 4) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
 
 
 def _loads(of: Mapping[str, Any]) -> list[Part]:
-    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["rigging"] is None else []
+    """Weights, hook load against the capacity, and rigging by its worst item."""
+    rigging = of["rigging"]
+    if rigging is None:
+        return [Text(f"{NOT_ASSESSED.capitalize()}.")]
+    weight, legs, texts = rigging["weight"], rigging["legs"], TEXTS["loads"]
+    key = "weight" if weight is not None and weight["stated"] else "no_weight"
+    lines = [write(texts[key], **(weight or {"SHL": rigging["SHL"]}))]
+    used = [row for row in rigging["hook_loads"] if row["utilisation"] is not None]
+    if used:
+        row = max(used, key=lambda each: float(each["utilisation"]))
+        static = max(float(each["static_high"]) for each in rigging["hook_loads"])
+        basis = clipped(row["capacity_basis"], REASON)
+        lines.append(write(texts["hook_load"], **{**row, "static_high": static, "capacity_basis": basis}))
+    if legs is None:
+        return [Text(" ".join([*lines, texts["no_legs"]]))]
+    item = legs["worst"]
+    lines.append(write(texts["legs"], **legs))
+    lines.append(
+        texts["no_items"] if item is None else write(texts["item"], **{**item, "name": clipped(item["name"], LONG)})
+    )
+    return [Text(" ".join(lines))]
 
 
 def _failures(of: Mapping[str, Any]) -> list[Part]:
-    return [Text(f"{NOT_ASSESSED.capitalize()}.")] if of["failures"] is None else []
+    """Verdict of every case, with the sea from which it is not within limits."""
+    if of["failures"] is None:
+        return [Text(f"{NOT_ASSESSED.capitalize()}.")]
+    rows = [_case(each) for each in of["failures"]["cases"]]
+    half = (len(rows) + 1) // 2
+    head = ("case", "verdict", "from Hs, in")
+    tables = [Table(head, part) for part in (rows[:half], rows[half:]) if part]
+    return [Beside(tables, [1.0] * len(tables)), Text(TEXTS["ahc_lost"]["reference"])]
+
+
+def _case(case: Mapping[str, Any]) -> list[Cell]:
+    word, passed = VERDICTS[case["verdict"]]
+    Hs, worst = case.get("Hs_from"), case.get("worst") or {}
+    where = [] if Hs is None else [f"{Hs:.2f} m", worst.get("phase", "")]
+    return [clipped(case["title"], CASE), Verdict(word, passed), clipped(", ".join(filter(None, where)), PHASE)]
+
+
+CASE = 36
+"""Letters of the title of a failure case at most."""
+VERDICTS = {
+    "ok": ("OK", True),
+    "not-ok": ("not OK", False),
+    "not-assessed": (NOT_ASSESSED, None),
+    "does-not-apply": ("no such case", None),
+}
+"""Words of the verdicts of failure cases, and whether they passed."""
 
 
 def _assumed(of: Mapping[str, Any]) -> list[str]:
@@ -127,7 +209,7 @@ def _assumed(of: Mapping[str, Any]) -> list[str]:
 def _quality(of: Mapping[str, Any]) -> str:
     """Agreement of the methods, seeds, interval, and the weather behind the waiting."""
     runs, weather = of["runs"], of["weather"]
-    agreement = f"Methods agree: {NOT_ASSESSED}." if of["quality"] is None else ""
+    agreement = _agreement(of["quality"])
     seeds = runs["seeds_per_cell"]
     ran = "No runs of the twin." if not runs["n"] else f"{runs['n']:,} runs, {seeds[0]} to {seeds[1]} seeds a cell."
     if weather is None:
@@ -170,3 +252,19 @@ def sheet(of: Mapping[str, Any], parts: Sequence[Part], made_by: str, title: str
         date=about["date"],
         made_by=made_by,
     )
+
+
+def _agreement(quality: Mapping[str, Any] | None) -> str:
+    """By how much the methods differ, what contradicts its runs, and steep seas."""
+    texts = TEXTS["agreement"]
+    if quality is None:
+        return str(texts["missing"])
+    worst = quality["agreement"]
+    failed = sum(len(check["failed"]) for check in quality["checks"])
+    lines = [
+        texts["alone"] if worst is None else write(texts["within"], **worst, by=governs(worst["phase"], worst["rule"]))
+    ]
+    lines.append(write(texts["apart"], n=len(quality["tiers"])) if quality["tiers"] else "")
+    lines.append(write(texts["failed"], n=failed) if failed else "")
+    lines.append(write(texts["steep"], n=quality["steep"]["n"], of=quality["steep"]["of"]))
+    return " ".join(filter(None, lines))

@@ -46,5 +46,24 @@ def _reasons(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> Iterator
     if bands and all(band["no_go"] for band in bands):
         reasons = dict.fromkeys(band["no_go"] for band in bands[:-1])
         yield "no-go", write(TEXTS["status"]["no-go"], reasons=list(reasons))
-    if facts.get("quality", {}).get("steep"):
-        yield "steep", write(TEXTS["status"]["steep"])
+    yield from _of_assessments(facts)
+
+
+def _of_assessments(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Reasons that assessments give."""
+    texts = TEXTS["status"]
+    if failures := facts.get("failures"):
+        for verdict in ("not-ok", "not-assessed"):
+            if cases := [case["title"] for case in failures["cases"] if case["verdict"] == verdict]:
+                yield f"failure-{verdict}", write(texts[f"failure-{verdict}"], cases=cases, n=len(cases))
+    if rigging := facts.get("rigging"):
+        if not (rigging["weight"] or {}).get("stated"):
+            yield "no-weight", write(texts["no-weight"])
+        if rigging["legs"] is None or not rigging["legs"]["items"]:
+            yield "no-legs", write(texts["no-legs"])
+        elif rigging["legs"]["worst"]["utilisation"] > 1.0:
+            yield "over-used", write(texts["over-used"], **rigging["legs"]["worst"])
+        if any((row["utilisation"] or 0.0) > 1.0 for row in rigging["hook_loads"]):
+            yield "capacity", write(texts["capacity"])
+    if failed := sum(len(check["failed"]) for check in facts.get("quality", {}).get("checks", [])):
+        yield "contradicted", write(texts["contradicted"], n=failed)
