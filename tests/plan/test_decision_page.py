@@ -116,7 +116,8 @@ def assessed(*, ok: bool = True) -> dict:
         "tiers": [{}] * 7,
         "steep": {"n": 12, "of": 360},
     }
-    return {"failures": failures, "rigging": rigging, "quality": quality}
+    assumed = [{"name": name, "text": f"{name}: {name}"} for _ in range(7)]
+    return {"failures": failures, "rigging": rigging, "quality": quality, "assumed": assumed}
 
 
 def table_of(result: PlanResult, headings: int, periods: int) -> PlanResult:

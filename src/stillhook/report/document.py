@@ -93,7 +93,7 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class Columns:
     """Parts side by side where the page is wide enough."""
 
     parts: Sequence[Part]
@@ -108,7 +108,7 @@ class Section:
     parts: Sequence[Part]
 
 
-Part = Text | Bullets | Table | Figure | Verdict | Section | Beside
+Part = Text | Bullets | Table | Figure | Verdict | Section | Columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ def walk(parts: Sequence[Part]) -> Iterator[Part]:
     """Parts, each section followed by its own."""
     for part in parts:
         yield part
-        if isinstance(part, Section | Beside):
+        if isinstance(part, Section | Columns):
             yield from walk(part.parts)
 
 

@@ -12,10 +12,10 @@ from html import escape
 from importlib.resources import files
 
 from stillhook.report.document import (
-    Beside,
     Bullets,
     Cell,
     Column,
+    Columns,
     Document,
     Figure,
     Part,
@@ -133,9 +133,9 @@ def _part(part: Part, level: int, anchors: dict[int, str]) -> Iterator[str]:
             yield from _table(part, level)
         case Figure():
             yield from _figure(part)
-        case Beside(parts, widths):
+        case Columns(parts, widths):
             columns = " ".join(f"minmax(0,{width:g}fr)" for width in widths)
-            yield f'<div class="beside" style="grid-template-columns:{columns}">'
+            yield f'<div class="columns" style="grid-template-columns:{columns}">'
             for inner in parts:
                 yield "<div>"
                 yield from _part(inner, level, anchors)

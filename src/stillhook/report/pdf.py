@@ -15,9 +15,9 @@ from typing import Any
 
 from stillhook.errors import StillhookError
 from stillhook.report.document import (
-    Beside,
     Bullets,
     Cell,
+    Columns,
     Document,
     Figure,
     Part,
@@ -108,8 +108,8 @@ def _part(part: Part, folder: Path) -> dict[str, Any]:
             file = f"figure-{sum(1 for _ in folder.glob('figure-*'))}.png"
             (folder / file).write_bytes(png)
             return {"kind": "figure", "file": file, "caption": caption, "height": height}
-        case Beside(inner, widths):
-            return {"kind": "beside", "parts": _parts(inner, folder), "widths": list(widths)}
+        case Columns(inner, widths):
+            return {"kind": "columns", "parts": _parts(inner, folder), "widths": list(widths)}
         case Section(title, inner):
             return {"kind": "section", "title": title, "parts": _parts(inner, folder)}
 

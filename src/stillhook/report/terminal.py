@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.base.progress import RUNS, Monitor, Relay
 from stillhook.report.document import (
-    Beside,
     Bullets,
     Column,
+    Columns,
     Document,
     Figure,
     Part,
@@ -206,7 +206,7 @@ def print_part(part: Part) -> None:
             wrapped(title)
             for inner in parts:
                 print_part(inner)
-        case Beside(parts):
+        case Columns(parts):
             for inner in parts:
                 print_part(inner)
         case Figure():

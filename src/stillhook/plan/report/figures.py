@@ -132,11 +132,11 @@ def claim_curves(result: PlanResult) -> Figure:
         ax.plot(T, op_wf, color="black", marker="s", ms=2.5, lw=1.1, ls="--", label="OP_WF, worst heading")
     kit.axis(ax, "Tp [s]", "Hs [m]", zero="y", size="small")
     ax.tick_params(labelsize="small")
-    ax.legend(fontsize="x-small", frameon=False)
+    ax.legend(fontsize="xx-small", frameon=False)
     return captioned(figure, CLAIM)
 
 
-SMALL = (3.3, 2.5)
+SMALL = (3.3, 1.9)
 """Size of the figure of the first page [inch]: letters as they are, beside a table."""
 
 

@@ -102,7 +102,7 @@ def card_parts(of: Mapping[str, Any]) -> list[Part]:
         *_limits(of),
         Section("Stop, and go to the safe state, at", [_stop_table(of["stops"])]),
         Section("If AHC trips, by depth", lost),
-        Section("Hold points: go on only when all is confirmed", [Bullets(_confirmations(of))]),
+        Section("Hold points: continue only when all is confirmed", [Bullets(_confirmations(of))]),
     ]
 
 
@@ -153,7 +153,7 @@ def _actions(lost: Mapping[str, Any]) -> Table:
     for row in rows:
         words = action_words(row)
         time = "at once" if not row["time"] else fmt(row["time"], "time", 2)
-        body.append([clipped(words["phase"], PHASES), words["depth"], words["action"], time])
+        body.append([words["phase"], words["depth"], words["action"], time])
     return Table(("phase", "depth of the underside", "action", "safe after"), body)
 
 

@@ -8,14 +8,15 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.words import TEXTS, governs, named, write
-from stillhook.report.document import Beside, Bullets, Cell, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.plan.result import grouped
+from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import fixed, fmt, hours
 
 NOT_ASSESSED = TEXTS["decision"]["not_assessed"]
-LONG, PHASE = 60, 24
-"""Letters of a cell of the page, and of the name of a phase in it, at most."""
-REASON, REASONS = 90, 5
-"""Letters of a reason of the status, and reasons, at most."""
+LONG, NAME, PHASE = 60, 40, 24
+"""Letters of a cell of the page, of a name in a sentence, and of that of a phase in a cell, at most."""
+REASON = 90
+"""Letters of a reason of the status at most."""
 
 
 def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
@@ -25,7 +26,7 @@ def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
         Section("1  Decision", _decision(of, figure)),
         Section("2  AHC lost in the same seas", _ahc_lost(of)),
         Section("3  Loads", _loads(of)),
-        Section("4  Failure cases", _failures(of)),
+        Section("4  Failure cases at the limit, worst moment (peaks: section on failure cases)", _failures(of)),
         Section("5  Assumed numbers that govern", [Bullets(_assumed(of))]),
         Section("6  Not covered, unsafe side first, and who covers it", [Text(f"{'; '.join(of['not_covered'])}.")]),
         Section("7  Quality", [Text(_quality(of))]),
@@ -35,9 +36,9 @@ def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
 def status(of: Mapping[str, Any]) -> Verdict:
     """STATUS with the reasons against approval, in as few words as they have."""
     word = TEXTS["decision"]["for_approval" if of["for_approval"] else "not_for_operation"]
-    reasons = [clipped(each["text"], REASON) for each in of["reasons"]]
-    more = [f"and {len(reasons) - REASONS} more"] if len(reasons) > REASONS else []
-    line = "; ".join([*reasons[:REASONS], *more])
+    texts = grouped((each["code"], clipped(each["text"], REASON)) for each in of["reasons"])
+    reasons = [f"{first}{f' (and {len(others)} more)' if others else ''}" for first, *others in texts.values()]
+    line = "; ".join(reasons)
     return Verdict(f"STATUS: {word}", bool(of["for_approval"]), [f"{line[:1].upper()}{line[1:]}."] if line else [])
 
 
@@ -75,7 +76,7 @@ def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
     bands = [band_row(band) for band in of["claim"]["bands"]]
     table = Table(("Tp", "OP_LIM", "OP_WF", "alpha", "governs; Hs in m"), bands, bold_columns=(2,))
     claim = Verdict(claim_words(of), None, [claim_basis(of)])
-    return [*head, claim, table if figure is None else Beside([table, figure], (8, 5))]
+    return [*head, claim, table if figure is None else Columns([table, figure], (8, 5))]
 
 
 def band_row(band: Mapping[str, Any]) -> list[str]:
@@ -141,7 +142,11 @@ def action_words(row: Mapping[str, Any]) -> dict[str, str]:
     """Phase, depths and action of a band in which AHC is lost."""
     ends = list(dict.fromkeys(depth_words(row[key]) for key in ("top", "bottom")))
     to = "" if row["to"] is None else f" to {depth_words(row['to'])}"
-    return {"phase": row["phase"], "depth": " to ".join(ends), "action": f"{TEXTS['actions'][row['action']]}{to}"}
+    return {
+        "phase": clipped(row["phase"], NAME),
+        "depth": " to ".join(ends),
+        "action": f"{TEXTS['actions'][row['action']]}{to}",
+    }
 
 
 def depth_words(z: float) -> str:
@@ -161,14 +166,19 @@ def _loads(of: Mapping[str, Any]) -> list[Part]:
     if used:
         row = max(used, key=lambda each: float(each["utilisation"]))
         static = max(float(each["static_high"]) for each in rigging["hook_loads"])
-        basis = clipped(row["capacity_basis"], REASON)
-        lines.append(write(texts["hook_load"], **{**row, "static_high": static, "capacity_basis": basis}))
+        basis = clipped(row["capacity_basis"], LONG)
+        lines.append(
+            write(
+                texts["hook_load"],
+                **{**row, "phase": clipped(row["phase"], NAME), "static_high": static, "capacity_basis": basis},
+            )
+        )
     if legs is None:
         return [Text(" ".join([*lines, texts["no_legs"]]))]
     item = legs["worst"]
     lines.append(write(texts["legs"], **legs))
     lines.append(
-        texts["no_items"] if item is None else write(texts["item"], **{**item, "name": clipped(item["name"], LONG)})
+        texts["no_items"] if item is None else write(texts["item"], **{**item, "name": clipped(item["name"], NAME)})
     )
     return [Text(" ".join(lines))]
 
@@ -181,7 +191,7 @@ def _failures(of: Mapping[str, Any]) -> list[Part]:
     half = (len(rows) + 1) // 2
     head = ("case", "verdict", "from Hs, in")
     tables = [Table(head, part) for part in (rows[:half], rows[half:]) if part]
-    return [Beside(tables, [1.0] * len(tables)), Text(TEXTS["ahc_lost"]["reference"])]
+    return [Columns(tables, [1.0] * len(tables))]
 
 
 def _case(case: Mapping[str, Any]) -> list[Cell]:
@@ -191,7 +201,7 @@ def _case(case: Mapping[str, Any]) -> list[Cell]:
     return [clipped(case["title"], CASE), Verdict(word, passed), clipped(", ".join(filter(None, where)), PHASE)]
 
 
-CASE = 36
+CASE = 28
 """Letters of the title of a failure case at most."""
 VERDICTS = {
     "ok": ("OK", True),
@@ -262,7 +272,9 @@ def _agreement(quality: Mapping[str, Any] | None) -> str:
     worst = quality["agreement"]
     failed = sum(len(check["failed"]) for check in quality["checks"])
     lines = [
-        texts["alone"] if worst is None else write(texts["within"], **worst, by=governs(worst["phase"], worst["rule"]))
+        texts["alone"]
+        if worst is None
+        else write(texts["within"], **worst, by=governs(clipped(worst["phase"], NAME), worst["rule"]))
     ]
     lines.append(write(texts["apart"], n=len(quality["tiers"])) if quality["tiers"] else "")
     lines.append(write(texts["failed"], n=failed) if failed else "")
