@@ -21,6 +21,7 @@ from stillhook.plan.result import PlanResult, cause
 from stillhook.report.document import Section, Table, Verdict, walk
 from stillhook.report.kit import printed
 from stillhook.report.pdf import pages
+from stillhook.response.forcing import forcing_of_seas
 from stillhook.sea.vessel.tip import tip_response
 
 
@@ -286,8 +287,8 @@ def test_the_tip_of_the_example_has_the_speed_of_a_hand_calculation(example):
 
 def test_a_tip_speed_protects_where_waves_do_not_reach_and_not_at_the_surface(example):
     sea = example.environment.sea(2.0, 9.0, math.radians(195.0))
-    tip = tip_response(example.vessel, sea, example.at.x, example.at.y)
-    shares = [share_of_tip(tip, z, example.depth) for z in (0.0, -10.0, -30.0, -1000.0)]
+    forcing = forcing_of_seas(sea, example.vessel, example.at.x, example.at.y, depth=example.depth)
+    shares = [float(share_of_tip(forcing, z, example.depth)[0]) for z in (0.0, -10.0, -30.0, -1000.0)]
     assert shares == sorted(shares)
     assert shares[0] < 0.1
     assert shares[-1] == pytest.approx(1.0)

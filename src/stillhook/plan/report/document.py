@@ -16,6 +16,7 @@ from stillhook.plan.report.actions import actions
 from stillhook.plan.report.decision.card import card, card_parts
 from stillhook.plan.report.decision.data import claimed, decision, head
 from stillhook.plan.report.decision.page import page, sheet, signatures, subtitle
+from stillhook.plan.report.decision.short import short
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import CLAIM, pictures
 from stillhook.plan.report.limits_summary import basis_rows, tables, verdict
@@ -194,10 +195,11 @@ def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False
 
 
 def brief(result: PlanResult) -> Document:
-    """The first page, the whole year of weather, and what there is to remark, without their basis."""
+    """The claimable limit with its status, all limits, the whole year of weather, and what there is to remark, without
+    their basis."""
     result = for_print(result)
     facts = result.facts
-    parts: list[Part] = [verdict(result), *tables(result)]
+    parts: list[Part] = [*map(Text, short(result)), verdict(result), *tables(result)]
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
