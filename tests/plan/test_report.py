@@ -431,11 +431,22 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
     monkeypatch.setattr(writing, "pdf", lambda report: b"%PDF")
     assert command(["report", str(saved), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
+    assert [Path(f).name for f in answer["files"]] == [
+        "report.pdf",
+        "card.pdf",
+        "decision.pdf",
+        "report.html",
+        "card.json",
+        "decision.json",
+    ]
     assert all(Path(f).is_file() for f in answer["files"])
     assert answer["answer"].startswith("OP_LIM Hs")
     assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures", "--verbose"]) == 0
     assert sorted(p.name for p in (tmp_path / "other").iterdir()) == [
+        "card.json",
+        "card.pdf",
+        "decision.json",
+        "decision.pdf",
         "figure-depth.png",
         "figure-limits-credited.png",
         "report.html",
