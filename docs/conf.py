@@ -59,6 +59,7 @@ html_favicon = "site/static/hook.svg"
 html_logo = "site/static/hook.svg"
 html_static_path = ["site/static"]
 html_css_files = ["site.css"]
+html_js_files = ["print.js"]
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False

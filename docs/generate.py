@@ -106,8 +106,8 @@ def rules() -> str:
     )
     lead = (
         "What a lift plan is judged by, unless it names a rule file of its own: [change the"
-        " rules](../how-to/change-the-rules.md). Standards are cited, not quoted, and were not compared with their"
-        " printed text: check every clause against the edition that your operation is approved by."
+        " rules](../how-to/change-the-rules.md). Standards are cited, not quoted; a rule file enters the editions"
+        " that a project uses. A clause is named where its text was seen, else it is assumed."
         " Level: the most probable largest value of a phase (mpm), or what"
         " 90 % of such phases stay below (p90); mean: no largest value.\n\nCapacities that a limit may name:"
         f" {capacities}.\n\nNumbers of the closed form: {numbers}."

@@ -100,10 +100,10 @@ REASONS = {
     "r_xx": "0.35 to 0.40 B is the usual estimate of monohulls; the upper half for a crane and winches on deck",
     "r_yy, r_zz": "0.25 L, the usual estimate, and 0.26 L for yaw; products of inertia 0",
     "zeta": (
-        "5 % of critical beside wave radiation stands for bilge keels, eddies and skin friction at some degrees of"
-        " roll; a real ship has 2 to 10 %, more in higher seas, and more with roll tanks"
+        "5 % of critical in addition to wave radiation stands for bilge keels, eddies and skin friction at some degrees"
+        " of roll; a real ship has 2 to 10 %, more in higher seas, and more with roll tanks"
     ),
     "moorings": "none: a dynamically positioned ship's slow holding forces do not act at the periods of waves",
     "depth of water": "endless: right from half of a wavelength on, 140 m at 13 s",
-    "speed": "none: the ship stands still over its work",
+    "speed": "none: the vessel has no forward speed over its work",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 
 from docutils import nodes
@@ -11,11 +12,21 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 
+ACCENTED = re.compile(
+    r"<munderover>\s*(<mi>[^<]*</mi>)\s*(.*?)\s*(<mo stretchy=\"false\">[^<]*</mo>)\s*</munderover>", re.DOTALL
+)
+"""A letter with an accent and an index, as docutils sets it: with the index under the letter."""
+
+DIGITS = re.compile(r"(\\[cdt]?frac) ?(\d)(\d)")
+"""A fraction of two digits without braces, which docutils reads as one number."""
+
 
 def mathml(node: nodes.math | nodes.math_block) -> str:
     """The equation of a node; one that cannot be set is a warning with its place, and is shown as it is written."""
     try:
-        return str(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+        text = DIGITS.sub(r"\1{\2}{\3}", node.astext())
+        equation = str(tex2mathml(text, as_block=isinstance(node, nodes.math_block)))
+        return ACCENTED.sub(r"<msub><mover>\1\3</mover>\2</msub>", equation)
     except MathError as error:
         logging.getLogger(__name__).warning("equation %r: %s", node.astext(), error, location=node)
         return f"<code>{escape(node.astext())}</code>"

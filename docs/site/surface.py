@@ -22,7 +22,7 @@ def entry(module: ModuleType, name: str) -> list[str]:
     """Lines of reStructuredText that document one name."""
     thing, full = getattr(module, name), f"{module.__name__}.{name}"
     if inspect.isclass(thing):
-        return [f".. autoclass:: {full}", "   :members:", ""]
+        return [f".. autoclass:: {full}", "   :members:", "   :exclude-members: model_config", ""]
     return [f".. {'autofunction' if callable(thing) else 'autodata'}:: {full}", ""]
 
 
@@ -42,7 +42,20 @@ def fill(app: Sphinx, docname: str, source: list[str]) -> None:
     source[0] = BLOCK.sub(documented, source[0])
 
 
+def plain(app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """Begin the text of a property with an empty comment: napoleon takes what is before a colon for its type."""
+    if what in ("property", "attribute"):
+        lines[:0] = ["..", ""]
+
+
+def skipped(app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object) -> bool:
+    """Whether a member is left out: fields of a named tuple that have no docstring of their own."""
+    return skip or (inspect.getdoc(thing) or "").startswith("Alias for field number")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Entry point of the extension."""
     app.connect("source-read", fill)
+    app.connect("autodoc-skip-member", skipped)
+    app.connect("autodoc-process-docstring", plain, priority=400)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,7 +1,7 @@
 """Figures of merit from any Dataset with the names of `stillhook.variables`: simulated runs and measured logs alike.
 
 Series must be sampled evenly over "time" [s]. Where the Dataset has `warm_up` [s], windows start only after it. A run's
-own summary is taken at every PLC cycle and so sees a little more than these functions do on a series stored at a
+own summary is taken at every PLC cycle and so contains a little more than these functions do on a series stored at a
 coarser step.
 
 >>> import numpy as np, stillhook, xarray

@@ -171,7 +171,7 @@ def _tidy(unit: str) -> str:
 
 
 def _problem(text: object, kind: Kind) -> str:
-    """Why ``text`` is no quantity of this kind, and what to write instead."""
+    """Why ``text`` is not a quantity of this kind, and what to write instead."""
     units = ", ".join(kind.allowed)
     if isinstance(text, float) and not math.isfinite(text):
         return f'not a finite number; write one as text with its unit, such as "1 {kind.display}".'
@@ -260,7 +260,7 @@ def in_display(value: float, kind: str) -> float:
 
 
 def in_unit(value: float, unit: str, kind: str) -> float:
-    """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is none of
+    """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is not one of
     them."""
     entry = _kind_entry(kind)
     if unit not in entry.allowed:
@@ -325,7 +325,7 @@ class Quantity:
     kind: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read the text before the float is validated, so that ``Field(gt=0)`` sees the SI value."""
+        """Read the text before the float is validated, so that ``Field(gt=0)`` checks the SI value."""
         from pydantic_core import core_schema  # here, not above: units alone must not load pydantic
 
         return core_schema.no_info_before_validator_function(_reader(self.kind), handler(source))

@@ -22,7 +22,10 @@ PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONT
 TABLES = sorted(p for s in ("toml", "csv", "typ") for f in (SOURCE, ROOT / "docs") for p in f.rglob(f"*.{s}"))
 CODE = sorted([*SOURCE.rglob("*.py"), *(ROOT / "docs" / "validation").glob("*.py")])
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1[^\n]*$", re.MULTILINE | re.DOTALL)
-MOST_WORDS = 900  # of a how-to besides its tables and code: what is read before a task is done
+COMPUTED = re.compile(r"<!-- [\w-]+ -->\n.*?<!-- end -->", re.DOTALL)
+MOST_WORDS = 900
+"""Most words of a page besides its tables, code and what a script computes: what is read before a task is done."""
+FOLDERS = ("how-to", "explanation", "validation")
 LONGER = {"run-beside-a-plc.md"}
 NAMES = re.compile(r"`[^`\n]*`|\]\([^)\n]*\)|\{[^{}\n]*\}|[\w.-]+\.(?:md|toml|py|csv)\b|[\w-]*_[\w-]*")
 """What is a name in a text: inline code, the target of a link, a field that is filled in, a file, a variable."""
@@ -117,8 +120,12 @@ def test_every_name_in_the_glossary_exists():
     assert sorted(names - known) == []
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "how-to").glob("*.md")), ids=lambda page: page.stem)
-def test_a_how_to_is_one_task(page: Path):
-    lines = FENCE.sub("", page.read_text(encoding="utf-8")).splitlines()
+@pytest.mark.parametrize(
+    "page",
+    sorted(page for folder in FOLDERS for page in (ROOT / "docs" / folder).glob("*.md")),
+    ids=lambda page: f"{page.parent.name}/{page.stem}",
+)
+def test_a_page_is_one_subject(page: Path):
+    lines = FENCE.sub("", COMPUTED.sub("", page.read_text(encoding="utf-8"))).splitlines()
     words = re.sub(r"\]\([^)]*\)", "]", "\n".join(line for line in lines if not line.lstrip().startswith("|"))).split()
     assert len(words) <= MOST_WORDS or page.name in LONGER

@@ -198,6 +198,14 @@ def test_every_relative_link_leads_somewhere():
     assert list(docs.broken_links(docs.documents())) == []
 
 
+def test_the_site_shows_every_line_of_a_page():
+    """A line that begins with a percent sign is a comment of the site, and a dollar no equation."""
+    docs = generator()
+    pages = {page: docs.FENCE.sub("", page.read_text(encoding="utf-8")) for page in docs.documents()}
+    assert [relative(page) for page, text in pages.items() if re.search(r"^ *%", text, re.MULTILINE)] == []
+    assert [relative(page) for page, text in pages.items() if re.search(r"\$[\\\w]+[_^{]", text)] == []
+
+
 def test_link_check_sees_a_broken_link(tmp_path: Path):
     page = tmp_path / "page.md"
     page.write_text("# Head\n[good](page.md#head) [code] `[no](link.md)`\n[bad](gone.md) [worse](page.md#tail)\n")

@@ -13,6 +13,7 @@ from stillhook.engine.pack.programme import hanging
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES
+from stillhook.plan.definition.load_chart import CapacityStatement
 from stillhook.plan.file import load_plan
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.lift.lowering import Lowering
@@ -58,11 +59,15 @@ def test_a_load_at_the_swl_in_a_wave_is_a_peak_load_and_no_overload():
 
 
 def test_a_plan_takes_the_same_capacity_at_rest_and_a_factor_of_it_for_peaks():
-    """Without a load chart: 253 t at rest, 1.3 times that in peaks."""
-    plan = replace(load_plan("template-to-1500m"), load_chart=None)
+    """Without a load chart: 253 t at rest and in peaks, unless the maker states a factor."""
+    plan = replace(load_plan("template-to-1500m"), load_chart=None, statement=None)
     crane = plan.crane
     asked = [CAPACITIES[name].find(plan, plan.phases[0], plan.alternatives[0]) for name in ("SWL_tip", "SWL_dynamic")]
-    assert [a.value for a in asked] == pytest.approx([253e3 * G, 1.3 * 253e3 * G], rel=1e-12)
+    assert [a.value for a in asked] == pytest.approx([253e3 * G, 253e3 * G], rel=1e-12)
+    stated = CapacityStatement.model_validate({"dynamic_factor": 1.3, "statement": "letter of the maker"})
+    more = CAPACITIES["SWL_dynamic"].find(replace(plan, statement=stated), plan.phases[0], plan.alternatives[0])
+    assert more.value == pytest.approx(3.225e6, rel=1e-3)
+    assert "letter of the maker" in more.basis
     assert judged(crane, 253e3 * G, 253e3 * G) == []
     assert judged(crane, 253e3 * G, 254e3 * G) == ["peak load"]
     assert judged(crane, 254e3 * G, 254e3 * G) == ["overload"]

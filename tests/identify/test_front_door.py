@@ -270,6 +270,15 @@ def test_every_wrong_cell_of_a_file_has_its_line(tmp_path: Path, capsys: pytest.
     ]
 
 
+def test_a_log_without_pitch_is_refused_with_the_option_that_is_typed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, "a.csv", "time [s],heave [m],roll [deg]", *(f"{t},{t % 2},0" for t in range(8)))
+    assert run(["tip", "--log", str(path), "--at", "x=-20 m, y=12 m, z=35 m"]) == 2
+    err = capsys.readouterr().err
+    assert err.endswith('Log roll and pitch, or give --at "x=0 m, y=0 m, z=0 m" for the heave alone.\n')
+
+
 def test_of_many_problems_ten_are_printed_and_the_others_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

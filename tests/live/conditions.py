@@ -49,9 +49,14 @@ class Fits:
 @pytest.fixture
 def fits(monkeypatch: pytest.MonkeyPatch) -> Fits:
     """In place of the fit, which takes a minute, and of the pictures."""
+    return fits_in(monkeypatch)
+
+
+def fits_in(patch: pytest.MonkeyPatch) -> Fits:
+    """`fits` as long as a patch holds."""
     made = Fits()
-    monkeypatch.setattr(outputs, "draw_if_possible", lambda _: {})
-    monkeypatch.setattr(measured, "validate", made)
+    patch.setattr(outputs, "draw_if_possible", lambda _: {})
+    patch.setattr(measured, "validate", made)
     return made
 
 

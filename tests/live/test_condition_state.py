@@ -7,7 +7,7 @@ from shutil import copytree, ignore_patterns
 
 import pytest
 from tests.commands import run as command
-from tests.live.conditions import DATES, campaign, certified, fits, worn
+from tests.live.conditions import DATES, campaign, certified, fits, fits_in, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
 from stillhook.base.sealed import digest_of
@@ -23,12 +23,22 @@ from stillhook.plan.table import _against
 __all__ = ["fits"]
 
 
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a crane whose friction has drifted since its certificate, and of its campaigns."""
+    root = tmp_path_factory.mktemp("followed")
+    with pytest.MonkeyPatch.context() as patch:
+        fits_in(patch)
+        files = worn(root)
+        for until in (2, len(files)):
+            save_condition(follow_condition(files[:until], root / "out"), root / "out")
+    return root
+
+
 @pytest.fixture
-def crane(tmp_path: Path, fits) -> Path:
-    """A crane file whose friction has drifted since its certificate."""
-    files = worn(tmp_path)
-    for until in (2, len(files)):
-        save_condition(follow_condition(files[:until], tmp_path / "out"), tmp_path / "out")
+def crane(tmp_path: Path, followed: Path, fits) -> Path:
+    """A copy of its crane file, with everything beside it."""
+    copytree(followed, tmp_path, dirs_exist_ok=True)
     return tmp_path / "certified" / "crane.toml"
 
 

@@ -214,28 +214,6 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         {"alternative": names},
         {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "limit": 0.5},
     )
-    factors = [
-        ("C_A", "0.8 of the payload's", "1.2 of the payload's", 0.12),
-        ("C_D", "0.5", "1.5", 0.2),
-        ("friction", "crane 1", "L4593", 0.05),
-        ("delay", "0 ms", "200 ms", -0.4),
-    ]
-    base = np.full((len(factors), len(names)), 2.2) * gain.T / 2.0
-    swing = np.array([f[3] for f in factors])[:, None]
-    sensitivity = xarray.Dataset(
-        {
-            "Hs_base": (("factor", "alternative"), base),
-            "Hs_low": (("factor", "alternative"), base * (1 - swing)),
-            "Hs_high": (("factor", "alternative"), base * (1 + 0.6 * swing)),
-        },
-        {
-            "factor": [f[0] for f in factors],
-            "low_text": ("factor", [f[1] for f in factors]),
-            "high_text": ("factor", [f[2] for f in factors]),
-            "alternative": names,
-        },
-        {"Tp": 9.0, "beta": float(np.pi), "phase": "deep", "rule": "wire-speed"},
-    )
     n = np.arange(4, 41, 4)
     middle = np.array([0.93, 1.04, 0.98])[:, None] + 0.03 * np.cos(n)[None, :] / np.sqrt(n)
     convergence = xarray.Dataset(
@@ -257,7 +235,6 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         "depth": depth,
         "efficiency": efficiency,
         "landing": landing,
-        "sensitivity": sensitivity,
         "convergence": convergence,
         "weather": _weather(names, synthetic),
     }

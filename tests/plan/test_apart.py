@@ -64,10 +64,22 @@ def test_runs_that_find_no_limit_are_far_above_any(lift):
 
 @pytest.mark.parametrize(
     "where",
+    [{"alternative": Alternative.NONE}, {"phase": "upper water", "rule": "dynamic_load"}, {"rule": "winch_speed"}],
+)
+def test_the_lower_counts_of_every_rule_phase_and_alternative(lift, where):
+    assert judged(lift, **where)[0] == [0.3, 0.5]
+
+
+def test_a_reason_in_the_plan_lets_the_runs_count(lift):
+    reason = {("landing", "load-motion"): "32 runs, agreed with the surveyor"}
+    Hs, _, remarks = judged(replace(lift, reconciled=reason))
+    assert (Hs, remarks) == ([2.0, 0.5], [])
+    assert judged(replace(lift, reconciled=reason), phase="landing, held")[0] == [0.3, 0.5]
+
+
+@pytest.mark.parametrize(
+    "where",
     [
-        {"alternative": Alternative.NONE},
-        {"phase": "upper water", "rule": "dynamic_load"},
-        {"rule": "winch_speed"},
         {"runs": (0.44, 0.5)},
         {"other": (math.nan, math.nan)},
         {"runs": (0.1, 0.2)},

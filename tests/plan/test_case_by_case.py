@@ -51,17 +51,16 @@ def low_and_high(result):
     return [r for r in rows if 0.0 < r["Hs_limit"] < 1.0], [r for r in rows if r["Hs_limit"] >= 1.0]
 
 
-def test_the_answer_marks_limits_below_the_table_and_gives_what_waiting_takes(result):
+def test_the_answer_marks_limits_below_the_table_and_gives_no_op_wf(result):
     low, high = low_and_high(result)
     assert low
     assert high
     for row in low:
         assert row["case_by_case"] is True
         assert math.isnan(row["op_wf"])
-        assert row["op_wf_in_weather"] == pytest.approx(0.65 * row["Hs_limit"])  # alpha of 1 m up to 12 h
     for row in high:
         assert row["case_by_case"] is False
-        assert row["op_wf_in_weather"] == row["op_wf"]
+        assert row["op_wf"] == pytest.approx(row["alpha"] * min(row["Hs_limit"], 4.0))
 
 
 def test_tables_write_case_by_case_in_place_of_alpha(result):
@@ -73,8 +72,7 @@ def test_tables_write_case_by_case_in_place_of_alpha(result):
 
 def test_the_weather_section_says_what_it_takes_for_them(result):
     text = result["weather"].attrs["case_by_case"]
-    assert "below Hs 1 m, outside the table of alpha (case by case)" in text
-    assert "optimistic" in text
+    assert "have no factor in the table of alpha (case by case below Hs 1 m): no OP_WF and no window there" in text
     assert text in repr(document(result, {}))
     assert result.caused("no-alpha")
     assert "case by case" in repr(brief(result))

@@ -198,10 +198,11 @@ def test_rules_of_the_winch_are_left_out_where_there_is_no_winch_to_judge(plan):
     assert len({frozenset(keys(splash, a)) for a in ALTERNATIVES}) == 1
 
 
-def test_dynamic_capacity_is_the_swl_times_the_factor_of_the_rule(plan):
+def test_dynamic_capacity_is_the_swl_where_nobody_states_a_factor(plan):
     each = {x.rule.key: x for x in limited(plan, of_kind(plan, PhaseKind.DEEP), Alternative.SSC)}
-    assert each["dynamic-load"].limit == pytest.approx(1.3 * each["static-load"].limit)
-    assert each["dynamic-load"].basis.startswith("1.3 x SWL 250 t and hook 3 t")
+    assert each["dynamic-load"].limit == each["static-load"].limit == pytest.approx(2.481e6, rel=1e-3)
+    assert each["dynamic-load"].basis.startswith("SWL 250 t and hook 3 t")
+    assert each["dynamic-load"].basis.endswith("no dynamic factor is stated")
 
 
 def test_a_heavy_payload_uses_more_of_the_accumulator_and_less_motion_fits(plan):

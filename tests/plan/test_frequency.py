@@ -8,7 +8,7 @@ import pytest
 
 from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
-from stillhook.plan.answer.reference_cell import depth_profile, sensitivity
+from stillhook.plan.answer.reference_cell import depth_profile
 from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
@@ -162,26 +162,6 @@ def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_se
 
 
 @pytest.mark.slow
-def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_does_not_touch_it(plan):
-    high = replace(
-        plan,
-        environment=plan.environment.model_copy(update={"Hs": tuple(np.arange(0.5, 8.1, 0.5))}),
-        phases=tuple(phase.model_copy(update={"limits": {}}) for phase in plan.phases),
-    )
-
-    told = sensitivity(high, (NONE, CAP), 7.0, math.pi, "landing", ask=())
-    none = told.sel(alternative="none")
-    assert (
-        float(none["Hs_high"].sel(factor="C_A"))
-        < float(none["Hs_base"].sel(factor="C_A"))
-        < float(none["Hs_low"].sel(factor="C_A"))
-    )
-    for factor in ("friction", "delay"):
-        row = none.sel(factor=factor)
-        assert float(row["Hs_low"]) == float(row["Hs_base"]) == float(row["Hs_high"])
-
-
-@pytest.mark.slow
 def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_known(plan):
     hours = np.array(["2020-01-01T00", "2020-01-01T01", "2020-01-01T02", "2020-01-01T03"], dtype="datetime64[s]")
     H, unknown = np.array([0.5, 2.0, math.nan, 6.0]), np.full(4, math.nan)
@@ -211,15 +191,3 @@ def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(pl
     none, ssc = frequency(heavy, (NONE, SSC), one)
     assert "F_top_max" not in ssc.values
     assert ssc.values["v_tip_max"] == pytest.approx(none.values["v_tip_max"])
-
-
-@pytest.mark.slow
-def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_and_the_winch_does_not_matter(plan):
-    told = sensitivity(plan, (NONE, CAP), 9.0, math.pi, "splash zone")
-    for factor in ("C_A", "C_D"):
-        low, base, high = (
-            float(told[k].sel(factor=factor, alternative="none")) for k in ("Hs_low", "Hs_base", "Hs_high")
-        )
-        assert high < base < low, factor
-    assert np.array_equal(told["Hs_low"].sel(factor="friction"), told["Hs_base"].sel(factor="friction"))
-    assert told.attrs["tier"] == "closed-form"

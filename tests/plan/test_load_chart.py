@@ -212,7 +212,7 @@ class TestPlan:
         (tmp_path / "bare.toml").write_text(text, encoding="utf-8")
         lift = load_plan(tmp_path / "bare.toml")
         rules = {each.rule.key: each for each in limited(lift, lift.phases[0], Alternative.NONE)}
-        assert rules["dynamic-load"].limit == pytest.approx(1.3 * rules["static-load"].limit)
+        assert rules["dynamic-load"].limit == rules["static-load"].limit  # nobody states a dynamic factor
         assert not {"side-lead", "off-lead"} & rules.keys()
 
     def test_a_chart_is_part_of_what_an_answer_follows_from(self, tmp_path):

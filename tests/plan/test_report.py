@@ -58,7 +58,7 @@ def stems(result: PlanResult) -> tuple[str, ...]:
 @pytest.fixture(scope="module")
 def light(result: PlanResult) -> PlanResult:
     """With two blocks only, which are quick to save."""
-    return replace(result, blocks={name: result[name] for name in ("weather", "sensitivity")})
+    return replace(result, blocks={name: result[name] for name in ("weather", "efficiency")})
 
 
 @pytest.fixture(scope="module")
@@ -195,7 +195,7 @@ def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
 def test_every_rule_stands_with_its_source_and_the_advice_to_check_it(result):
     section = written(result).section("Rules")
     table = first_table(section.parts)
-    assert "check against your edition" in table.header[-1]
+    assert table.header[-1] == "source"
     assert [row[0] for row in table.rows] == [f"R{i + 1}" for i in range(len(RULES))]
     assert all(rule["standard"] in row[-1] for rule, row in zip(RULES, table.rows, strict=True))
 
@@ -324,15 +324,6 @@ def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
         "To repeat: stillhook plan made-up.toml --tier frequency --forecast-factors dnv-os-h101 --out FOLDER, then stillhook report FOLDER."
         in told(quick)
     )
-
-
-def test_sensitivity_says_whether_what_governs_was_varied(result):
-    assert (
-        "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied"
-        in told(result)
-    )
-    block = result["sensitivity"].assign_attrs(phase="lowering", rule="capacity")
-    assert "was not varied" not in told(replace(result, blocks={**result.blocks, "sensitivity": block}))
 
 
 def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
@@ -560,7 +551,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     )
     assert "T_POP 24 h (not specified: sum of the phases)" in said
     assert re.search(
-        r"Without compensation the waiting is optimistic in \d+ of 30 cells \(below 1 m there is no alpha, and that of 1 m is used\)",
+        r"Without compensation \d+ of 30 cells have no alpha \(below 1 m: case by case\), and so no window: gains over it are at most",
         said,
     )
     assert "34 % of the records are outside the table's periods and headings and count as not workable." in said
@@ -568,9 +559,9 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
 
 
 def test_what_is_not_computed_is_told_with_its_reason(result):
-    facts = {**result.facts, "not_computed": {"sensitivity": cause("nothing-governs")}}
-    assert "Not computed in this run: sensitivity (no rule governs any cell)." in told(
-        replace(result, facts=facts, blocks={k: v for k, v in result.blocks.items() if k != "sensitivity"})
+    facts = {**result.facts, "not_computed": {"convergence": cause("no-runs")}}
+    assert "Not computed in this run: convergence (no runs in the time domain were requested: --tier time)." in told(
+        replace(result, facts=facts, blocks={k: v for k, v in result.blocks.items() if k != "convergence"})
     )
 
 

@@ -52,9 +52,7 @@ def test_every_rule_of_the_library_says_where_it_is_from(name):
         assert rule.title
         assert rule.note
         assert rule.standard
-        assert not rule.standard.startswith(("DNV", "EN ")) or (
-            rule.clause and "enter your project's edition" in rule.edition
-        )
+        assert not rule.standard.startswith(("DNV", "EN ")) or (rule.clause and rule.edition == "edition not entered")
         assert rule.quantity in QUANTITIES
         assert rule.phases
 
@@ -82,6 +80,37 @@ def test_the_slack_criterion_is_nine_tenths_of_the_static_force():
     assert (rule.sense, rule.limit) == (Sense.AT_LEAST, pytest.approx(0.1))
 
 
+def test_a_file_enters_the_editions_of_its_project(tmp_path):
+    entered = 'entered_by = "N. N., Company"\n[editions]\n"DNV-RP-N103" = "2021-09"\n'
+    found = rules(tmp_path, BASE + entered)
+    assert found.entered_by == "N. N., Company"
+    assert of(found, "slack-sling").edition == "2021-09"
+    assert of(found, "off-lead").edition == "edition not entered"
+    assert found.changes == ()
+    assert found.digest != rules(tmp_path, BASE).digest
+
+
+@pytest.mark.parametrize(
+    ("entered", "refused"),
+    [
+        ('[editions]\n"DNV-RP-N103" = "2021-09"\n', 'Write entered_by = "name, company"'),
+        ('entered_by = "N. N."\n[editions]\n"DNV-RP-N104" = "2021"\n', "no rule is from it; did you mean"),
+        ('entered_by = "N. N."\n[editions]\n"DNV-RP-N103" = ""\n', "DNV-RP-N103"),
+    ],
+)
+def test_editions_of_nobody_or_of_no_standard_are_refused(tmp_path, entered, refused):
+    with pytest.raises(StillhookError) as e:
+        rules(tmp_path, BASE + entered)
+    assert refused in str(e.value)
+    assert "\n" not in str(e.value)
+
+
+def test_a_clause_is_named_where_its_text_was_seen_and_assumed_elsewhere():
+    for rule in load_rules("offshore-lift").rules:
+        if rule.standard.startswith(("DNV-ST", "DNV-RP", "EN ")):
+            assert "public text seen" in rule.clause or rule.clause.startswith("assumed: ")
+
+
 def test_a_file_changes_adds_and_drops_and_tells_each(tmp_path):
     found = rules(
         tmp_path, BASE + 'drop = ["load-motion"]\n[[rule]]\nkey = "landing-speed"\nat_most = "18 m/min"\n' + OWN
@@ -91,7 +120,7 @@ def test_a_file_changes_adds_and_drops_and_tells_each(tmp_path):
     assert "load-motion" not in {r.key for r in found.rules}
     assert [line.split(" ")[0] for line in found.changes] == ["load-motion", "slack-chance", "landing-speed:"]
     assert found.changes[2] == "landing-speed: at most 18 m/min in place of at most 0.5 m/s"
-    assert found.source == "mine.toml, on offshore-lift version 2"
+    assert found.source == "mine.toml, on offshore-lift version 3"
 
 
 def test_a_changed_rule_does_not_go_on_bearing_the_standard_of_what_it_was(tmp_path):
@@ -221,7 +250,7 @@ def test_a_phase_may_have_limits_of_its_own_or_turn_a_rule_off():
     [
         (
             {"landing_sped": "off"},
-            'landing-sped: rule set offshore-lift version 2 has no such rule; did you mean "landing-speed"? Allowed: static-load',
+            'landing-sped: rule set offshore-lift version 3 has no such rule; did you mean "landing-speed"? Allowed: static-load',
         ),
         ({"slack_sling": "0.2"}, "slack-sling: the rule does not belong to landing"),
         ({"landing_speed": "0.5"}, "landing-speed"),

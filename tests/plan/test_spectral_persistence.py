@@ -71,7 +71,7 @@ def test_a_vessel_that_heads_into_the_waves_keeps_one_heading_through_the_operat
     for come_from, share in ((steady, 1.0), (swinging, 0.0)):
         found = spectral_persistence(plan, Waves(replace(calm, come_from=come_from), beta="180 deg"), TABLE)
         (one,) = found["alternatives"]
-        assert (one["operability"], one["start_share"]) == (1.0, share)  # T_R of 3 h
+        assert (one["operability"], one["start_share"]) == (share, share)  # T_R of 3 h
         assert (
             "vessel free to turn: one heading through each operation, waves within 15 deg of 180 deg from the bow"
             in found["notes"]

@@ -67,7 +67,7 @@ def test_a_landing_stands_off_before_it_unless_it_says_no(tmp_path):
     without = planned(tmp_path, 'hold = "off"\n')
     assert [phase.kind for phase in without.phases] == [deep.kind, PhaseKind.LANDING]
     assert without.phases[-1].stand_off is None
-    assert any('hold = "off" of landing: a stop there is not assessed' in note for note in without.notes)
+    assert any('hold = "off" of landing: a stop there is not claimed' in note for note in without.notes)
 
 
 def test_a_plan_says_how_high_and_how_long(tmp_path):

@@ -279,7 +279,7 @@ class TestWeather:
     def test_a_forecast_is_held_against_both(self, lift):
         result = planned(lift, tier="closed-form")
         made = PlanResult(
-            result.data.assign(op_wf=result.data["op_wf"].copy(data=np.full(result.data["op_wf"].shape, 1.5))),
+            result.data.assign(Hs_limit=result.data["Hs_limit"].copy(data=np.full(result.data["Hs_limit"].shape, 2.1))),
             result.facts,
         )
         go = [plan_forecast(made, weather)["alternatives"][0]["go"] for weather in (apart(), apart(swell=1.1))]

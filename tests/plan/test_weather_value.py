@@ -11,7 +11,7 @@ from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather.records import PER_RECORD, seas_of
+from stillhook.plan.weather.records import IN_WINDOWS, seas_of
 from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
@@ -102,13 +102,16 @@ def test_vessel_days_are_the_wait_and_the_reference_period(plan, season):
     assert float(year["vessel_days"]) == pytest.approx(0.5)  # no wait, and T_R of 12 h
 
 
-def test_limits_below_the_table_of_forecast_factors_get_none_but_are_compared_by_the_lowest_one(plan, season):
+def test_limits_below_the_table_of_forecast_factors_get_none_and_no_window(plan, season):
     _, block, forecast = valued(plan, season, dict.fromkeys(LIMITS, 0.9))
     assert np.isnan(forecast.alpha).all()
     assert np.isnan(forecast.op_wf).all()
     assert "case by case" in forecast.reason
-    expected = float((season.columns["H_m0"] <= 0.65 * 0.9).mean())
-    assert (block["operability"].sel(month=0) == expected).all()
+    year = block.sel(month=0)
+    assert (year["operability"] == 0.0).all()
+    assert (year["n_windows"] == 0).all()
+    assert np.isnan(year["wait_p50"]).all()
+    assert "no OP_WF and no window" in block.attrs["case_by_case"]
 
 
 def test_a_limit_of_nought_is_never_workable(plan, season):
@@ -178,7 +181,7 @@ def turning(plan, heights, from_, limits):
     table = Governed(axes, Hs, nan, nan, none, none, none)
     forecast = forecast_limits(whole, load_alpha_table(), {"twin": table, "credited": table})
     value = weather_value(whole, axes, forecast, weather)
-    op_wf = dict(zip(ROUND, forecast.used[0, 0, :, 0], strict=True))
+    op_wf = dict(zip(ROUND, forecast.op_wf[0, 0, :, 0], strict=True))
     return value, value.persistence_of["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
 
 
@@ -188,7 +191,7 @@ def test_a_vessel_free_to_turn_keeps_one_heading_through_the_operation(plan):
     n = 24 * 14
     from_ = [20 if k % 6 < 3 else 110 for k in range(n)]
     _, found, op_wf, *_ = turning(plan, [1.5] * n, from_, limits)
-    assert found.operability == 1.0
+    assert found.operability == 0.0  # no record counts at a heading of its own
     assert plain_starts([1.5] * n, from_, op_wf, 12) == []
     assert found.start_share == 0.0
     assert found.n_censored == n
@@ -201,9 +204,9 @@ def test_no_heading_is_kept_where_the_best_one_turns_over_in_every_record_and_th
     limits = {h: 3.0 if 150 <= h <= 210 else 1.0 for h in ROUND}
     n = 24 * 14
     _, found, op_wf, weather, whole, *_ = turning(plan, [1.5] * n, [20 + 180 * (k % 2) for k in range(n)], limits)
-    assert (found.operability, found.start_share, found.n_windows_long_enough) == (1.0, 0.0, 0)
+    assert (found.operability, found.start_share, found.n_windows_long_enough) == (0.0, 0.0, 0)
     assert plain_starts([1.5] * n, [20 + 180 * (k % 2) for k in range(n)], op_wf, 1) == list(range(n))
-    assert any(PER_RECORD in note for note in seas_of(whole, weather)[1])
+    assert any(IN_WINDOWS in note for note in seas_of(whole, weather)[1])
 
 
 def test_starts_of_a_vessel_free_to_turn_are_those_of_a_plain_count(plan):
@@ -267,7 +270,7 @@ def test_unknown_heights_are_not_counted_as_calm(plan, season):
     gone[::2] = np.nan
     _, block, _ = valued(plan, replace(season, columns={**season.columns, "H_m0": gone}), LIMITS)
     year = block.sel(credit="twin", alternative="strong-ssc", month=0)
-    assert float(year["operability"]) == 1.0  # of the valid records
+    assert float(year["operability"]) == 0.0  # no valid record lies in a window
     assert float(year["n_windows_long_enough"]) == 0.0
 
 

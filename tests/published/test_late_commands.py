@@ -1,5 +1,5 @@
 """Commands that are late by a bus: a longer lead of the feedforward alone gives back what they take from the control
-error. The figures are those of the page docs/explanation/theory.md#two-leads.
+error. The figures are those of the page docs/explanation/control.md#two-leads.
 
 A measured prototype had 4.20 cm in process, 7.36 with commands 20 ms late, 5.84 with one longer lead and 4.45 with the
 feedforward's alone, on a crane and a load that are not known; order and differences are held here, on nov-150t.
@@ -86,7 +86,7 @@ def test_a_longer_lead_of_the_feedforward_alone_gives_back_what_late_commands_ta
 
 @pytest.mark.slow
 def test_errors_of_late_commands_are_those_of_the_page(answer) -> None:
-    page = (DOCS / "explanation" / "theory.md").read_text(encoding="utf-8")
+    page = (DOCS / "explanation" / "control.md").read_text(encoding="utf-8")
     row = next(line for line in page.splitlines() if line.startswith("| nov-150t, 60 t"))
     printed = [float(x) / 100.0 for x in re.findall(r"([0-9.]+) cm", row)]
     assert list(answer["errors"].values()) == pytest.approx(printed, abs=PRINTED)

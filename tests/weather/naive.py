@@ -96,7 +96,18 @@ def kept_heading(times, good_at, step, window):
     waits = [min(((times[k] - times[i]) / HOUR for k in starting if k >= i), default=None) for i in range(len(times))]
     known = [w for w in waits if w is not None]
     return {
-        "operability": sum(any(good[i] for good in good_at) for i in range(len(times))) / len(times),
+        "operability": len(
+            {
+                i
+                for good in good_at
+                for run in runs(times, good, step)
+                if len(run) * (step / HOUR) >= window
+                for i in run
+            }
+            if len(good_at) > 1
+            else [i for i in range(len(times)) if good_at[0][i]]
+        )
+        / len(times),
         "start_share": len(starting) / len(possible) if possible else None,
         "n_windows": len(longest),
         "n_windows_long_enough": sum((b - a + 1) * (step / HOUR) >= window for a, b in longest),

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from stillhook.cli import run
 from stillhook.errors import UnitError, WeatherError
 from stillhook.formats.weather.alpha_table import read_alpha_table
-from stillhook.weather.alpha import alpha_of, alpha_tables, alphas, load_alpha_table, reference_period
+from stillhook.weather.alpha import AlphaTable, alpha_of, alpha_tables, alphas, load_alpha_table, reference_period
 
 H = 3600.0
 PRINTED = {
@@ -142,7 +142,8 @@ class TestOwnTables:
         for name in alpha_tables():
             table = load_alpha_table(name)
             assert table.texts["standard"]
-            assert "check against your edition" in table.source
+            assert "edition" in table.texts["note"]
+            assert "seen" in table.texts["source"] or "transcribed" in table.texts["source"]
 
     def test_a_name_that_is_none_is_refused(self):
         with pytest.raises(WeatherError, match="There are dnv-os-h101"):
@@ -285,3 +286,142 @@ class TestCommand:
     def test_a_bare_number_is_refused(self, capsys):
         assert run(["weather", "alpha", "--hs", "2", "--t-pop", "24 h"]) == 2
         assert 'write "2 m"' in capsys.readouterr().err
+
+
+class TestLevels:
+    """Check values of other people: factors by forecast level and monitoring, editions, and time from the issue."""
+
+    @pytest.mark.parametrize(
+        ("table", "Hs", "T_POP", "alpha", "op_wf"),
+        [
+            ("dnv-os-h101", 1.63, 12, 0.719, 1.17),  # NTNU 2012, H101 of 2011
+            ("dnv-os-h101", 2.5, 8 + 12, 0.7375, 1.84),  # 8 h of lead time
+            ("dnv-rules-1996", 2.5, 20, 0.71, 1.8),  # Wikipedia's example
+            ("dnv-st-n001", 1.0, 12, 0.93, 0.93),
+            ("dnv-st-n001", 2.0, 12, 0.95, 1.90),
+            ("dnv-st-n001", 3.0, 12, 0.95, 2.85),
+            ("dnv-st-n001", 4.0, 12, 0.95, 3.80),
+            ("dnv-st-n001", 0.5, 24, 0.89, 0.445),
+        ],
+    )
+    def test_published_examples_come_out(self, table, Hs, T_POP, alpha, op_wf):
+        found = alpha_of(load_alpha_table(table), Hs, T_POP * H)
+        assert found.alpha == pytest.approx(alpha, abs=6e-4)
+        assert found.op_wf == pytest.approx(op_wf, abs=0.026 if table == "dnv-rules-1996" else 0.006)
+
+    @pytest.mark.parametrize(
+        ("key", "row"),
+        [
+            ("B", {12: (0.68, 0.80, 0.83, 0.84), 72: (0.58, 0.66, 0.71, 0.76)}),
+            ("A", {12: (0.72, 0.84, 0.87, 0.88), 72: (0.61, 0.69, 0.75, 0.79)}),
+            ("monitoring", {4: (0.90, 0.95, 1.0, 1.0), 24: (0.66, 0.77, 0.80, 0.82)}),
+            ("A+monitoring", {4: (0.90, 0.95, 1.0, 1.0), 24: (0.72, 0.84, 0.87, 0.90)}),
+        ],
+    )
+    def test_each_level_has_its_own_numbers_and_says_which_it_is(self, key, row):
+        table = load_alpha_table(f"dnv-os-h101#{key}")
+        assert table.name == f"dnv-os-h101#{key}"
+        assert "forecast level" in table.source
+        for T, printed in row.items():
+            assert [alpha_of(table, Hs, T * H).alpha for Hs in (1.0, 2.0, 4.0, 6.0)] == list(printed)
+
+    def test_better_forecasts_and_monitoring_never_lower_alpha(self):
+        c, b, a, m, am = (load_alpha_table(f"dnv-os-h101#{k}") for k in ("C", "B", "A", "monitoring", "A+monitoring"))
+        for worse, better in ((c, b), (b, a), (c, m), (a, am), (m, am)):
+            for T in (3, 12, 24):
+                for Hs in (1.0, 1.5, 2.7, 5.0, 9.0):
+                    assert alpha_of(better, Hs, T * H).alpha >= alpha_of(worse, Hs, T * H).alpha
+
+    def test_ranges_of_heights_do_not_interpolate_and_take_the_lower_one_at_their_end(self):
+        table = load_alpha_table("dnv-rules-1996")
+        assert [alpha_of(table, Hs, 11 * H).alpha for Hs in (1.0, 1.9, 2.0, 2.01, 4.0, 4.01, 7.0)] == [
+            *(0.68, 0.68, 0.68, 0.76, 0.76, 0.80, 0.80)
+        ]
+        assert alpha_of(table, 3.0, 12 * H).alpha == 0.71  # "below 12 h": 12 h is of the next row
+
+    @pytest.mark.parametrize(
+        ("table", "Hs", "T_POP", "says"),
+        [
+            ("dnv-st-n001", 1.5, 20, "source was not seen there"),
+            ("dnv-st-n001", 0.9, 30, "beyond the 24 h of the table. Take a table of your project"),
+            ("dnv-rules-1996", 5.0, 20, "source was not seen there"),
+            ("dnv-rules-1996", 0.9, 10, "case by case"),
+            ("dnv-os-h101#A", 0.9, 10, "case by case"),
+            ("dnv-os-h101#A+monitoring", 2.0, 30, "Take dnv-os-h101#A, as table 4-5 says"),
+        ],
+    )
+    def test_what_was_not_seen_has_no_factor_and_one_line_says_so(self, table, Hs, T_POP, says):
+        found = alpha_of(load_alpha_table(table), Hs, T_POP * H)
+        assert (found.alpha, found.op_wf) == (None, None)
+        assert says in found.reason
+        assert "\n" not in found.reason
+        assert np.isnan(alphas(load_alpha_table(table), np.array([Hs]), T_POP * H)).all()
+
+    @pytest.mark.parametrize(
+        ("name", "says"),
+        [
+            ("dnv-os-h101#D", 'no factors "D" by forecast level and monitoring. There are C, B, A'),
+            ("dnv-st-n001#A", "There are public"),
+            ("dnv-rules-1996#B", "The file has one table"),
+            ("n001#B", "There are dnv-os-h101, dnv-rules-1996, dnv-st-n001"),
+        ],
+    )
+    def test_a_level_that_is_not_there_is_refused_in_one_line(self, name, says, capsys):
+        assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "12 h", "--forecast-factors", name]) == 2
+        line = capsys.readouterr().err.strip()
+        assert says in line
+        assert "\n" not in line
+
+    @pytest.mark.parametrize("name", alpha_tables())
+    def test_a_table_survives_being_kept_as_numbers(self, name):
+        table = load_alpha_table(name)
+        again = AlphaTable.of_numbers(name, json.loads(json.dumps(table.numbers)))
+        Hs = np.linspace(0.005, 8.0, 60)
+        for T in (2, 12, 12.5, 24, 40, 80):
+            np.testing.assert_array_equal(alphas(again, Hs, T * H), alphas(table, Hs, T * H))
+
+    def test_levels_of_ones_own_in_one_file(self, tmp_path):
+        text = OWN.replace(
+            'row = [{ T_POP = "24 h", alpha = [0.5, 0.6] }]',
+            'level = [{ key = "x", level = "ours", monitoring = "buoy", row = [{ T_POP = "24 h", alpha = [0.5, 0.6] }] }]',
+        )
+        (tmp_path / "own.toml").write_text(text)
+        table = load_alpha_table(f"{tmp_path / 'own.toml'}#x")
+        assert (table.name, table.texts["monitoring"]) == ("own.toml#x", "buoy")
+        (tmp_path / "own.toml").write_text(text + '[[row]]\nT_POP = "24 h"\nalpha = [0.5, 0.6]\n')
+        with pytest.raises(WeatherError, match=r"own.toml: .*one \[\[level\]\] or more"):
+            load_alpha_table(str(tmp_path / "own.toml"))
+
+    def test_the_sheet_of_an_excel_file_is_named_after_a_hash(self, tmp_path):
+        book = openpyxl.Workbook()
+        book.active.append(["nothing"])
+        sheet = book.create_sheet("level B")
+        sheet.append(["# level: B"])
+        for line in CELLS.splitlines():
+            sheet.append([float(x) if x[0].isdigit() else x for x in line.split(",")])
+        book.save(tmp_path / "own.xlsx")
+        own = read_alpha_table(f"{tmp_path / 'own.xlsx'}#level B")
+        assert own.alpha == TABLE.alpha
+        assert "forecast level B, monitoring not stated" in own.source
+
+
+class TestContingency:
+    @pytest.mark.parametrize(
+        ("T_POP", "T_C", "short"),
+        [(4, None, True), (6, None, False), (12, 6, False), (12, 5.9, True), (20, 9.9, True), (20, 10, False)],
+    )
+    def test_less_than_six_hours_or_half_of_the_operation_is_short(self, T_POP, T_C, short):
+        found = alpha_of(TABLE, 2.0, T_POP * H, None if T_C is None else T_C * H)
+        assert bool(found.short_contingency) is short
+        assert not short or "N001 2.6.9.2-3" in found.short_contingency
+
+    def test_lead_time_is_part_of_the_planned_period(self, capsys):
+        command = ["weather", "alpha", "--hs", "2.5 m", "--t-pop", "12 h", "--lead", "8 h", "--t-c", "12 h", "--json"]
+        assert run(command) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert (found["T_POP"], found["lead"], found["T_R"]) == (20 * H, 8 * H, 32 * H)
+        assert found["alpha"] == pytest.approx(0.7375)
+
+    def test_a_negative_lead_time_is_refused(self, capsys):
+        assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "12 h", "--lead", "-1 h"]) == 2
+        assert "--lead" in capsys.readouterr().err

@@ -100,7 +100,7 @@ class TestPersistence:
         hour = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "1 h")
         assert (hour["operability"], hour["start_share"]) == (1.0, 1.0)
         two = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "2 h")
-        assert (two["operability"], two["start_share"], two["n_censored"]) == (1.0, 0.0, 240)
+        assert (two["operability"], two["start_share"], two["n_censored"]) == (0.0, 0.0, 240)
         assert (
             run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "0 h"]) == 0
         )

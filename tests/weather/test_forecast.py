@@ -32,7 +32,7 @@ def test_a_forecast_on_the_lowered_limit_is_a_go_and_a_hair_above_it_is_not():
     assert check(forecast([1.52] * 12)).go
     found = check(forecast([1.52] * 11 + [1.53]))
     assert (found.go, found.first_start) == (False, None)
-    assert "a limit is exceeded within the 12 h of T_R (Hs <= 2 m)" in found.reason
+    assert "a limit is exceeded within the 12 h of operation and contingency (Hs <= 2 m)" in found.reason
     assert (found.starts[0].most, found.starts[0].allowed) == (1.53, pytest.approx(1.52))
 
 
@@ -46,7 +46,7 @@ def test_wind_is_taken_as_it_is_and_a_note_says_so():
     assert not found.go
     assert found.starts[0].governs == "wind <= 10 m/s"
     assert check(forecast([1.0] * 12, wind=[10.0] * 12)).go
-    assert found.notes == ("no alpha on wind <= 10 m/s: taken as it is",)
+    assert found.notes[0] == "no alpha on wind <= 10 m/s: taken as it is"
 
 
 def test_what_the_forecast_does_not_cover_is_no_go_and_told_apart():
@@ -142,3 +142,32 @@ class TestCommand:
         assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", *more]) == 2
         (line,) = capsys.readouterr().err.strip().splitlines()
         assert says in line
+
+
+class TestLeadTime:
+    """T_POP counts from the issue of the forecast: a later start has a lower factor, and in the end none."""
+
+    def test_a_start_after_the_step_of_the_table_has_the_lower_factor(self):
+        # 6 h planned: up to 6 h after the issue 12 h count (alpha 0.76 of 2 m), then 24 h (0.73)
+        found = check(forecast([1.50] * 40))
+        assert [s.go for s in found.starts[:8]] == [True] * 7 + [False]
+        assert [s.allowed for s in found.starts[6:8]] == pytest.approx([1.52, 1.46])
+        assert all(s.go is not True for s in found.starts[7:])
+
+    def test_the_issue_may_be_before_the_first_record(self):
+        early = np.datetime64("2026-04-30T12:00:00")
+        found = check(forecast([1.50] * 40), issue=early)
+        assert not found.go
+        assert found.factors[0].T_POP == 18 * 3600.0
+        assert check(forecast([1.45] * 40), issue=early).go
+
+    def test_beyond_the_restricted_time_no_start_is_looked_at_and_a_note_says_from_when(self):
+        found = check(forecast([0.5] * 140), horizon=100 * 3600.0)
+        late = [s for s in found.starts if s.go is None]
+        assert late[0].time == np.datetime64("2026-05-03T18:00:00")  # 66 h and 6 h planned are 72 h
+        assert any("no forecast factor for starts from 2026-05-03T18:00:00Z on" in note for note in found.notes)
+
+    def test_a_short_contingency_is_noted(self):
+        assert not any("T_C" in note and "short" in note for note in check(forecast([1.0] * 40)).notes)
+        found = check_forecast(forecast([1.0] * 40), [parse_limit("Hs <= 2 m")], TABLE, 6 * 3600.0, 2 * 3600.0)
+        assert any("contingency T_C 2 h is short" in note for note in found.notes)

@@ -47,7 +47,7 @@ CLAIMS: Mapping[Must, str] = {
     Must.PASS: "healthy cranes pass",
     Must.TURN_DOWN: "defects turned down by a line made for them",
     Must.NOT_REFUTE: "leakage of another form, within a quarter of the twin's or not shown to be beyond: not refuted",
-    Must.NAME_FORM: "leakage that goes with stroke: its form among those named",
+    Must.NAME_FORM: "leakage that varies with stroke: its form among those named",
 }
 
 

@@ -58,7 +58,7 @@ def kept(
 
 
 def shared_name(crane: Crane, question: Question, rooms: tuple[str, ...] = (ROOM,)) -> str:
-    """Name of an answer on all machines, whatever the versions of their libraries."""
+    """Name of an answer on all machines, with any versions of their libraries."""
     return _name([model_hash(), code(rooms), content(crane, digits=DIGITS), rounded(list(question), DIGITS)])
 
 

@@ -129,7 +129,7 @@ class Contract:
         return f"({', '.join(self._arguments(member))})" if callable(member) else ""
 
     def _arguments(self, function: Any) -> list[str]:
-        """Arguments that a function must be called with; a contract's own `self` is none."""
+        """Arguments that a function must be called with; a contract's own `self` is not one."""
         law = self.compiled(function)
         parameters = inspect.signature(function if law is None else law).parameters.values()
         required = [p for p in parameters if p.kind is not p.KEYWORD_ONLY or p.default is p.empty]
@@ -145,7 +145,7 @@ class Contract:
             raise fault(module, f"{name}({', '.join(actual)})", f"It must be {name}({', '.join(wanted)})")
 
     def _slips(self, module: ModuleType) -> Iterator[tuple[str, str]]:
-        """Names of a module's own that are no part of the contract and nearly one that it may have, with that one."""
+        """Names of a module's own that are not in the contract and nearly one that it may have, with that one."""
         free = {name.casefold(): name for name in self.optional if not hasattr(module, name)}
         for name, value in vars(module).items():
             if (
@@ -173,7 +173,7 @@ def _members(contract: type) -> dict[str, Any]:
 
 
 def say(member: Any) -> str:
-    """What a contract says of a member in its first paragraph, to go on with after a colon."""
+    """What a contract says of a member in its first paragraph, to continue with after a colon."""
     text = " ".join((inspect.getdoc(member) or "").partition("\n\n")[0].split()).rstrip(".")
     return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
@@ -239,7 +239,7 @@ def _hints(module: ModuleType, name: str, record: Any) -> Iterator[tuple[str, An
 
 
 def _check_field(module: ModuleType, place: str, hint: Any, nested: bool, around: tuple[Any, ...] = ()) -> None:
-    """A field is a float, or a record of floats that is none of those around it. Errors: SpecError."""
+    """A field is a float, or a record of floats, other than those around it. Errors: SpecError."""
     kind = _bare(hint)
     if kind is float:
         return
@@ -251,7 +251,7 @@ def _check_field(module: ModuleType, place: str, hint: Any, nested: bool, around
 
 
 def _bare(hint: Any) -> Any:
-    """An annotation without what is noted beside its type."""
+    """An annotation without the notes to its type."""
     return hint.__origin__ if hasattr(hint, "__metadata__") else hint
 
 

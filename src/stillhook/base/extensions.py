@@ -59,8 +59,8 @@ def extension_sources() -> list[Path]:
 
 
 def load(name: str) -> ModuleType:
-    """A module by the path of its file or its import path. Errors: SpecError of one line for whatever it raises, and
-    where it is nothing that Stillhook knows."""
+    """A module by the path of its file or its import path. Errors: SpecError of one line for all that it raises, and
+    where it is nothing that Stillhook uses."""
     path = Path(name)
     if path.suffix == ".py" and not path.is_file():
         raise SpecError(f"{VARIABLE}: no file {path}. Give paths of Python files, separated by {os.pathsep!r}.")

@@ -42,7 +42,7 @@ def remembered(
 
 class Keyed:
     """What answers that are kept in memory are asked about: a machine and all that an answer follows from. Machines are
-    equal where that is equal, whatever else is set on them."""
+    equal where that is equal, regardless of what else is set on them."""
 
     def __init__(self, machine: Any, key: tuple[Any, ...]) -> None:
         self.machine, self.key = machine, key

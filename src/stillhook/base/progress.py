@@ -1,4 +1,4 @@
-"""Progress of long work: its share done, from 0 to 1, of whatever parts it is made; as events for a listener, with a
+"""Progress of long work: its share done, from 0 to 1, over all its parts; as events for a listener, with a
 token that stops it."""
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Parts:
     """Progress of work in parts, one after another, of which each is expected to take so many seconds; never goes back.
 
     Only ratios of the times matter: a slower machine is slower in all parts. A part that takes next to no time leaves
-    its share to the parts that follow. progress None: nobody listens.
+    its share to the parts that follow. progress None: no listener.
     """
 
     def __init__(
@@ -36,15 +36,15 @@ class Parts:
     def __call__(self, name: str) -> Progress:
         """Progress of the part of this name, which has begun now."""
         self.done += self.size if self.clock() - self.begin > KEPT * self.size else 0.0
-        whole = self.done + sum(self.ahead.values())
+        total = self.done + sum(self.ahead.values())
         self.size, self.begin = self.ahead.pop(name), self.clock()
-        low, high = self.done / whole, (self.done + self.size) / whole
+        low, high = self.done / total, (self.done + self.size) / total
         begin(self.progress, name)
         self.at(low)
         return Relay(lambda share: self.at(low + (high - low) * min(max(share, 0.0), 1.0)), self.progress, stage=name)
 
     def at(self, share: float) -> None:
-        """The whole is done up to this share."""
+        """All parts together are done up to this share."""
         if share > self.share:
             self.share = share
             if self.progress is not None:
@@ -101,8 +101,8 @@ class Event(NamedTuple):
     cell: str  # part of it that was finished last, such as the name of a case; empty where none has a name
     done: int  # parts of the stage that are finished, such as cases
     total: int  # parts of the stage
-    remaining: float | None  # time that the whole work still takes [s]; None until that is known
-    share: float  # part of the whole work that is done, 0 to 1
+    remaining: float | None  # time that all work still takes [s]; None until that is known
+    share: float  # part of all work that is done, 0 to 1
 
 
 class Cancel(Protocol):
@@ -162,7 +162,7 @@ class Monitor:
         self.lock = threading.RLock()
 
     def __call__(self, share: float) -> None:
-        """The share of the whole that is done now [1]. Errors: Cancelled once the token is set."""
+        """The share of all work that is done now [1]. Errors: Cancelled once the token is set."""
         with self.lock:
             self.share = max(self.share, min(share, 1.0))
             self.left.report(self.share)
@@ -190,15 +190,15 @@ class Monitor:
 
 
 class Relay:
-    """Progress of a part of the work, which hands on to the `Monitor` of the whole what it counts; before, total: parts
+    """Progress of a part of the work, which passes what it counts to the `Monitor` of all work; before, total: parts
     that were finished before it, and all of the stage, where they are known; stage: whose stages are named after
     it."""
 
     def __init__(
-        self, report: Progress, whole: Progress | None, before: int = 0, total: int = 0, *, stage: str = ""
+        self, report: Progress, monitor: Progress | None, before: int = 0, total: int = 0, *, stage: str = ""
     ) -> None:
         self.report, self.before, self.total, self.stage = report, before, total, stage
-        self.monitor: Monitor | Relay | None = whole if isinstance(whole, Monitor | Relay) else None
+        self.monitor: Monitor | Relay | None = monitor if isinstance(monitor, Monitor | Relay) else None
 
     def __call__(self, share: float) -> None:
         self.report(share)

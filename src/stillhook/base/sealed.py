@@ -1,4 +1,4 @@
-"""Files of JSON with a checksum over all else that they say: a change is noticed. It is no signature."""
+"""Files of JSON with a checksum over all else that they say: a change is noticed. It is not a signature."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST = 50_000_000
 
 
 def canonical(data: Mapping[str, Any], digits: int = DIGITS) -> str:
-    """The one text of these contents: keys in order, numbers with so many digits, what is no number null."""
+    """The one text of these contents: keys in order, numbers with so many digits, what is not a number null."""
     return json.dumps(_rounded(data, digits), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

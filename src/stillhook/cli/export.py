@@ -347,10 +347,12 @@ def _tables_of(source: Path) -> list[Sheet]:
 
     name = str(source)
     if source.is_dir() or source.name in PLAN_FILES:
+        from stillhook.plan.assessments.rigging.section import rigging_sheet
         from stillhook.plan.report.sheets import limits_sheet, rules_sheet
 
         result = load_plan_result(source)
-        return [limits_sheet(result), rules_sheet(result.facts)]
+        sheets = (limits_sheet(result), rules_sheet(result.facts), rigging_sheet(result.facts))
+        return [sheet for sheet in sheets if sheet is not None]
     kind = kind_of_toml(toml_text(source)) if source.suffix.lower() == ".toml" else None
     if name in cranes() or kind is FileKind.CRANE:
         return [crane_sheet(load_crane(name))]

@@ -36,40 +36,41 @@ def refuse(options: Mapping[str, Any], reason: str) -> None:
             raise CommandError(f"{name}: {reason}")
 
 
-def declared(room: str, folder: str, *, compensating: bool = False) -> list[str]:
-    """Names that the modules of a room's folder declare, read from their text without importing them, in the order of
-    lists; with modules of the user those that are registered."""
+def declared(room: str, folder: str) -> dict[str, bool]:
+    """Names that the modules of a room's folder declare, and whether each compensates, read from their text without
+    importing them, in the order of lists; with modules of the user those that are registered."""
     from stillhook.base.extensions import VARIABLE
 
     if os.environ.get(VARIABLE):
         from stillhook.control.registry import CONTROLLERS
         from stillhook.winches.registry import WINCH_TYPES
 
-        laws = [law.name for law in CONTROLLERS.values() if law.compensates or not compensating]
-        return laws if room == "control" else list(WINCH_TYPES)
-    found = []
+        laws = {law.name: law.compensates for law in CONTROLLERS.values()}
+        return laws if room == "control" else dict.fromkeys(WINCH_TYPES, True)
+    modules = []
     for path in sorted((FOLDER.parent / room / folder).glob("*.py")):
         text = path.read_text(encoding="utf-8")
-        if (name := re.search(r'^NAME = "(.*)"', text, re.MULTILINE)) and not (
-            compensating and re.search("^COMPENSATES = False", text, re.MULTILINE)
-        ):
+        if name := re.search(r'^NAME = "(.*)"', text, re.MULTILINE):
             order = re.search(r"^ORDER = (.*)", text, re.MULTILINE)
-            found.append((float(order[1]) if order else 0.0, name[1]))
-    return [name for _, name in sorted(found, key=lambda each: each[0])]
+            compensates = not re.search("^COMPENSATES = False", text, re.MULTILINE)
+            modules.append((float(order[1]) if order else 0.0, name[1], compensates))
+    return {name: compensates for _, name, compensates in sorted(modules, key=lambda module: module[0])}
 
 
-CONTROLLERS = ", ".join(declared("control", "controllers", compensating=True))
+_CONTROLLERS = declared("control", "controllers")
+CONTROLLERS = ", ".join(name for name, compensates in _CONTROLLERS.items() if compensates)
 """Controllers as help lists them."""
 USUAL = " Default: the usual ones of the winch type, ns,hs,ssc on a closed circuit."
 """End of the help of an option that names controllers."""
-MODES = ", ".join(declared("control", "controllers"))
+MODES = ", ".join(_CONTROLLERS)
 """Controllers and manual mode as help lists them."""
 FACTORS_HELP = "Table of factors on forecast heights: a name, or a file (TOML, CSV, XLSX)."
 PATIENCE = 15.0
 """Time for a scheduler to answer, and then for its first worker [s]."""
-PYTHON_POSITION = 'tip=("-20 m", "12 m", "35 m")'
+PYTHON_POSITION = re.compile(r'tip=\("([^"]+)", "([^"]+)", "([^"]+)"\)')
 """How the readers of logs name the place of a crane tip."""
-CASE_POSITION = 'tip = { file = "...", position = ["-20 m", "12 m", "35 m"] } in a case file'
+CASE_POSITION = 'tip = { file = "...", position = ["%s", "%s", "%s"] } in a case file'
+"""The same in a case file, around its three lengths."""
 CRANE_HELP = "Library crane, or path of a crane file."
 MAPPING_HELP = "Mapping file (TOML): which column is what, as stillhook inspect FILE --save MAPPING.toml writes it."
 COLUMN_HELP = (
@@ -148,8 +149,14 @@ def motion_of(text: str, duration: str | None = None) -> Motion:
     try:
         return stored_motion(text) or read_tip_motion(text, duration=duration)
     except MotionError as e:
-        line, *lines = (line.replace(PYTHON_POSITION, CASE_POSITION) for line in (str(e), *e.lines))
-        raise MotionError(line).with_lines(lines) from None
+        raise typed_position(e, CASE_POSITION) from None
+
+
+def typed_position(problem: MotionError, form: str) -> MotionError:
+    """The refusal of a log, with the place of the crane tip as it is typed: form, around its three lengths."""
+    lines = (PYTHON_POSITION.sub(lambda place: form % place.groups(), line) for line in (str(problem), *problem.lines))
+    line, *more = lines
+    return MotionError(line).with_lines(more)
 
 
 @contextmanager

@@ -13,7 +13,15 @@ from stillhook.control.plc import MANUAL, low_pass
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import G, clip, fmax, fmin, scalar, sqrt
 
-STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING = 0.0, 1.0, 2.0, 3.0, 4.0
+STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING, STAGE_STOP, STAGE_BLACKOUT = (
+    0.0,
+    1.0,
+    2.0,
+    3.0,
+    4.0,
+    5.0,
+    6.0,
+)
 UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0, 3.0, 4.0
 STOPPED = 0.01
 """Wire short of its target at which a stage that stops there is over [m]: the joystick runs out on the rest."""
@@ -116,13 +124,16 @@ class Supervisor(NamedTuple):
 
 class Orders(NamedTuple):
     """What the PLC works with in this cycle: mode code; v_op [m/s], s_op [m]; hold 1 where the passive circuit carries
-    F_hold [N] in place of the measured weight (at the load cell)."""
+    F_hold [N] in place of the measured weight (at the load cell); stop 1 where pumps go to neutral and the brake closes
+    at once; power share of the pumps that still run, 0 without power."""
 
     mode: float
     v_op: float
     s_op: float
     hold: float
     F_hold: float
+    stop: float
+    power: float
 
 
 @scalar
@@ -272,7 +283,9 @@ def supervise(y, m, stage, s):
     t_0 = y.t if started else m.t_0
     since = y.t - t_0
 
-    base = MANUAL if stage.mode == STAGE_MANUAL or stage.mode == STAGE_SPLASH else s.code
+    stops = now_in and stage.mode >= STAGE_STOP
+    uncompensated = stage.mode == STAGE_MANUAL or stage.mode == STAGE_SPLASH or stage.mode >= STAGE_STOP
+    base = MANUAL if uncompensated else s.code
     mode = base if now_in else m.mode
     goes_on = mode > MANUAL and m.mode > MANUAL
     splash = now_in and stage.mode == STAGE_SPLASH
@@ -286,6 +299,7 @@ def supervise(y, m, stage, s):
     v = 0.0 if resting else speed_to_target(v_0, wire_left(s_0, stage), stage, s)
     ramped = v_0 + clip(v - v_0, -s.a_max * s.t_cycle, s.a_max * s.t_cycle)
     v_joy = low_pass(v_0, 0.0, s.tau_F, s.t_cycle) if tension else ramped
+    v_joy = 0.0 if stops else v_joy
 
     grown = since / (since + s.t_fade)
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
@@ -309,7 +323,9 @@ def supervise(y, m, stage, s):
 
     hold = 1.0 if tension or splash else 0.0
     F_hold = F_wire + (F_ref if tension else F_slow)
-    orders = Orders(mode=mode, v_op=v_op, s_op=s_op, hold=hold, F_hold=F_hold)
+    stop = 1.0 if stops else 0.0
+    power = 0.0 if stops and stage.mode == STAGE_BLACKOUT else 1.0
+    orders = Orders(mode=mode, v_op=v_op, s_op=s_op, hold=hold, F_hold=F_hold, stop=stop, power=power)
 
     running = m.done == 0.0 and m.stuck == 0.0
     ends = running and now_in and reached(wire_left(s_out, stage), F_1, since, landed, stage)

@@ -130,7 +130,7 @@ _NO_CRANE = "crane = {}: not a Crane. Read one with load_crane, by name or path.
 
 
 def paired(crane: Crane | Sequence[Crane], case: T | Sequence[T], kinds: Any = SCENARIO) -> tuple[list[Crane], list[T]]:
-    """Cranes and cases in pairs; one of either goes with all of the other. kinds: classes that a case may have.
+    """Cranes and cases in pairs; one of either is combined with all of the other. kinds: classes that a case may have.
 
     Errors: ScenarioError, SpecError.
     """
@@ -189,7 +189,7 @@ def with_usual_controller(crane: Crane, case: T) -> T:
 
 
 def check_threads(threads: int) -> None:
-    """Errors: ScenarioError where this is no number of threads."""
+    """Errors: ScenarioError where this is not a number of threads."""
     if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
         raise ScenarioError(f"threads = {units.quote(threads)}: give a whole number from 1 to {MOST_THREADS}.")
 
@@ -254,7 +254,7 @@ def labelled(
     runs: Sequence[Any],
 ) -> xarray.Dataset:
     """Numbers of runs, and the series of those that have one, as a Dataset with what repeats the run; step [s]. Beyond
-    the end of the shorter series stands NaN."""
+    the end of the shorter series is NaN."""
     import xarray  # heavy: not wanted for the command line's first table
 
     dt = runs[0].dt if runs else 0.0

@@ -29,7 +29,7 @@ class Standing(NamedTuple):
 
 
 def standing(crane: Crane, case: Scenario, drive: CycleInputs, demand: MotionDemand) -> Standing:
-    """How a run stands to the certificate of its crane; drive and demand are those of the run."""
+    """How a run relates to the certificate of its crane; drive and demand are those of the run."""
     if crane.certified is None:
         return Standing(False, ())
     against = objections(crane)
@@ -92,7 +92,7 @@ def _span_and_period(motion: Motion, n_ticks: int, first: int, t_cycle: float) -
 
 def _period(s: NDArray[np.float64], dt: float) -> float:
     """Mean period of a motion [s]: of its whole waves; where it has none, by its deviation over that of its speed, as
-    of a narrow spectrum. NaN for a tip that stands."""
+    of a narrow spectrum. NaN for a tip at rest."""
     periods = wave_periods(s, dt)
     if len(periods):
         return float(periods.mean())

@@ -35,7 +35,7 @@ COLUMNS: Mapping[str, tuple[int, ...]] = {
     "a_tip": (2, 5),
     **{name: (Tick._fields.index(name),) for name in ("v_op", "s_op", "mode", "f_pump", "override", *COMMANDS)},
 }
-"""Inputs by name, with their columns in a row of the drive: the tip moves, and the motion unit sees it."""
+"""Inputs by name, with their columns in a row of the drive: the tip moves, and the motion unit measures it."""
 WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
     **COLUMNS,
     "s_tip": (3,),
@@ -157,7 +157,7 @@ class CycleInputs:
         return thin if self.cols == THIN else self._full(t, k, n, thin)
 
     def fill(self, k: int, n: int, out: FloatArray, lane: int) -> None:
-        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes), where `rest` stands already."""
+        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes), where `rest` is written already."""
         if self.cols == THIN:
             if not sampled(self.motion, k, n, self.t_cycle, out, lane):
                 out[:, :, lane] = self.rows(k, n)
@@ -184,7 +184,7 @@ class CycleInputs:
         return self.first_row()[2 * THIN :]
 
     def demand(self) -> MotionDemand:
-        """Extremes over the whole run; in manual mode the tip asks for nothing."""
+        """Extremes over the whole run; in manual mode the tip requires nothing."""
         case = self.case
         v_max, s_tip_pp, least, most = _extremes(
             self.motion, case.operator, case.mode, case.modes, self.n_ticks, self.first, self.t_cycle
@@ -318,8 +318,8 @@ class _Noise:
 
 
 def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter
-    alone."""
+    """Joystick speed [m/s] and the way that it requests in all [m], hoisting positive; set-point steps add to the
+    latter alone."""
     v, s = np.zeros_like(t), np.zeros_like(t)
     if operator.profile:
         knots = np.array([0.0, *(i for i, _ in operator.profile)])  # two points at one time are a jump of the speed

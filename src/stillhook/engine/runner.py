@@ -169,7 +169,7 @@ class Block(ABC, Generic[R]):
         """The run of one lane."""
 
     def common(self, i: int) -> dict[str, Any]:
-        """What the run of lane i has whatever was run."""
+        """What the run of lane i has of any model."""
         ending, t_end = self.ending(i)
         return {
             "crane": self.ready[i].crane,

@@ -2,8 +2,8 @@
 
 Layout: a line "stillhook KIND VERSION", a line of JSON, numbers as little-endian doubles, the SHA-256 of all before.
 
-A range holds everything that a winch can reach, however badly it is driven; beyond it a number is no state of a winch
-but a damaged one. What does not change during a run must be what it is in the session or the export itself.
+A range holds everything that a winch can reach, however badly it is driven; beyond it a number is not a state of a
+winch but a damaged one. What does not change during a run must be what it is in the session or the export itself.
 """
 
 from __future__ import annotations
@@ -212,8 +212,8 @@ with."""
 def states(names: Sequence[str], *, without: Sequence[str] = ()) -> dict[str, int]:
     """Name of every state -> its place among the numbers of a lane, whose names `stillhook.kernels.lanes.paths` has.
 
-    The mode that the PLC remembers is none: it is an input. A name that winch and load path both have is the winch's;
-    the other begins with "path.".
+    The mode that the PLC remembers is not one: it is an input. A name that winch and load path both have is the
+    winch's; the other begins with "path.".
     """
     out: dict[str, int] = {}
     for pattern, prefix in STATES.items():
@@ -263,7 +263,7 @@ def wrong(values: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: 
     """What is wrong with numbers from outside, in a few words about the first; "" where nothing is.
 
     Parameters: own: those of what they are restored into; blank: those of a run that begins, which are always allowed
-    (extremes of nothing yet are no numbers of a winch); k: PLC cycles since the start; codes of the modes.
+    (extremes of nothing yet are not numbers of a winch); k: PLC cycles since the start; codes of the modes.
     """
     kinds = r.kinds
     ranged: BoolArray = (values >= r.least) & (values <= r.most)

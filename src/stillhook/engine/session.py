@@ -385,7 +385,7 @@ class Session:
                 self._row[at] = self.get(name)
 
     def _change(self, changed: dict[str, float], name: str) -> None:
-        """Settings beside those of the PLC, of which this name is new. Errors: SimulationError."""
+        """Settings besides those of the PLC, of which this name is new. Errors: SimulationError."""
         try:
             packed = self._packed(changed)
         except StillhookError as problem:

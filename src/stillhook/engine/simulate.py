@@ -70,7 +70,7 @@ def run_cases(
     client: Any = None,
     progress: Progress | None = None,
 ) -> list[Any]:
-    """What is kept of every run, in the order of the cases; a case that loses its numbers is marked and spoils no
+    """What is kept of every run, in the order of the cases; a case that loses its numbers is marked and affects no
     other.
 
     Parameters

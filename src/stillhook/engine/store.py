@@ -1,6 +1,6 @@
 """Summaries of runs, and a folder that keeps them under what they follow from: crane, case, step and code.
 
-Every file is whole or not there; one file a task, so that an interrupted batch goes on where it stopped.
+Every file is whole or not there; one file a task, so that an interrupted batch continues where it stopped.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ TASK_SECONDS_EACH = 250.0
 """The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives
 it."""
 TASKS_EACH = 8
-"""Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
+"""Tasks for each worker at least, where there are enough cases: none then waits long for the last one."""
 IN_FLIGHT = 3
 """Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
 

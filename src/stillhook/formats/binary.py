@@ -3,8 +3,8 @@ of its own.
 
 The libraries that read these formats may wait for ever inside C on a damaged file, end the process, or take all memory,
 and no thread or signal of Python can stop them. A process can be stopped: every step has a time limit, on Linux the
-process has a memory limit, and whatever goes wrong comes back as an `UnreadableError` with a reason in a few words. It
-guards against damage; it is no sandbox: the process runs with the rights of the user.
+process has a memory limit, and every fault comes back as an `UnreadableError` with a reason in a few words. It
+guards against damage; it is not a sandbox: the process runs with the rights of the user.
 
 NetCDF files come back as labelled arrays (`read_dataset`).
 What runs in that process (`serve`) is here too: it answers with the value of a function at a time.
@@ -78,7 +78,7 @@ def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple
 
 
 def _end_after(seconds: float) -> None:
-    """Have the system end this process where nobody is left to do it: the process that requested it may have been
+    """Have the system end this process where no other is left to do it: the process that requested it may have been
     killed. 0: no more. Not on Windows."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)  # no handler of Python's, which a loop inside C would never reach
@@ -236,7 +236,7 @@ class Reader:
             answers.append(receive(self._process.stdout))
 
     def close(self) -> None:
-        """End the process, whatever it does."""
+        """End the process, in any state."""
         self._process.kill()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout):

@@ -52,7 +52,7 @@ class TipFile(Spec):
 
 
 class Settings(Spec):
-    """The table [settings]: how commands work on a case; all are checked, and each command uses those that it knows."""
+    """The table [settings]: how commands work on a case; all are checked, and each command uses those that it has."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of random numbers")
     draws: Annotated[int, Field(strict=True, ge=0, le=4096)] = Field(

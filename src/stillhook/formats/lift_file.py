@@ -172,7 +172,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
     lift = Lowering(
         name=file.name or table.path.stem,
         payload=payload,
-        rigging=file.rigging,
+        rigging=file.rigging.spring,
         compensator=compensator_of(file, table),
         wire=file.wire,
         tip=place.tip,

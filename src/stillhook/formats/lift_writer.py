@@ -1,4 +1,4 @@
-"""A lowering as a lift file, with the files that it names beside it: `stillhook.formats.lift_file.load_lift` reads the
+"""A lowering as a lift file, with the files that it names next to it: `stillhook.formats.lift_file.load_lift` reads the
 same lowering from it, to the last digit."""
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 case, written in the format that a file's name, or the user, says. A format is a row of `FORMATS`.
 
 CSV and Parquet: a column for each name with its unit in the heading, as Stillhook's log reader takes them; series of
-several cases stand below one another with the case in the first column. Numbers read back to the same doubles.
-MAT of version 5: `time` and a vector for each name, `units` beside, of several cases a struct for each. MDF 4: a
+several cases are below one another with the case in the first column. Numbers read back to the same doubles.
+MAT of version 5: `time` and a vector for each name, `units` next to them, of several cases a struct for each. MDF 4: a
 channel group for each case with time, units and meanings; origin in the header's comment.
 
 Time histories as text: OrcaFlex with tabs and a line of column names, the time in the first column [s] (OrcaFlex help,

@@ -1,7 +1,7 @@
 """Friction over speed of any machine that was run to and fro in steps: winch, ram, test bench.
 
 What friction is here: half the difference of effort between both directions at the same speed (Moslatt 2020 eq. 2.4).
-Everything that turns with the direction is in it: dry and viscous friction, hysteresis, and whatever brakes the machine
+Everything that turns with the direction is in it: dry and viscous friction, hysteresis, and all that brakes the machine
 on purpose.
 """
 

@@ -1,4 +1,4 @@
-"""The state of a crane's condition, beside its file: whether its certificate counts for planning, and its history.
+"""The state of a crane's condition, next to its file: whether its certificate counts for planning, and its history.
 
 `stillhook condition` writes it; whoever reads a crane reads it. Every change is an entry: who, when, why, with hashes
 of crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, no
@@ -65,7 +65,7 @@ class State(Spec):
 
 
 def state_file(crane_file: Path) -> Path:
-    """Place of the state of a crane file: beside it."""
+    """Place of the state of a crane file: next to it."""
     return crane_file.with_suffix(".condition.json")
 
 
@@ -100,7 +100,7 @@ def condition_of(path: Path, certificate: Mapping[str, Any]) -> Condition:
 
 
 def stands(withdrawal: Entry, certificate: Mapping[str, Any]) -> str:
-    """Why a withdrawal stands against a certificate, "" where the certificate gives validity back: a passed one, of a
+    """Why a withdrawal suspends a certificate, "" where the certificate gives validity back: a passed one, of a
     later date, of logs that the withdrawal has not seen."""
     if certificate["digest"] == withdrawal.certificate:
         return withdrawal.reason

@@ -33,7 +33,7 @@ class LeakLaw(NamedTuple):
 def pump_leak(pump: PumpSet) -> PumpLeak:
     """The library's leak table at this pump speed, scaled with the installed size (Moslatt 2020 section 2.5.2.4).
 
-    Speeds between the two measured ones are interpolated linearly; beyond them the line goes on.
+    Speeds between the two measured ones are interpolated linearly; beyond them the line continues.
     """
     table = leak_table(pump.leak)
     (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref * (1.0 if pump.leak_scale is None else pump.leak_scale)
@@ -50,8 +50,8 @@ def form_of(circuit: Circuit) -> Leak:
 
 
 def leak_law(circuit: Circuit) -> LeakLaw:
-    """Pumps' table and motors' C_1 + C_2 |n_m| in the circuit's form: what does not go with setting or speed keeps its
-    value at `leak.at`.
+    """Pumps' table and motors' C_1 + C_2 |n_m| in the circuit's form: what does not vary with setting or speed keeps
+    its value at `leak.at`.
 
     Source: Moslatt 2020 tables 2.5 and 2.6, eq. 2.18; the constant one paper E eq. 11. No kernel needs to know of the
     form.

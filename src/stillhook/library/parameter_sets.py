@@ -118,7 +118,7 @@ class Evidence(Spec):
 
 
 def _not_a_covariance(C: FloatArray) -> str:
-    """Why a square matrix is no covariance; "" where it is one."""
+    """Why a square matrix is not a covariance; "" where it is one."""
     scale = np.sqrt(np.abs(np.diag(C)))
     if np.any(np.diag(C) < 0.0):
         return "a variance on its diagonal is negative. Give variances and covariances."

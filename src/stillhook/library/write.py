@@ -17,7 +17,7 @@ from stillhook.units import KINDS, Quantity, exact, number, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)
 COMPANIONS = ("sources", "certified")
-"""Fields of a crane that are no values of it."""
+"""Fields of a crane that are not values of it."""
 
 
 class Item(NamedTuple):

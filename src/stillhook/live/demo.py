@@ -73,7 +73,7 @@ def with_friction(crane: Crane, factor: float) -> Crane:
 
 
 def demonstrate(crane: Crane, duration: float, watch: Callable[[Moment], None]) -> Outcome:
-    """Run a soft PLC with its crane in this process, and the twin beside it, for a duration [s].
+    """Run a soft PLC with its crane in this process, and the twin parallel to it, for a duration [s].
 
     The soft PLC steps a winch of its own at the PLC's cycle. The twin gets the tip's motion from it, and nothing else.
     From a third of the duration on, the crane that the PLC drives has more friction than the twin's file says.

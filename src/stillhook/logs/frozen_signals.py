@@ -54,7 +54,7 @@ def standstill(
     motion is looked for.
 
     Whether the winch moves is said by signals of the winch alone: a tip that moves above a winch at rest is no
-    evidence. The tip's own signals are held against each other.
+    evidence. The tip's own signals are compared with each other.
     Errors: LogError where a signal that friction needs never changes although others move.
     """
     findings: list[Finding] = []

@@ -118,7 +118,7 @@ def _signal(name: str, row: Any, where: str) -> Signal:
 
 
 def resolved(signal: Signal, headings: Sequence[str], where: str) -> Signal:
-    """A signal whose column is written with its unit, "PT101 [bar]", which is no heading of the file as it is."""
+    """A signal whose column is written with its unit, "PT101 [bar]", which is not a heading of the file as it is."""
     column, unit = apart(signal.column, signal.unit, headings)
     return replace(signal, column=column, unit=_unit(signal.name, unit, signal.quantity, f"{where}: {signal.name}"))
 

@@ -1,4 +1,4 @@
-"""In which weather may this lift be done, what limits it, how long will we wait, and what does a better controller buy?
+"""In which weather may this lift be done, what limits it, how long is the wait, and what does a better controller gain?
 
 >>> from stillhook import plan
 >>> found = plan.plan("template-to-1500m", tier="frequency")  # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""Lift files as a plan reads them: phases with kinds, and beside them seas, rules and weather of the lift.
+"""Lift files as a plan reads them: phases with kinds, and in addition seas, rules and weather of the lift.
 
 A plan of the library as files to edit: the plan, and next to it the payload that it names.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -21,6 +22,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
+from stillhook.formats.lift.rigging_table import read_items
 from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
@@ -39,23 +41,28 @@ from stillhook.plan.definition.lift_plan import (
     check_sinks,
     check_tips,
     check_wire,
+    holds_off,
     with_holds,
 )
-from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.rules import Alternative, usual_alternatives
+from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
+from stillhook.plan.definition.operation import OperationTable, operation_of
+from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
+from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.joining import Water, joined
+from stillhook.spec.lift.lowering import Rigging
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
+from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
-from stillhook.tables.table import Part, Spec, Text
-from stillhook.units import number, quote
+from stillhook.tables.table import Part, Text
+from stillhook.units import quote, show
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
 
@@ -63,21 +70,14 @@ SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
 LONGEST_NAME, LONGEST_NUMBER, LONGEST_REVISION = 80, 40, 12
-ROUNDED = 1e-3
-"""Part of a planned time by which it may have been rounded down."""
-
-
-class OperationTable(Spec):
-    """The table [operation]."""
-
-    T_POP: u.Hours | None = Field(default=None, description="planned operation period; default the sum of the phases")
-    T_C: u.Hours | None = Field(default=None, ge=0, description="contingency")
 
 
 class WeatherTable(description.WeatherTable):
     """The table [weather]."""
 
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
+    source: Text | None = Field(default=None, description="model, provider and grid point of the weather")
+    bias: Text | None = Field(default=None, description="known bias against measurements, in words")
 
 
 class DocumentTable(Spec):
@@ -104,7 +104,12 @@ class PlanFile(LiftTables):
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
     document: DocumentTable = Field(default_factory=DocumentTable)
+    weight: WeightTable | None = None
+    capacity: CapacityStatement | None = None
     load_chart: LoadChartTable | None = None
+    reconciled: Mapping[str, Text] = Field(
+        default_factory=dict, description='"phase/rule" = why runs count where the frequency-domain method allows less'
+    )
     synthetic_certificate: Part[Envelope] | None = Field(
         default=None, description="conditions for which the twin is credited as if it had been validated"
     )
@@ -189,6 +194,10 @@ def _plan(table: TomlTable) -> LiftPlan:
     table, file = read_lift(table, PlanFile)
     depth, rho = file.water.depth, file.water.rho
     payload = payload_of(file, table)
+    weight = weight_of(file.weight, file.rigging, payload, rho)
+    if weight is not None:
+        check_sinks(weight.low_case, rho)
+        payload = weight.high_case
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
     for i, phase in enumerate(file.phase):
@@ -199,14 +208,16 @@ def _plan(table: TomlTable) -> LiftPlan:
         rows = joined(file.phase, file.start_depth, Water(depth, payload.reach(rho)))
     except LiftError as problem:
         raise PlanError(str(problem)).with_lines(problem.lines) from None
-    phases = with_holds(rows, holds, depth, rules.of(PhaseKind.STAND_OFF))
+    standing = rules.of(PhaseKind.STAND_OFF)
+    phases = with_holds(rows, holds, depth, standing)
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
-    T_POP, notes = _operation(file.operation, table.at("operation"), phases)
+    operation = operation_of(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, h_tip, vessel = _place(file, table)
     unit = compensator_of(file, table)
+    chart = _chart(file, table, crane)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
         crane=crane,
@@ -219,26 +230,35 @@ def _plan(table: TomlTable) -> LiftPlan:
         phases=phases,
         environment=file.environment,
         rules=rules,
-        T_POP=T_POP,
+        T_POP=operation.T_POP,
         T_C=file.operation.T_C,
-        T_POP_given=not notes,
-        rigging=file.rigging,
+        T_POP_given=operation.stated,
+        lead=operation.lead,
+        parts=operation.parts,
+        forecast_factors=_factors(file.operation, table),
+        rigging=file.rigging.spring,
+        gear=_gear(file, table),
+        weight=weight,
+        statement=_statement(file, table, chart),
         wire=file.wire,
         winch=file.winch,
         sensors=file.sensors,
         alternatives=_alternatives(file, table, crane, unit),
         compensator=unit,
         weather=weather,
-        load_chart=_chart(file, table, crane),
+        load_chart=chart,
         credits_synthetic=file.synthetic_certificate is not None,
+        not_claimed=holds_off(rows, holds, depth, standing),
+        reconciled=_reconciled(file.reconciled, table, phases, rules),
         document=file.document.model_dump(exclude_none=True),
         source=table.path.name,
     )
     notes = (
-        *notes,
+        *operation.notes,
         *_ideal(file, phases),
         *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
+        *_cases(plan),
         *_doubts(plan),
         *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
     )
@@ -250,6 +270,24 @@ def _plan(table: TomlTable) -> LiftPlan:
     if plan.weather is not None:
         check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
+
+
+def _reconciled(
+    reasons: Mapping[str, str], table: TomlTable, phases: tuple[Phase, ...], rules: RuleSet
+) -> dict[tuple[str, str], str]:
+    """Phase and rule -> the reason of the file."""
+    names, keys, result = [phase.name for phase in phases], [rule.key for rule in rules.rules], {}
+    for text, reason in reasons.items():
+        phase, _, rule = text.rpartition("/")
+        for value, allowed in ((phase, names), (rule, keys)):
+            if value not in allowed:
+                raise table.at("reconciled").wrong(
+                    f'{quote(value)} does not exist{nearest(value, allowed)} Write "phase/rule" = "reason", such as'
+                    f' "{names[-1]}/{keys[0]}".',
+                    text,
+                )
+        result[phase, rule] = reason
+    return result
 
 
 def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
@@ -285,7 +323,7 @@ def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUni
 
 
 def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Crane:
-    """The crane with a certificate that nobody issued, for the conditions that a plan assumes to be validated."""
+    """The crane with a certificate that no one issued, for the conditions that a plan assumes to be validated."""
     if envelope is None:
         return crane
     if crane.certified is not None:
@@ -314,26 +352,42 @@ def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
     return crane_chart(file.load_chart, path, crane, None if file.boom is None else file.boom.boom)
 
 
+def _gear(file: PlanFile, table: TomlTable) -> RiggingTable:
+    """Legs and items of the rigging, those of a table that it names among them."""
+    gear = file.rigging
+    if gear.items is None:
+        return gear
+    items = read_items(table.relative_file(gear.items, "rigging", "items"))
+    return gear.model_copy(update={"items": None, "item": items})
+
+
+def _statement(file: PlanFile, table: TomlTable, chart: CraneChart | None) -> CapacityStatement | None:
+    """Who states a dynamic factor of the capacity, where the load chart does not."""
+    if file.capacity is not None and chart is not None and (chart.states_factor or chart.type is ChartType.DYNAMIC):
+        has = "has dynamic factors of its own" if chart.states_factor else "is dynamic, and is not multiplied"
+        raise table.wrong(f"the load chart {has}. Remove this table, or correct the chart.", "capacity")
+    return file.capacity
+
+
 def _label(name: str, table: TomlTable) -> str:
-    """A name as it can stand in tables and pictures."""
+    """A name as it can be printed in tables and pictures."""
     if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
         raise table.wrong(f"give a name of one line and at most {LONGEST_NAME} letters.", "name")
     return name
 
 
-def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase, ...]) -> tuple[float, tuple[str, ...]]:
-    """T_POP [s], and what was assumed."""
-    phases_take = sum(phase.counted for phase in phases)
-    hours = f"{number(phases_take / 3600.0, 3)} h"
-    if operation.T_POP is None:
-        return phases_take, (f"operation.T_POP is not given: the sum of the phases is used, {hours}",)
-    if phases_take > operation.T_POP * (1.0 + ROUNDED):
-        raise table.wrong(f"the phases alone take {hours}. Give more, or leave it out.", "T_POP")
-    return operation.T_POP, ()
+def _factors(operation: OperationTable, table: TomlTable) -> str | None:
+    """Table of forecast factors that the plan names: of the library, or a file next to it."""
+    name = operation.forecast_factors
+    if name is None:
+        return None
+    file, _, key = name.partition("#")
+    near = table.path.parent / file
+    return f"{near}{f'#{key}' if key else ''}" if near.is_file() else name
 
 
 def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
-    """That the winch's signals are without delay and noise, where it compensates and nothing else is said."""
+    """That the winch's signals are without delay and noise, where it compensates and nothing else is stated."""
     if "sensors" in file.model_fields_set or not any(phase.compensated for phase in phases):
         return ()
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
@@ -342,7 +396,18 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
 def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """Which passages and landings the file takes without a stop."""
     off = " and ".join(phase.name for phase in phases if phase.hold == 0.0)
-    return (f'hold = "{OFF}" of {off}: a stop there is not assessed, and must not be made',) if off else ()
+    return (f'hold = "{OFF}" of {off}: a stop there is not claimed, and must not be made',) if off else ()
+
+
+def _cases(plan: LiftPlan) -> tuple[str, ...]:
+    """The two weights that the rules are judged for."""
+    if plan.weight is None:
+        return ()
+    w = plan.weight
+    high, low = (show(m, "mass") for m in (w.SHL, w.net * w.low))
+    parts = " + ".join(show(m, "mass") for m in (w.rigging, w.extra) if m > 0.0)
+    build_up = f"{show(w.net, 'mass')} x {w.contingency:g}{' + ' if parts else ''}{parts}"
+    return (f"weight in air: high case {high} ({build_up}), low case {low}; every rule is judged for both",)
 
 
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
@@ -358,10 +423,10 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
     weather = weather.with_times()
     if file.endswith(".toml") and is_table(Path(file)):  # a description, over which the plan's own words win
-        file, said = description.described(file)
+        file, stated = description.described(file)
         own = weather.model_dump(exclude={"file"}, exclude_none=True, exclude_defaults=True)
-        words = said.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
-        weather = WeatherTable.model_validate(words | own | {"columns": {**said.columns, **weather.columns}})
+        words = stated.model_dump(include=set(description.WeatherTable.model_fields), exclude_none=True)
+        weather = WeatherTable.model_validate(words | own | {"columns": {**stated.columns, **weather.columns}})
     try:
         weather_file(file)
         where = ""
@@ -369,7 +434,8 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     except WeatherError as e:
         raise PlanError(f"{where}{e}") from None
     ship = None if weather.ship is None else parse_direction(weather.ship, "weather.ship")
-    return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order, weather.time_zone)
+    times = weather.time, weather.date_order, weather.time_zone
+    return WeatherUse(file, ship, weather.sense, columns, *times, weather.source or "", weather.bias or "")
 
 
 def _digest(plan: LiftPlan) -> str:
@@ -386,7 +452,7 @@ def _digest(plan: LiftPlan) -> str:
         ],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,
-        "operation": [plan.T_POP, plan.T_C],
+        "operation": [plan.T_POP, plan.T_C, *([plan.lead] if plan.lead else [])],
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
@@ -394,6 +460,14 @@ def _digest(plan: LiftPlan) -> str:
         content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
     if plan.environment.swell is None:
         del content_of_plan["environment"]["swell"]
+    if plan.weight is not None:
+        content_of_plan["weight"] = weight_facts(plan.weight)
+    if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):
+        content_of_plan["gear"] = gear
+    if plan.statement is not None:
+        content_of_plan["capacity"] = plan.statement.model_dump(mode="json")
+    if plan.reconciled:
+        content_of_plan["reconciled"] = sorted((*at, reason) for at, reason in plan.reconciled.items())
     if plan.load_chart is not None:
         content_of_plan["load_chart"] = plan.load_chart.inputs()
     return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
@@ -24,7 +24,8 @@ class Limits:
     Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
     tier does not determine it; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to
     there the tier shows seas inside, and no further. Tp [s] and beta [rad] (c,). draws: rule -> (m, c) heights [m] that
-    are as likely as the runs make them, errors of neighbours together; NaN where there is no interval.
+    are as likely as the runs make them, errors of neighbours together; NaN where there is no interval. low_weight:
+    rule -> (c,) whether the limit is that of the low weight case.
     """
 
     phase: str
@@ -36,6 +37,7 @@ class Limits:
     low: Mapping[str, FloatArray] = field(default_factory=dict)
     high: Mapping[str, FloatArray] = field(default_factory=dict)
     draws: Mapping[str, FloatArray] = field(default_factory=dict)
+    low_weight: Mapping[str, BoolArray] = field(default_factory=dict)
 
 
 def utilisation(limited: Limited, values: FloatArray, Hs: FloatArray | float) -> FloatArray:
@@ -164,17 +166,18 @@ def _between(H: FloatArray, y: FloatArray, i: int) -> float:
 def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     """The rules of a phase with their limits in SI, in the order of the rule set.
 
-    Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
+    Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it rests
     on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
-    compensation; those of a passive heave compensator but for phc; quantities and capacities that the winch type does
-    not have, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
+    compensation; those of a passive heave compensator but for phc; shares of time with an open relief valve in a
+    `passage`, but where the phase gives a limit of its own; quantities and capacities that the winch type does not
+    have, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
     `stillhook.plan.definition.rules_file.rules_of`.
     """
     return _limited(plan.under(alternative), phase, alternative)
 
 
 def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none beside a swell."""
+    """`limits_of` a demand by the rules of its phase and alternative and the calm of its phase, none with a swell."""
     plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None
@@ -187,9 +190,17 @@ def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Li
     applicable = [
         (rule, _limit(plan, phase, alternative, rule))
         for rule in rules_of(plan.rules, phase)
-        if QUANTITIES[rule.quantity].number in numbers and _holds(rule, phase, alternative)
+        if QUANTITIES[rule.quantity].number in numbers
+        and _holds(rule, phase, alternative)
+        and not (rule.quantity == "relief_share" and rule.key not in phase.limits and passage(plan, phase))
     ]
     return tuple(Limited(rule, each.value, each.basis, each.by_Hs) for rule, each in applicable if each is not None)
+
+
+def passage(plan: LiftPlan, phase: Phase) -> bool:
+    """Whether a phase is a short way at a speed: a single opening of a valve is there more than a share of its time may
+    be, and `peak-pressure`, at the most probable largest pressure, allows about one."""
+    return bool(phase.speed) and (phase.duration or 0.0) < plan.rules.settings["duration_least"]
 
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:

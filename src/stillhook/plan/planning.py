@@ -26,7 +26,7 @@ from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits import Limits, limits_in
+from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS, Failures, PlanResult
 from stillhook.plan.table import (
     Axes,
@@ -36,13 +36,14 @@ from stillhook.plan.table import (
     chosen,
     credited_of,
     gathered,
-    governed,
+    governing,
     lower_where_apart,
 )
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import Execution
 from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.plan.tiers.weight_cases import of_cases
 from stillhook.plan.weather.records import occurrence, seas_of, weather_used
 from stillhook.plan.weather.value import YEAR, forecast_limits, weather_block, weather_value
 from stillhook.report.formatting import DAY, HOUR
@@ -69,7 +70,7 @@ def plan(
     *,
     tier: Tier | str = Tier.TIME,
     weather: Weather | None = None,
-    alpha: str = DEFAULT,
+    alpha: str | None = None,
     store: str | Path | None = None,
     client: Any = None,
     threads: int = 2,
@@ -86,8 +87,8 @@ def plan(
         The highest that is run; default "time".
     weather : Weather, optional
         In place of that of the plan.
-    alpha : str, default "dnv-os-h101"
-        Table of forecast factors, by name or file.
+    alpha : str, optional
+        Table of forecast factors, by name or file; default that of the plan, else "dnv-os-h101".
     store : str or Path, optional
         Folder in which runs of the twin are kept, so that a stopped plan continues from there.
     client : dask.distributed.Client, optional
@@ -126,7 +127,7 @@ def _planned(
     last: Tier,
     *,
     weather: Weather | None,
-    alpha: str,
+    alpha: str | None,
     threads: int,
     store: str | Path | None = None,
     client: Any = None,
@@ -142,7 +143,7 @@ def _planned(
     expected = {name: EXPECTED[name] for name in PARTS[last]} | {each.NAME: each.EXPECTED for each in ASSESSMENTS}
     begun, parts = time.perf_counter(), Parts(progress, expected)
     parts("preparation")
-    table, records = read_alpha_table(alpha), weather
+    table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:
@@ -150,10 +151,13 @@ def _planned(
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
     certified = certified_in(lift_plan, axes, seas)
     check_cap(lift_plan, axes, certified.covers)
-    demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
+    demands, limits = of_cases(
+        lift_plan, lambda case: [closed_form(case, phase, seas, a) for phase in case.phases for a in axes.alternatives]
+    )
     if last is not Tier.CLOSED_FORM:
-        demands += frequency(lift_plan, axes.alternatives, seas, parts(FREQUENCY), threads=threads)
-    limits = [limits_in(lift_plan, demand) for demand in demands]
+        share = parts(FREQUENCY)
+        more = of_cases(lift_plan, lambda case: frequency(case, axes.alternatives, seas, share, threads=threads))
+        demands, limits = [*demands, *more[0]], [*limits, *more[1]]
     twin = None
     if last is Tier.TIME:
         twin = refine(
@@ -176,7 +180,7 @@ def _planned(
         spread = partial(with_intervals, block, lift_plan, of, limits, forecast, value, threads=threads)
         blocks["weather"] = failures.attempt("intervals of the weather", spread, block)
     if last is not Tier.CLOSED_FORM:
-        detail = partial(reference_blocks, lift_plan, of, parts("reference cell"), residuals=twin is not None)
+        detail = partial(reference_blocks, lift_plan, of, parts("reference cell"))
         nothing: dict[str, xarray.Dataset] = {}
         blocks |= failures.attempt("reference cell", detail, nothing)
     if twin is not None:
@@ -218,7 +222,7 @@ def answered(
     modelled = lower_where_apart(lift_plan, limits_of_tiers, chosen(limits_of_tiers))
     heights = np.unique(lift_plan.environment.table().Hs)
     credited = credited_of(lift_plan, modelled, heights, certified.covers)
-    governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+    governs = governing(lift_plan, modelled, credited)
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
 
 

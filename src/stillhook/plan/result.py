@@ -43,7 +43,7 @@ FAILED = "not-computed"
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
-BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "sweep", "convergence", "weather")
+BLOCKS = ("depth", "efficiency", "landing", "sweep", "convergence", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
@@ -60,7 +60,10 @@ class PlanResult:
     - alpha, op_wf (same dims) [1], [m]: forecast factor of that limit and the height that a forecast may show, NaN
       where there is no result
     - governing_phase, governing_rule, governing_tier (same dims): texts, "" where nothing governs
+    - governing_end (same dims): what the limit is the end of (certificate-end, chart-end, seas-end, steepness), ""
+      where a rule is used up there
     - Hs_rule (credit, tier, alternative, phase, rule, heading, period) [m]: everything that was found, NaN where not
+    - Hs_steepest (period) [m]: height of the steepest sea, above which nothing is credited
     - counts (alternative, phase, heading, period): tier whose limits count, "" where there is none
     - n_seeds (alternative, phase, heading, period): runs behind it
     - inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
@@ -74,7 +77,6 @@ class PlanResult:
       z_resonance
     - efficiency (alternative, period): eta_wire, eta_load
     - landing (alternative, run): v_landed
-    - sensitivity (factor, alternative)
     - sweep (variant, alternative, landing_tolerance): Hs_landing
     - convergence (cell, n): Hs_limit, low, high
     - weather (credit, alternative, month; 0 the whole year)
@@ -167,7 +169,7 @@ def labelled(
 CLASSIC = "best-classic"
 """Reference of a new controller's gain: the better classic controller."""
 NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
-"""Controllers that are held against the classic ones."""
+"""Controllers that are compared with the classic ones."""
 
 
 def ran(tiers: Collection[str]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from itertools import chain
 
 import numpy as np
@@ -16,16 +17,31 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
-from stillhook.plan.limits import Limits
-from stillhook.plan.result import Cause, cause, grouped
+from stillhook.plan.limits import Limits, limited
+from stillhook.plan.result import CREDITS, Cause, Credit, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.plan.weather.limit_table import SAME, LimitTable
+from stillhook.sea.spectra.spectrum import highest_sea
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.validity import CAP, Conditions
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
+
+
+class End(StrEnum):
+    """What a limit is the end of, where no rule is used up there: the certificate's envelope, the load chart, the seas
+    that were analysed, the steepest sea of its period."""
+
+    CERTIFICATE = "certificate-end"
+    CHART = "chart-end"
+    SEAS = "seas-end"
+    STEEPNESS = "steepness"
+
+
+ENDS, BY_RULE = tuple(End), -1
+"""Ends by their places in tables, and the place of a limit at which a rule is used up."""
 
 
 @dataclass(frozen=True)
@@ -101,13 +117,19 @@ def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
 @dataclass(frozen=True, eq=False)
 class Chosen:
     """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1
-    where there is none."""
+    where there is none; end as a place in `ENDS`, None where every limit is `BY_RULE`."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
     low: FloatArray = field(repr=False)
     high: FloatArray = field(repr=False)
     tier: IntArray = field(repr=False)
+    end: IntArray | None = field(default=None, repr=False)
+
+    @property
+    def ends(self) -> IntArray:
+        """What each limit is the end of."""
+        return np.full(self.Hs.shape, BY_RULE, dtype=np.int64) if self.end is None else self.end
 
 
 def chosen(limits: Gathered) -> Chosen:
@@ -134,19 +156,16 @@ APART = 1.5
 """A limit by runs that is more than so many times that of the frequency-domain method does not count."""
 
 
-TOLERATED = ("load_pp", "e_c_pp")
-"""Quantities that a tolerance over the seabed limits, and that both methods determine from the same friction: motion of
-the payload, control error of the wire."""
-
-
 BY_RUNS, BY_FREQUENCY = TIERS.index(Tier.TIME), TIERS.index(Tier.FREQUENCY)
 
 
 def lower_where_apart(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> Chosen:
-    """Limits that count, with those of the frequency-domain method in place of limits by runs far above them.
+    """Limits that count, with those of the frequency-domain method in place of limits by runs far above them, unless
+    the plan reconciles the two in writing (`LiftPlan.reconciled`).
 
     The method takes what the winch leaves of a motion about rest. A run in which the wire always goes out has friction
-    that never reverses, and says little of the same load as soon as it stops.
+    that never reverses, and says little of the same load as soon as it stops. The closed form lowers no limit by runs:
+    it is known to be worse (`stillhook.plan.assessments.quality`).
     """
     far = _apart(plan, limits)
     taken = far & (modelled.tier == BY_RUNS)
@@ -176,19 +195,14 @@ def apart_remarks(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> list[Ca
 
 
 def _apart(plan: LiftPlan, limits: Gathered) -> BoolArray:
-    """Where both are known and too far apart, of compensated phases under a twin (alternative, phase, rule, heading,
+    """Where both are known and too far apart, and the plan gives no reason (alternative, phase, rule, heading,
     period)."""
     of_runs, other = limits.Hs[BY_RUNS], limits.Hs[BY_FREQUENCY]
     with np.errstate(invalid="ignore"):
         far = np.isfinite(other) & (of_runs > APART * other)
-    return np.asarray(far & _where(plan, limits.axes)[..., None, None])
-
-
-def _where(plan: LiftPlan, axes: Axes) -> BoolArray:
-    quantity = {rule.key: rule.quantity for rule in plan.rules.rules}
-    twin, follows = np.array([a.twin for a in axes.alternatives]), np.array([p.compensated for p in plan.phases])
-    asks = np.array([quantity[key] in TOLERATED for key in axes.rules])
-    return np.asarray(twin[:, None, None] & follows[:, None] & asks)
+    for phase, rule in plan.reconciled:
+        far[:, limits.axes.phases.index(phase), limits.axes.rules.index(rule)] = False
+    return np.asarray(far)
 
 
 def _ends(Hs: FloatArray) -> list[float | None]:
@@ -196,10 +210,24 @@ def _ends(Hs: FloatArray) -> list[float | None]:
     return [float(x) if np.isfinite(x) else None for x in (Hs.min(), Hs.max())]
 
 
+def to_chart_end(plan: LiftPlan, of: Chosen) -> Chosen:
+    """Limits with those that are the last height of the load chart marked as its end."""
+    axes, end = of.axes, of.ends
+    for i, alternative in enumerate(axes.alternatives):
+        for k, phase in enumerate(plan.phases):
+            for each in limited(plan, phase, alternative):
+                if each.by_Hs:
+                    at = (i, k, axes.rules.index(each.rule.key))
+                    last = np.isclose(of.Hs[at], each.by_Hs[-1][0], rtol=SAME, atol=0.0)
+                    end[at] = np.where(last, ENDS.index(End.CHART), end[at])
+    return replace(of, end=end)
+
+
 @dataclass(frozen=True, eq=False)
 class Governed:
     """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
-    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known."""
+    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known; end as of
+    `Chosen`."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -208,6 +236,18 @@ class Governed:
     phase: IntArray = field(repr=False)
     rule: IntArray = field(repr=False)
     tier: IntArray = field(repr=False)
+    end: IntArray | None = field(default=None, repr=False)
+
+    @property
+    def ends(self) -> IntArray:
+        """What each limit is the end of."""
+        return np.full(self.Hs.shape, BY_RULE, dtype=np.int64) if self.end is None else self.end
+
+
+def governing(plan: LiftPlan, modelled: Chosen, credited: Chosen) -> Mapping[Credit, Governed]:
+    """The limits that govern, as modelled and as credited: of these none is above the steepest sea of its period."""
+    of_credit = not_steep(governed(to_chart_end(plan, credited)), max(plan.environment.Hs))
+    return dict(zip(CREDITS, (governed(to_chart_end(plan, modelled)), of_credit), strict=True))
 
 
 def governed(of: Chosen) -> Governed:
@@ -215,15 +255,30 @@ def governed(of: Chosen) -> Governed:
     n_a, n_p, n_r, n_b, n_T = of.Hs.shape
     flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
     least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
+
+    def at_least(a: IntArray) -> IntArray:
+        return np.take_along_axis(a.reshape(flat[0].shape), least, axis=1)[:, 0]
+
     Hs, low, high = (np.take_along_axis(a, least, axis=1)[:, 0] for a in flat)
     lowest = np.where(np.isnan(flat[1]), np.inf, flat[1]).min(axis=1)
     low = np.where(np.isposinf(Hs) & np.isfinite(lowest), lowest, low)
     nothing = np.isnan(flat[0]).all(axis=1)
     Hs = np.where(nothing, np.nan, np.where(np.isnan(Hs), np.inf, Hs))
-    tier = np.take_along_axis(of.tier.reshape(flat[0].shape), least, axis=1)[:, 0]
     governs = np.isfinite(Hs)
     phase, rule = np.divmod(least[:, 0], n_r)
-    return Governed(of.axes, Hs, low, high, *(np.where(governs, k, -1).astype(np.int64) for k in (phase, rule, tier)))
+    phase, rule, tier = (np.where(governs, k, -1).astype(np.int64) for k in (phase, rule, at_least(of.tier)))
+    end = np.where(governs, at_least(of.ends), np.where(nothing, BY_RULE, ENDS.index(End.SEAS)))
+    return Governed(of.axes, Hs, low, high, phase, rule, tier, end.astype(np.int64))
+
+
+def not_steep(of: Governed, top: float) -> Governed:
+    """Limits cut at the steepest sea of their period where the seas analysed go higher than that, up to top [m]."""
+    highest = np.array([highest_sea(T) for T in of.axes.periods])
+    cut = (of.Hs > highest * (1.0 + SAME)) & (highest < top)
+    Hs = np.where(cut, highest, of.Hs)
+    low, high = (np.where(cut, np.nan, ends) for ends in (of.low, of.high))
+    phase, rule, tier = (np.where(cut, -1, place) for place in (of.phase, of.rule, of.tier))
+    return Governed(of.axes, Hs, low, high, phase, rule, tier, np.where(cut, ENDS.index(End.STEEPNESS), of.ends))
 
 
 def counting(of: Chosen) -> NDArray[np.str_]:
@@ -245,7 +300,7 @@ def unreported(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
 def inside(
     plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """In which seas (n,) the compensation that the twin computes may be credited in full; what stands against it, a
+    """In which seas (n,) the compensation that the twin computes may be credited in full; what prevents it, a
     reason each with the seas that it is of.
 
     Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin
@@ -276,7 +331,7 @@ def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
 
 
 def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
-    """What stands against a certificate in all seas."""
+    """What prevents credit of a certificate in all seas."""
     crane = plan.crane
     if crane.certified is None:
         return (f"{NO_CERTIFICATE}: no more than {CAP:.0%} of compensation is credited",)
@@ -348,7 +403,7 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
 
 
 def _uncovered(plan: LiftPlan, axes: Axes, alternative: Alternative, certified: BoolArray) -> list[Phase]:
-    """Compensated phases in which a certificate does not cover an alternative everywhere; none for what is no twin."""
+    """Compensated phases in which a certificate does not cover a twin everywhere; none for other alternatives."""
     of = certified[axes.alternatives.index(alternative)]
     return [p for p in plan.phases if alternative.twin and p.compensated and not of[axes.phases.index(p.name)].all()]
 
@@ -378,7 +433,7 @@ def credited_of(plan: LiftPlan, modelled: Chosen, heights: FloatArray, certified
     Errors: PlanError as `check_cap`.
     """
     check_cap(plan, modelled.axes, certified)
-    axes, Hs, tier = modelled.axes, modelled.Hs.copy(), modelled.tier.copy()
+    axes, Hs, tier, end = modelled.axes, modelled.Hs.copy(), modelled.tier.copy(), modelled.ends.copy()
     low, high = modelled.low.copy(), modelled.high.copy()
     for i, alternative in enumerate(axes.alternatives):
         for phase in _uncovered(plan, axes, alternative, certified):
@@ -390,9 +445,11 @@ def credited_of(plan: LiftPlan, modelled: Chosen, heights: FloatArray, certified
             by_cap = lower & (cap == reach)
             Hs[at] = np.where(lower, reach, modelled.Hs[at])
             tier[at] = np.where(by_cap, modelled.tier[of_cap], modelled.tier[at])
+            end[at] = np.where(by_cap, modelled.ends[of_cap], end[at])
+            end[at] = np.where(lower & ~by_cap, ENDS.index(End.CERTIFICATE), end[at])
             for ends, of in ((low, modelled.low), (high, modelled.high)):
                 ends[at] = np.where(by_cap, of[of_cap], np.where(lower, np.nan, ends[at]))
-    return replace(modelled, Hs=Hs, low=low, high=high, tier=tier)
+    return replace(modelled, Hs=Hs, low=low, high=high, tier=tier, end=end)
 
 
 def _covered_up_to(cap: FloatArray, heights: FloatArray, certified: BoolArray) -> FloatArray:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
 
 MOST = 8
-"""Runs in one figure: as many as there are colours that are told apart."""
+"""Runs in one figure: as many as there are colours that can be distinguished."""
 
 
 def run(data: xarray.Dataset, *, title: str | None = None, start: float = 0.0, end: float | None = None) -> Figure:

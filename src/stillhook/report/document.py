@@ -14,7 +14,7 @@ LONGEST_WORD = 20
 MOST_LETTERS = 4
 """Of a longer cell that is still a number, such as "56.2 % (39.3 % to 71.8 %)"."""
 NUMBER_TEXT = re.compile(r"[<>±+-]? ?\d|from \d|-?$|open$|unknown$")
-"""Start of a cell that stands in a column of numbers."""
+"""Start of a cell that belongs to a column of numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,12 @@ class Column(StrEnum):
     WORD = "word"  # left-aligned, not folded
     TEXT = "text"  # left-aligned, folded
     CODE = "code"  # in letters of equal width, folded
+
+
+class Grey(str):
+    """A cell with a number that does not count."""
+
+    __slots__ = ()
 
 
 Cell = str | Verdict

@@ -1,5 +1,5 @@
 """A document as one HTML file with its tables and figures inside, which needs nothing else to be read: contents
-beside the text, figures that open and zoom, light and dark, and a form for print."""
+next to the text, figures that open and zoom, light and dark, and a form for print."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from stillhook.report.document import (
     Columns,
     Document,
     Figure,
+    Grey,
     Part,
     Section,
     Table,
@@ -102,7 +103,7 @@ def _anchors(document: Document) -> dict[int, str]:
 
 
 def _contents(document: Document, anchors: dict[int, str]) -> Iterator[str]:
-    """The list of sections beside the text."""
+    """The list of sections next to the text."""
 
     def entries(parts: Sequence[Part], level: int) -> Iterator[str]:
         found = [part for part in parts if isinstance(part, Section)] if level <= DEPTH else []
@@ -207,7 +208,11 @@ def _cell(cell: Cell, kind: Column, bold: bool) -> str:
         first, *notes = cell.split("\n")
         content = f"<b>{_escaped(first)}</b>" if bold else _escaped(first)
         content += _notes(notes)
-    return f"<td class={kind.value}>{content}</td>"
+    return (
+        f'<td class="{kind.value} grey">{content}</td>'
+        if isinstance(cell, Grey)
+        else f"<td class={kind.value}>{content}</td>"
+    )
 
 
 def _notes(lines: Sequence[str]) -> str:

@@ -275,7 +275,7 @@ def svg(figure: Figure) -> str:
 
 
 def printed(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, document.Figure]:
-    """Figures with their captions as parts of a document, by name: the same whatever the settings of matplotlib
+    """Figures with their captions as parts of a document, by name: the same with any settings of matplotlib
     here."""
     lines = {name: svg(each) for name, each in figures.items()}
     return {

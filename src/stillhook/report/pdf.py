@@ -20,6 +20,7 @@ from stillhook.report.document import (
     Columns,
     Document,
     Figure,
+    Grey,
     Part,
     Section,
     Table,
@@ -140,4 +141,4 @@ def _cell(cell: Cell) -> dict[str, Any]:
     if isinstance(cell, Verdict):
         return {"text": cell.word, "notes": [], "verdict": True, "passed": cell.passed}
     first, *notes = cell.split("\n")
-    return {"text": first, "notes": notes, "verdict": False, "passed": None}
+    return {"text": first, "notes": notes, "verdict": False, "passed": None, "grey": isinstance(cell, Grey)}

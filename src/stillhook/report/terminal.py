@@ -54,7 +54,7 @@ FILE_LINES, TITLE_LINES, MOST_ROWS = 2, 2, 6
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a command answers unless --verbose or --json asks for all of it."""
+    """What a command answers unless --verbose or --json requests all of it."""
 
     title: str  # the subject, in a line
     lines: Sequence[str] = ()  # verdict, numbers with units, what governs; the most important first
@@ -236,7 +236,7 @@ def print_table(
     """A table; the first `left` columns are text, the others numbers, but for those whose place (from 0) is in `texts`:
     text that folds.
 
-    Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left
+    Numbers are never cut: on a terminal too narrow for all of them the table continues below, the texts at its left
     repeated.
     """
     texts_at = [name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)]
@@ -252,7 +252,7 @@ def _print_columns(
     title: str,
     bold_rows: Collection[int] = (),
 ) -> None:
-    """A table whose first `left` columns are repeated where it goes on below. Texts fold, numbers do not."""
+    """A table whose first `left` columns are repeated where it continues below. Texts fold, numbers do not."""
     from rich.console import Console
 
     console = Console()

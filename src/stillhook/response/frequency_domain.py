@@ -83,7 +83,7 @@ def sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> Sigmas:
 
 
 def compensated_sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> tuple[Sigmas, Strokes | None]:
-    """As `sigmas`, and what the rod of a passive heave compensator does; None where there is none, or it stands at an
+    """As `sigmas`, and what the rod of a passive heave compensator does; None where there is none, or it is at an
     end of its stroke.
 
     Orifice and seals agree with the motion where the rod, damped as for some speed, has the deviation of that speed:

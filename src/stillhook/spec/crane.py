@@ -435,7 +435,7 @@ def passive_of(crane: Crane) -> PassiveCircuit:
 
 
 def _tables() -> dict[str, type[Spec]]:
-    """Errors: SpecError for a table that nobody has a model of, or a model whose name is taken."""
+    """Errors: SpecError for a table without a model, or a model whose name is taken."""
     models: dict[str, type[Spec]] = {}
     for winch in WINCH_TYPES.values():
         for name, model in winch.tables.items():

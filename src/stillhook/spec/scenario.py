@@ -83,7 +83,7 @@ class Commands(ArrayRecord):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
-        """The record that `to_dict` stored. Errors: KeyError, TypeError, ValueError where it is none."""
+        """The record that `to_dict` stored. Errors: KeyError, TypeError, ValueError where it is not one."""
         return cls(*(decode_array(data[n]) for n in ("times", "u_p", "u_m")), source=str(data["source"]))
 
     @classmethod

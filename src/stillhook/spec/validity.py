@@ -21,11 +21,11 @@ from stillhook.tables.table import Spec, Text
 
 CAP = 0.80
 """Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of
-the heave compensator, simplified models are approved that are proven conservative and do not exceed 80 %. Source: DNV
-GL, as cited in Moslatt 2020 section 2.6 (reference 46); check against your edition."""
+the heave compensator, simplified models are approved that are proven conservative and do not exceed 80 %. Source:
+criterion of Moslatt 2020, section 2.6, which cites DNV GL (reference 46) without a clause; none was found."""
 EDGE = 0.01
 """Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are
-hardly better, and a test repeated as it was is no extrapolation."""
+hardly better, and a test repeated as it was is not an extrapolation."""
 UNSIGNED = (
     "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
     " Verify it by computing it again from the logs: stillhook certificate certificate.json --check."

@@ -23,7 +23,7 @@ blocks differ."""
 COPY_LENGTH = 20
 """Length of a block from which it is quicker to copy it than to count out its samples."""
 TOGETHER = 100_000
-"""Blocks that are drawn at once, which bounds memory; draws are the same whatever it is."""
+"""Blocks that are drawn at once, which bounds memory; draws are the same for any value."""
 
 
 @dataclass(frozen=True)

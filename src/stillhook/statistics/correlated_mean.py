@@ -127,8 +127,8 @@ class Trends:
         return np.maximum(drift, head) / tolerance[:, None]
 
     def goes_on(self, k: int, tolerance: FloatArray) -> FloatArray:
-        """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it
-        to be over.
+        """Drift over stretch k if it continues as in a stretch twice as long, over tolerance; 0 where stretch k shows
+        it to be over.
 
         For use where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by
         being hidden.
@@ -189,7 +189,7 @@ def converter_step(x: FloatArray, per_bin: float = 1.0) -> float:
     """Step of the converter behind a signal, 0 where none shows: the common measure of its values.
 
     Parameters: x bin means, shape (n,); per_bin raw samples in each.
-    Values that are held for six bins are levels of the converter whatever a bin holds; where too few are held, means of
+    Values that are held for six bins are levels of the converter for any bin; where too few are held, means of
     a fixed number of samples still have a common measure, the step over that number. Without quantisation there is none
     (or it is that of a few set speeds, which are too coarse to be a converter's levels). With noise on bins of varying
     count none shows: none is needed.

@@ -18,7 +18,7 @@ MPM = math.exp(-1.0)
 P90 = 0.9
 FEWEST_MAXIMA = 5
 DRAWS, DRAW_SEED = 20_000, 1958
-"""Samples that intervals of a Gumbel fit come from, and their seed: two digits stand."""
+"""Samples that intervals of a Gumbel fit come from, and their seed: two digits are certain."""
 
 
 def largest(sigma: float, n: float, quantile: float = MPM) -> float:
@@ -30,7 +30,7 @@ def largest(sigma: float, n: float, quantile: float = MPM) -> float:
     sigma standard deviation, any unit; n cycles in the time, duration/T_z; quantile above 0 and below 1, 1/e for the
     most probable maximum sigma sqrt(2 ln n). Source: Rayleigh maxima taken as independent, which is on the safe side;
     DNV-RP-C205 (check against your edition).
-    Errors: SeaError for fewer cycles than have such a level, and a quantile that is none.
+    Errors: SeaError for fewer cycles than have such a level, and an impossible quantile.
     """
     if not 0.0 < quantile < 1.0:
         raise SeaError(
@@ -64,7 +64,7 @@ class Gumbel:
     def estimate(self, q: float, confidence: float = CONFIDENCE) -> Estimate:
         """`quantile(q)` with its interval.
 
-        Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with
+        Exact but for the draws: (estimate - true)/beta has one distribution for any mu and beta; it is drawn with
         as many maxima.
         """
         low, high = _pivots(self.n, q, confidence)
@@ -75,7 +75,7 @@ class Gumbel:
 def gumbel(maxima: ArrayLike) -> Gumbel:
     """Gumbel distribution of maximum likelihood, of the largest values of runs with different seeds, one each.
 
-    Errors: SeaError for fewer than 5 maxima, for ones that are no numbers, and for ones that are all the same.
+    Errors: SeaError for fewer than 5 maxima, for ones that are not numbers, and for ones that are all the same.
     """
     x = np.asarray(maxima, dtype=np.float64).ravel()
     if len(x) < FEWEST_MAXIMA:
@@ -125,7 +125,7 @@ def _fits_of_draws(n: int) -> tuple[FloatArray, FloatArray]:
 
 
 def zero_crossing_period(sigma: ArrayLike, sigma_rate: ArrayLike) -> FloatArray:
-    """Mean time from one upward crossing of the mean to the next, 2 pi sigma/sigma_rate [s]; NaN for what stands
+    """Mean time from one upward crossing of the mean to the next, 2 pi sigma/sigma_rate [s]; NaN for what is at rest
     still."""
     s, r = np.broadcast_arrays(np.asarray(sigma, dtype=np.float64), np.asarray(sigma_rate, dtype=np.float64))
     return np.asarray(2.0 * np.pi * np.divide(s, r, out=np.full(s.shape, np.nan), where=r > 0.0), dtype=np.float64)

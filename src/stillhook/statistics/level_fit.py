@@ -51,7 +51,7 @@ BEND_SD = 1.0
 """Standard deviation of the change of the exponent for each unit of ln of the height, of a column about the mean of all
 and of that mean: a number that levels off as 1 - exp(-(H/b)^1.6) has -0.9 at 0.8 to 0.95 of its plateau."""
 BEND_REACH = 0.5
-"""Distance in ln of the height up to which growth changes; beyond it goes on as it is there."""
+"""Distance in ln of the height up to which growth changes; beyond it continues as it is there."""
 FEWEST_IN_TAIL = 40
 """Numbers about a quantile that its value is read from."""
 WINDOW = 0.35
@@ -171,7 +171,7 @@ def _spread(x: Any, places: IntArray, columns: int) -> Any:
 
 def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
     """How much a level of this slope and bend rises over a distance off, all of one shape. It never falls: where growth
-    would end it goes on with the least of `SLOPES`."""
+    would end it continues with the least of `SLOPES`."""
     low, high = _bends_within(slope, bend)
     x = np.clip(off, low, high)
     return np.asarray(slope * x + 0.5 * bend * x**2 + np.maximum(slope + bend * x, SLOPES[0]) * (off - x))
@@ -313,7 +313,7 @@ def _shrunk_to_mean(value: FloatArray, var: FloatArray, prior: tuple[float, floa
 
 def _variance_between(value: FloatArray, var: FloatArray, usual: float = 0.0) -> float:
     """Variance of true values about their mean, from values with these sampling variances (DerSimonian and Laird);
-    usual: what it is about before any value is known, which it stays where values that err a lot do not say more."""
+    usual: what it is about before any value is known, which it stays where values of large error do not say more."""
     if len(value) < 2:
         return usual
     w = 1.0 / np.maximum(var, 1e-12)

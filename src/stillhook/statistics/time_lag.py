@@ -28,7 +28,7 @@ STEADY = 3.0
 @dataclass(frozen=True)
 class Lag:
     """y(t) = gain * x(t - seconds) + constant. seconds: lag of y behind x in the middle of the data [s], with u its
-    standard uncertainty; drift: change of the lag over time [-] with u_drift, 0 where it does not stand out; middle:
+    standard uncertainty; drift: change of the lag over time [-] with u_drift, 0 where it is not significant; middle:
     time of `seconds` [s]; pieces.
     """
 

@@ -1,16 +1,17 @@
 """Go or no-go from a forecast: may an operation start, now or within some days, if the forecast must stay within alpha
 times its limits.
 
-An operation may start at a record if, from its time on, T_R is forecast without a gap or a missing value and every
-record of it is within all limits, those on the significant wave height times alpha (OP_WF), at one heading of the ship
-for the whole of T_R. Limits on wind, periods, current and directions are taken as they are: their uncertainty must be
-in them already. Alpha follows from the limiting height, its own for each, and from T_POP.
+An operation may start at a record if, from its time on, its planned time and contingency are forecast without a gap or
+a missing value and every record of it is within all limits, those on the significant wave height times alpha (OP_WF),
+at one heading of the ship throughout. T_POP counts from the issue of the forecast: a later start has a longer T_POP and
+a lower alpha, and from some start on none. Limits on wind, periods, current and directions are taken as they are: their
+uncertainty must be in them already. Alpha follows from the limiting height, its own for each, and from T_POP.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import WeatherError
-from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
+from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of, reference_period, row_of_times
 from stillhook.weather.limit_text import KIND, Limit, inside_by_heading, values
 from stillhook.weather.persistence import SLACK, seconds, stamp, windows_of
 from stillhook.weather.series import Weather
@@ -27,8 +28,8 @@ from stillhook.weather.series import Weather
 
 @dataclass(frozen=True)
 class Start:
-    """A start that was looked at. go: None where the forecast ends, has a gap or misses a value within T_R before
-    anything is beyond.
+    """A start that was looked at. go: None where the forecast ends, has a gap or misses a value before anything is
+    beyond, and where there is no factor so long after its issue.
 
     governs: the limit (as written) that is used most within T_R, most: its value there [SI], allowed: what it is held
     against [SI], both None for ranges of angles and lower limits.
@@ -43,7 +44,7 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or
+    """An upper limit record by record: text as it was written, x what it looks at (n,), allowed (n,), or
     (heading, n) where it depends on the heading [SI], NaN where it does not count."""
 
     text: str
@@ -75,29 +76,88 @@ def check_forecast(
     horizon: float = 72.0 * 3600.0,
     ship: float | None = None,
     free: bool = False,
+    issue: np.datetime64 | None = None,
 ) -> Forecast:
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
-    limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
+    limits: at least one upper limit on H_m0; T_POP of the operation from its start, T_C [s]; ship, free as in
+    `limit_text.inside_by_heading`; issue of the forecast (its first record by default).
     Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record is within the horizon.
     """
     heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
     if not heights:
         raise WeatherError('--limit: none of them bounds the wave height from above. Give one such as "Hs <= 2 m".')
-    factors = {i: alpha_of(table, limits[i].range.high, T_POP, T_C) for i in heights}
+    rows = rows_of(weather, start, horizon)
+    lead = lead_times(weather, rows, issue)
+    contingency = T_POP if T_C is None else T_C
+    window, first = T_POP + contingency, float(lead[0]) + T_POP
+    factors = {i: alpha_of(table, limits[i].range.high, first, contingency) for i in heights}
     for i in heights:
         if factors[i].alpha is None:
             raise WeatherError(f"--limit {limits[i].text}: {factors[i].reason}")
-    scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
-    rows, one = rows_of(weather, start, horizon), factors[heights[0]]
-    workable, valid = inside_by_heading(scaled, weather, ship, free=free)
-    looked = starts_of(weather, workable, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
-    notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
+    looked: list[Start] = [Start(weather.time[i], None) for i in rows]
+    for group, T in by_lead(table, lead, T_POP, contingency):
+        alpha = {i: alpha_of(table, limits[i].range.high, T, contingency).alpha for i in heights}
+        if None in alpha.values():
+            continue
+        scaled = [limit.scaled(alpha[i] or 0.0) if i in alpha else limit for i, limit in enumerate(limits)]
+        workable, valid = inside_by_heading(scaled, weather, ship, free=free)
+        upper = () if free else bounds(weather, scaled, ship)
+        for k, each in zip(group, starts_of(weather, workable, valid, upper, rows[group], window), strict=True):
+            looked[k] = each
+    one = factors[heights[0]]
+    notes = [f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors]
+    notes += [
+        *issue_notes(weather, rows, lead, T_POP, contingency, table, issue),
+        *filter(None, [one.short_contingency]),
+    ]
     if not one.weather_restricted:
-        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.reason, notes)
+        return Forecast(False, None, tuple(looked), tuple(factors.values()), one.T_R, one.reason, tuple(notes))
     first_go = next((s.time for s in looked if s.go), None)
-    reason = "" if looked[0].go else reason_against(looked[0], one.T_R, weather)
-    return Forecast(bool(looked[0].go), first_go, looked, tuple(factors.values()), one.T_R, reason, notes)
+    reason = "" if looked[0].go else reason_against(looked[0], window, weather)
+    return Forecast(bool(looked[0].go), first_go, tuple(looked), tuple(factors.values()), one.T_R, reason, tuple(notes))
+
+
+def lead_times(weather: Weather, rows: NDArray[np.intp], issue: np.datetime64 | None) -> FloatArray:
+    """Time from the issue of the forecast (its first record by default) to each start (n,) [s], 0 before it."""
+    since = weather.time[rows] - (weather.time[0] if issue is None else issue)
+    return np.maximum(since / np.timedelta64(1, "s"), 0.0)
+
+
+def by_lead(table: AlphaTable, lead: FloatArray, T_POP: float, T_C: float) -> Iterator[tuple[NDArray[np.intp], float]]:
+    """Starts that one row of the table of factors counts for, as places in lead (n,) [s], and their T_POP from the
+    issue of the forecast [s]; those that no row counts for, or that are not weather restricted, are in none.
+
+    T_POP of the operation from its start, T_C [s].
+    """
+    total = lead + T_POP
+    row = row_of_times(table, total)
+    for k in range(len(table.T_POP)):
+        group = np.array(
+            [i for i in np.flatnonzero(row == k) if reference_period(table, float(total[i]), T_C)[1]], dtype=np.intp
+        )
+        if len(group):
+            yield group, float(total[group].max())
+
+
+def issue_notes(
+    weather: Weather,
+    rows: NDArray[np.intp],
+    lead: FloatArray,
+    T_POP: float,
+    T_C: float,
+    table: AlphaTable,
+    issue: np.datetime64 | None,
+) -> list[str]:
+    """When the forecast was issued, and from which start on it gives none; parameters as `by_lead`."""
+    since = weather.time[0] if issue is None else issue
+    assumed = " (its first record: give the issue where it is another)" if issue is None else ""
+    known = {int(i) for group, _ in by_lead(table, lead, T_POP, T_C) for i in group}
+    late = [weather.time[i] for k, i in enumerate(rows) if k not in known]
+    notes = [f"forecast issued at {stamp(since)}{assumed}: T_POP of a start is its lead time and the planned time"]
+    if late:
+        notes.append(f"no forecast factor for starts from {stamp(late[0])} on: wait for the next forecast")
+    return notes
 
 
 def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> NDArray[np.intp]:
@@ -113,16 +173,16 @@ def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> ND
 
 
 def starts_of(
-    weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
+    weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], window: float
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
     which are known (n,); upper: which limit governs."""
     windows = windows_of(met, weather.time, weather.step)
-    within, covered = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
+    within, covered = windows.starts(window), windows_of(valid, weather.time, weather.step).starts(window)
     t = seconds(weather.time)
     starts = []
     for i in rows:
-        last = int(np.searchsorted(t, t[i] + T_R - SLACK))
+        last = int(np.searchsorted(t, t[i] + window - SLACK))
         go: bool | None = bool(within[i])
         if not go and not covered[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
@@ -162,13 +222,13 @@ def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> 
     return ("", None, None) if most is None else most[1:]
 
 
-def reason_against(first: Start, T_R: float, weather: Weather) -> str:
+def reason_against(first: Start, window: float, weather: Weather) -> str:
     """Why a start is a no, in one line."""
-    length = f"the {T_R / 3600.0:g} h of T_R"
+    length = f"the {window / 3600.0:g} h of operation and contingency"
     if first.go is None:
         return (
-            f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}; it runs to"
-            f" {weather.time[-1]}"
+            f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}, or gives no factor"
+            f" so long after its issue; it runs to {weather.time[-1]}"
         )
     by = f" ({first.governs})" if first.governs else ""
     return f"no-go at {first.time}: a limit is exceeded within {length}{by}"

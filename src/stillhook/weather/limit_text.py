@@ -149,7 +149,7 @@ def _value(value: str, name: str, text: str, where: str) -> float:
 
 
 def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None) -> tuple[BoolArray, BoolArray]:
-    """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is
+    """Which records (n,) meet every limit, and which of them are valid: all that the limits need is known. What is
     not valid is not met.
 
     ship: where the bow points, clockwise from north [rad].
@@ -167,7 +167,7 @@ def inside_by_heading(
     limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
 ) -> tuple[BoolArray, BoolArray]:
     """`inside` at each heading that the ship may keep (heading, n): one row where it is held, `free_headings` where it
-    is free and a limit asks for beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
+    is free and a limit needs beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
     if not free or not _of_heading(limits):
         met, valid = inside(limits, weather, ship)
         return met[None], valid

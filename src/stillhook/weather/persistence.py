@@ -3,12 +3,12 @@ long enough.
 
 A record stands for one step from its time on: a window of n hourly records is n hours long. Two records follow each
 other if they are one step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which
-what a limit asks for is not known. Windows that the ends of the series or a gap cut are counted as long as they are
+what a limit needs is not known. Windows that the ends of the series or a gap cut are counted as long as they are
 seen.
 
 A vessel that is free to turn keeps one heading through an operation: its records are given heading by heading, and a
-window is a longest unbroken time at one of them (windows of two headings may overlap). A record alone is workable if it
-is so at any heading.
+window is a longest unbroken time at one of them (windows of two headings may overlap). A record is then workable where
+it lies in a window of the operation's length at one heading: no heading is that of a record alone.
 
 An operation of a given length can start in a record from which at least so much workable time follows without a break,
 and the wait of a record is the time by the clock, gaps included, to the first such record at or after it: 0 where it
@@ -48,7 +48,8 @@ class Persistence:
     """Counts, shares and times of one series, or of one month of the year in it.
 
     n_hours: hours that the records cover (records times step); n_missing: records of which something that a limit asks
-    for is not known; operability: share of the valid records inside all limits; start_share: share of the possible
+    for is not known; operability: share of the valid records inside all limits, for a vessel that keeps one of several
+    headings those in a window of the operation's length at one of them; start_share: share of the possible
     starts, records that are followed by known ones through a whole window, in which the operation can start at once;
     n_windows, window_mean, window_max: unbroken workable times [s], of a month those that begin in it;
     n_windows_long_enough: of these, as long as the operation or longer; wait_mean, wait_p50, wait_p90, wait_max [s];
@@ -141,7 +142,7 @@ class Window:
     times: as `Windows.starts`, in a tenth of the time.
 
     after (n,): the record behind the last one that an operation needs which starts in each; possible (n,): whether the
-    series goes on so far without a gap; records: how many an operation needs, 0 where clocks jitter and it differs.
+    series continues so far without a gap; records: how many an operation needs, 0 where clocks jitter and it differs.
     """
 
     after: NDArray[np.intp]
@@ -171,6 +172,13 @@ class Window:
             start[:-more] &= start[more:].copy()
             seen += more
         return np.asarray(start & self.possible)
+
+    def covered(self, starts: BoolArray) -> BoolArray:
+        """Whether each record lies within an operation that starts in one of these records (n,)."""
+        change = np.zeros(len(starts) + 1, dtype=np.int64)
+        change[:-1] += starts
+        np.subtract.at(change, self.after[starts], 1)
+        return np.asarray(np.cumsum(change)[:-1] > 0)
 
 
 def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
@@ -203,8 +211,12 @@ def persistence(
     work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & finite
     windows = windows_of(work, time, step)
     can_start, could_start = windows.starts(window), windows_of(finite, time, step).starts(window)
-    workable_at_all, wait, breaks = np.any(work, axis=0), waits(can_start, time), gaps(time, step)
-    months = month_of(time)
+    kept = work[0]
+    if len(work) > 1:
+        whole = Window.of(time, step, window)
+        rows = {row.tobytes(): row for row in work}.values()
+        kept = np.any([whole.covered(whole.starts(row)) for row in rows], axis=0)
+    wait, breaks, months = waits(can_start, time), gaps(time, step), month_of(time)
 
     def counted(month: int | None = None, parts: tuple[Persistence, ...] = ()) -> Persistence:
         """Numbers of all records, with their months; or of the records of one month."""
@@ -215,7 +227,7 @@ def persistence(
         return Persistence(
             n_hours=int(np.count_nonzero(rows)) * step / HOUR,
             n_missing=int(np.count_nonzero(~finite & rows)),
-            operability=_share(workable_at_all & rows, finite & rows),
+            operability=_share(kept & rows, finite & rows),
             start_share=_share(can_start & rows, could_start & rows),
             n_windows=len(lengths),
             window_mean=float(lengths.mean()) if len(lengths) else math.nan,

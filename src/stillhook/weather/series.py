@@ -1,4 +1,4 @@
-"""Weather over time: waves as height, period and direction, and wind; one table, whatever file it came from.
+"""Weather over time: waves as height, period and direction, and wind; one table, from any file.
 
 Series in which only every n-th record has the requested quantity, such as buoys that report wind every 10 min and
 waves every hour.

@@ -104,7 +104,7 @@ class DriveRun:
 
     @property
     def status(self) -> str:
-        """Limits that the run passed; sizes that nobody has built are in `notes`."""
+        """Limits that the run passed; sizes beyond any that was built are in `notes`."""
         passed = [word for word in str(self.summary["status"]).split(", ") if word != IMPLAUSIBLE]
         return ", ".join(passed) or "ok"
 
@@ -415,7 +415,7 @@ def _run(drive: Sized, case: Scenario, step: str | None) -> DriveRun:
 
 def _best_lead(drive: Sized, case: Scenario, step: str | None) -> tuple[Sized, ScenarioRun]:
     """The drive with its reference aligned in time or not, whichever leaves the smaller error, and its run: K_2 of some
-    drives makes up for the PLC's lateness already."""
+    drives compensates the PLC's lateness already."""
     longest = steps_of_cases(drive.crane, [case], SERIES_STEP)
     n_sub = longest if step is None else steps_per_cycle(drive.crane, step)
     cranes = [with_lead(drive.crane, lead) for lead in (drive.t_lead, 0.0)]

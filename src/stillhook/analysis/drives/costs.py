@@ -150,7 +150,7 @@ def _read(table: TomlTable) -> CostFile:
 
 @dataclass(frozen=True)
 class OwnerRow:
-    """A drive as its owner sees it; None where a cell is empty.
+    """A drive from its owner's view; None where a cell is empty.
 
     costs: amounts of a year by `CELLS`; vessel_days of waiting and operation in a year; footprint [m^2] and mass [kg]
     with where each is from; basis: whether such a winch is built.

@@ -62,7 +62,7 @@ def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
 def sankey_figure(run: DriveRun) -> Figure:
     """Energy per hour of one drive, from supply (left) to losses (right), the height of a band its energy.
 
-    What a power gives on the whole stands on the left, what it takes on the right; flows below 1 % are added up.
+    What a power gives on the whole is on the left, what it takes on the right; flows below 1 % are added up.
     """
     e = run.energy
     drawn = {"drawn": e.drawn, **{name: x for name, x in e.supplied.items() if name == "tip"}}

@@ -2,7 +2,7 @@
 
 The reference keeps its safe working load, hook, drum, wire, PLC and system friction at the drum. The gear ratio gives
 the reference's wire speed at full command; whole motors give the torque reserve that the library crane has for its own
-safe working load; every extensive number of a drive goes with the number of motors.
+safe working load; every extensive number of a drive is proportional to the number of motors.
 """
 
 from __future__ import annotations
@@ -289,7 +289,7 @@ def _times(item: Item, factor: float, of: str) -> Change:
 
 
 def _of_drive(of: Crane, parts: tuple[Part, ...], factors: Mapping[str, float]) -> Iterator[Change]:
-    """Numbers of the drive's tables that go with their size; the closest table named in factors counts."""
+    """Numbers of the drive's tables that are proportional to their size; the closest table named in factors counts."""
     counts = {part.table: part.motors for part in parts}
     one = of_one_motor(of) if parts else ()
     for item in items(of):

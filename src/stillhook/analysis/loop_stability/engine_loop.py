@@ -44,7 +44,7 @@ from stillhook.winches.records import Tick, Tip
 RISE, SETTLED = 5.0, 20.0
 """Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
 STROKE_USED = 0.45
-"""How far from its middle a stroke may stand in a run [-], short of an end."""
+"""How far from its middle a stroke may be in a run [-], short of an end."""
 OIL_USED = 0.3
 """Part of what an accumulator gives that a run may take [-]."""
 SHIFT = 20.0
@@ -58,8 +58,8 @@ CALM = 0.95
 """Damping ratio of the wire while the engine comes to a point [-]: a steady point does not depend on it, and with the
 crane's own a load that rings would still ring there."""
 STORES = ("V_", "E", "theta")
-"""How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
-pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
+"""How states begin that hold oil, energy or heat for many waves: they are constant while the loop is judged. A rail
+whose pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
 UNSETTLED = 0.05
 """Speed of load or wire against the tip's, over it, above which a point is not steady [-]."""
 UNSETTLED_RATE = 0.15
@@ -90,7 +90,7 @@ def engine_points(
     crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float, float]]
 ) -> list[EnginePoint | None]:
     """The engine at places of payload [kg], wire paid out [m], speed of the tip, up positive [m/s], and where a stroke
-    that limits the winch stands: the tip from its middle, up positive, over the stroke [-]; None where the run
+    that limits the winch is: the tip from its middle, up positive, over the stroke [-]; None where the run
     diverges.
 
     The position feedback is soft, so that an unstable one does not hide the point. Slow states (oil in an accumulator,
@@ -233,8 +233,8 @@ def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
 def _standing(
     linear: EngineLinear, K: FloatArray, M: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """A, B and the slopes of the PLC with what stands while the loop is judged: stores, and the stiffness of the wire,
-    so that wire paid out and a load that follows leave no trace but the output."""
+    """A, B and the slopes of the PLC with what is constant while the loop is judged: stores, and the stiffness of the
+    wire, so that wire paid out and a load that follows leave no trace but the output."""
     names = linear.states
     stands = np.array([name.startswith(STORES) for name in names])
     A, B = linear.A.copy(), linear.B.copy()

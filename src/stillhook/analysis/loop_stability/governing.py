@@ -56,10 +56,10 @@ PAPER_C = 0.95
 NEAR = 1.5
 """Estimates of a gain within this factor of the least are worked out exactly: as far as the grid may be off [-]."""
 STEP_PLANT = 0.01
-"""What displacements that stand still are cut down to [-]: on the safe side, for less displacement leaves less margin,
+"""What displacements at rest are cut down to [-]: on the safe side, for less displacement leaves less margin,
 and few enough to be kept between the candidates of a tuning."""
 REMEMBERS = 100.0
-"""Time for which a law is followed, to see whether its displacement stands [s]."""
+"""Time for which a law is followed, to see whether its displacement is constant [s]."""
 NEARLY_FULL, SMALL_FEEDBACK, DISPLACEMENT_STANDS = 0.9, 1e-3, 1e-9
 """Feedforward at which it is followed, feedback that it must not leave unanswered, and change of a demanded
 displacement that is rounding [-]."""
@@ -248,7 +248,7 @@ def _check_law(crane: Crane, mode: Mode) -> None:
 
 def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:
     """Places whose speed the winch holds for good, where its type states how fast that is: faster, its power or heat
-    ends the motion, which is no oscillation."""
+    ends the motion, which is not an oscillation."""
     if not hasattr(crane.plant.type.module, "speed_limit"):
         return tuple(places)
 
@@ -260,7 +260,7 @@ def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:
 
 
 def _way(place: Place) -> Direction:
-    """A tip that goes up asks for wire."""
+    """A tip that goes up needs wire."""
     return Direction.LOWERING if place.v_tip > 0.0 else Direction.HOISTING
 
 
@@ -290,7 +290,7 @@ def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: f
 
 
 def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | None, delay: float) -> PlaceLimit | None:
-    """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, whatever speed
+    """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, at any speed
     and load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
     station = Station(crane, place.load, place.s_w, _way(place))
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m

@@ -294,7 +294,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
 
 
 FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 9
-"""Half width of the differences by the feedback [-], and decimals to which they are sure: a law that adds it to the
+"""Half width of the differences by the feedback [-], and decimals that are certain: a law that adds it to the
 command has exactly 1."""
 
 

@@ -65,8 +65,8 @@ class ContinuousLoop:
 
 @dataclass(frozen=True, eq=False)
 class SampledLoop:
-    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1),
-    output C x [m]. remembered: states of Phi, from and to, in which a controller remembers the feedback, as in an
+    """The loop as the PLC samples it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n -
+    1), output C x [m]. remembered: states of Phi, from and to, in which a controller remembers the feedback, as in an
     integral part; None where it remembers none of it."""
 
     Phi: FloatArray

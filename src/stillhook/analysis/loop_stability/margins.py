@@ -32,7 +32,7 @@ LOWEST_REMEMBERED = 1e-2
 AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
 """Extra points about each mode, in half widths of its resonance: the least damped one is then resolved completely."""
 ROUNDING = 1e-10
-"""What eigenvalues of these loops are sure to, over the largest one."""
+"""Accuracy of eigenvalues of these loops, over the largest one."""
 MOST_HELD = 60
 """Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
 GROWS = 1e-6
@@ -199,7 +199,7 @@ def frequency_grid(loop: Loop) -> FloatArray:
 
 @functools.lru_cache(maxsize=512)
 def grid_response(loop: Loop) -> tuple[FloatArray, ComplexArray]:
-    """The grid of a loop and its response there; kept, for limits and margins both ask for it."""
+    """The grid of a loop and its response there; kept, for limits and margins both need it."""
     omega = frequency_grid(loop)
     return omega, loop.response(omega)
 

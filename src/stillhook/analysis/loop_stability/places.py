@@ -18,7 +18,7 @@ from stillhook.units import show
 SLOW = tuple(v / 60.0 for v in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0))
 """Slow tip speeds that are looked at, in both directions [m/s], 0.5 to 20 m/min: there friction falls with speed."""
 FAST = (0.7, 1.2)
-"""Fast ones, over the wire speed with the pumps and the motors full [-]; above 1 motors stand at less displacement."""
+"""Fast ones, over the wire speed with the pumps and the motors full [-]; above 1 motors are at less displacement."""
 SHARES = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Payloads over the heaviest of the mode [-]; 0 is the empty hook."""
 SHORTEST = 15.0
@@ -34,7 +34,7 @@ between them limits rise and fall steadily."""
 
 class Place(NamedTuple):
     """Where the winch compensates: payload load [kg], wire paid out s_w [m], constant speed of the tip v_tip, up
-    positive [m/s]; stroke where a stroke that limits the winch stands: the tip from its middle, up positive, over the
+    positive [m/s]; stroke where a stroke that limits the winch is: the tip from its middle, up positive, over the
     stroke [-]."""
 
     load: float

@@ -1,5 +1,5 @@
 """`stability`: is a crane's position loop stable, and by how much. One margin, of the complete plant on the crane's own
-wire; beside it the same with paper C's wire damping and the ends of the crane's own interval, and the published loop.
+wire; next to it the same with paper C's wire damping and the ends of the crane's own interval, and the published loop.
 """
 
 from __future__ import annotations

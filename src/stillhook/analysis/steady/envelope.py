@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import xarray
 
 PHYSICAL = "physical"
-"""Label of what the machine can do whatever the controller."""
+"""Label of what the machine can do with any controller."""
 
 
 def _standard(crane: Crane) -> Controllers:

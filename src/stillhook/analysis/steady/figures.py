@@ -142,7 +142,7 @@ def _right(of_layer: xarray.Dataset, top: float) -> float:
 
 
 def _hyperbolas(ax: Any, of_layer: xarray.Dataset, crane: Crane, right: float) -> None:
-    """The forces that go with full pumps at one pressure: load against speed at constant power."""
+    """The forces that belong to full pumps at one pressure: load against speed at constant power."""
     loads = np.linspace(0.0, crane.SWL, FINE)
     for name, label, style in HYPERBOLAS if "v_w_power" in of_layer else ():
         weight = of_layer["load"].values + crane.hook_mass

@@ -199,7 +199,7 @@ class Station:
         return float(self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m)
 
     def top_of_machine(self) -> Top:
-        """Highest speed with the best fixed displacement: what all limits together allow, whatever the controller.
+        """Highest speed with the best fixed displacement: what all limits together allow, with any controller.
 
         Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the
         smallest, or where they meet. Where power binds there, it is the one that a speed takes least power with. Where
@@ -216,7 +216,7 @@ class Station:
 
     @cached_property
     def _without_power(self) -> Top:
-        """The best displacement where power is no limit; power binds if it allows less speed there."""
+        """The best displacement where power does not limit; power binds if it allows less speed there."""
         alpha_min = self.crane.active.motor.alpha_min
         best = self._fixed(self._least)
         rising, falling = self._rising_and_falling(best)

@@ -118,7 +118,7 @@ def operating_point(
 
     .. math:: \dot p_a = \dot p_b = \dot\omega_m = \dot z = \dot v_L = 0
 
-    The wire carries the weight and, in water, the drag of a load that moves with v_w + v_tip. The passive motors stand
+    The wire carries the weight and, in water, the drag of a load that moves with v_w + v_tip. The passive motors are
     where the PLC puts them for that tension. Friction is that of the sliding winch; at v_w = 0 the bristle is relaxed
     (z = 0), the middle of the pressures between which a winch at rest stays stuck.
 

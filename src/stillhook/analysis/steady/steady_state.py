@@ -42,7 +42,7 @@ class Steady(NamedTuple):
 def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> Steady:
     r"""Displacements at constant wire speed.
 
-    The pumps deliver the flow of the motors, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode
+    The pumps deliver the flow of the motors, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors are where the mode
     wants them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. For linear SSC that is
 
     .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w

@@ -1,1 +1,1 @@
-"""Controllers at their best under limits."""
+"""Controllers with their best tuning under limits."""

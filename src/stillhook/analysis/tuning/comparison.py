@@ -1,5 +1,5 @@
-"""Controllers at their best side by side: on waves they were not tuned on, on a winch that deviates from its file, as a
-trade of control error against pressure, and in pictures."""
+"""Controllers with their best tuning side by side: on waves they were not tuned on, on a winch that deviates from its
+file, as a trade of control error against pressure, and in pictures."""
 
 from __future__ import annotations
 

@@ -171,7 +171,7 @@ def scenarios(
     """Every load with every peak speed (default `usual_speeds`) and period, as sines. Loads are masses or parts of the
     SWL ("60 %").
 
-    Errors: StillhookError, UnitError for a text that is none of these.
+    Errors: StillhookError, UnitError for a text that is not one of these.
     """
     masses = [value_of(load, "mass", "loads", crane.SWL) for load in loads]
     pairs = [
@@ -256,8 +256,8 @@ OURS = (
     "audit",
     "diverged",
 )
-"""Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
-business."""
+"""Parts of a status that a controller is to blame for: not what load and motion do to wire and
+accumulator."""
 SHARES_OF_FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
 """Peak speeds of the fast runs, as parts of the speed with the pumps full: all settings must
 manage the first that the start manages."""
@@ -294,7 +294,7 @@ def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scena
     """Runs at parts of the speed with the pumps full, fastest first, for each default period; lightest load, wire and
     sensors as in `like`.
 
-    A speed that only a constant speed reaches is no speed capacity: the motors of SSC need time to stroke.
+    A speed that only a constant speed reaches is not a speed capacity: the motors of SSC need time to stroke.
     """
     load = 0.0 if crane.hook_mass > 0.0 else like.load
     v = top_speed(crane, mode, load) * layer_diameter_at(crane, like.s_w) / crane.drum.d_max
@@ -395,7 +395,7 @@ def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[f
 
 def governing_loop(crane: Crane, mode: Mode, limits: Limits) -> Governing:
     """The loop that allows the least gain within the margins, at the loads up to that of the limits, on every wire. It
-    does not depend on the crane's K_p, of which a search asks about many."""
+    does not depend on the crane's K_p, of which a search tries many."""
     cut = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": 1.0})})
     return _governing_loop(Keyed(crane, tuple(content(cut).items())), mode, limits.margins, limits.load)
 

@@ -1,5 +1,5 @@
-"""Each controller at its best: settings found by differential evolution on the full twin, under limits, from a seed
-that repeats them.
+"""Each controller with its best tuning: settings found by differential evolution on the full twin, under limits, from a
+seed that repeats them.
 
 A population's runs go sixteen lanes side by side (`stillhook.engine.simulate`). No candidate has more position
 gain than the margins allow; one whose margins or speed are not enough all the same is not run at all. What breaks a

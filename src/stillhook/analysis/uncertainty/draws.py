@@ -111,7 +111,7 @@ class Drawing:
         """Crane and scenario of one draw, shape (columns,), through every check of a crane file; what goes into its
         sources.
 
-        Errors: SpecError, ScenarioError of one line where they are no crane, or cannot be run.
+        Errors: SpecError, ScenarioError of one line where they are not a crane, or cannot be run.
         """
         values = self.values(draw[None, :])
         crane, case = next(self.pairs(draw[None, :]))
@@ -125,8 +125,8 @@ class Drawing:
         return sound, case
 
     def check_ends(self, draws: FloatArray, *, crane: bool = True) -> None:
-        """Refuse draws whose ends are no crane: every column at its least and largest value, the others at their middle
-        draw.
+        """Refuse draws whose ends are not a crane: every column at its least and largest value, the others at their
+        middle draw.
 
         crane: False where this crane has been checked before, and the scenario alone is to be checked.
         Errors: as `checked`, naming the factor.
@@ -346,7 +346,7 @@ class Draws(NamedTuple):
 
 def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
     """n draws of every factor: the same seed gives the same draws, more draws keep the first ones, and a factor keeps
-    its draws whatever else is drawn.
+    its draws regardless of what else is drawn.
 
     A scrambled Sobol sequence fills the space more evenly than random numbers do; n of 2, 4, 8, ... fills it best. Sets
     are drawn at random from their evidence. Errors: SpecError for n or seed that cannot be; IdentifyError for a set

@@ -81,7 +81,7 @@ class Distribution:
         return out
 
     def problem(self, low: float, high: float) -> str:
-        """Why this is no distribution of a number between low and high; "" where it is one."""
+        """Why this is not a distribution of a number between low and high; "" where it is one."""
         from scipy.special import ndtr
 
         v = self.values

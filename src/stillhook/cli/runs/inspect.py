@@ -43,53 +43,53 @@ def inspect(
     rows = corrections(mapping, column)
     if form is not None and form not in READERS:
         raise CommandError(f"--format {quote(form)}: is not one of {', '.join(READERS)}.")
-    found = READERS[form](file, rows) if form is not None else _by_content(file, rows)
+    result = READERS[form](file, rows) if form is not None else _by_content(file, rows)
     if save is not None:
-        _save(found, file, save)
-    present(found.facts(), lambda: _print(found), brief=lambda: _brief(found, file), json=json)
+        _save(result, file, save)
+    present(result.facts(), lambda: _print(result), brief=lambda: _brief(result, file), json=json)
     if save is not None and not json:
         print(f"written: {save}")
-    raise typer.Exit(1 if found.problem else 0)
+    raise typer.Exit(1 if result.problem else 0)
 
 
-def _save(found: Understood, file: Path, save: Path) -> None:
+def _save(result: Understood, file: Path, save: Path) -> None:
     from stillhook.base.atomic import atomic_file
     from stillhook.formats.table.understood import mapping_text
 
-    if found.fixed or not found.rows:
+    if result.fixed or not result.rows:
         raise CommandError(
-            f"--save: a {found.noun} names its own columns, and takes no mapping file. Leave --save out."
+            f"--save: a {result.noun} names its own columns, and takes no mapping file. Leave --save out."
         )
     with atomic_file(save) as part:
-        part.write_text(mapping_text(found), encoding="utf-8")
+        part.write_text(mapping_text(result), encoding="utf-8")
 
 
-def _brief(found: Understood, file: Path) -> Answer:
+def _brief(result: Understood, file: Path) -> Answer:
     read = "; ".join(
         f"{row.name} = {row.heading}{f' [{row.unit}]' if row.unit else ''}{' down' if row.sign < 0 else ''}"
-        for row in found.rows
+        for row in result.rows
     )
     lines = [
-        f"Refused as it is: {found.problem}" if found.problem else "",
+        f"Refused as it is: {result.problem}" if result.problem else "",
         f"Read: {read}." if read else "",
-        f"Not read: {', '.join(found.unused)}." if found.unused else "",
-        *found.notes,
+        f"Not read: {', '.join(result.unused)}." if result.unused else "",
+        *result.notes,
     ]
-    step = "" if found.fixed or not found.rows else f"stillhook inspect {file} --save mapping.toml"
-    return Answer(f"{found.source}: {found.noun}", lines, step, "ranges and remarks of every column")
+    step = "" if result.fixed or not result.rows else f"stillhook inspect {file} --save mapping.toml"
+    return Answer(f"{result.source}: {result.noun}", lines, step, "ranges and remarks of every column")
 
 
-def _print(found: Understood) -> None:
-    print(f"{found.source}: {found.noun}")
-    if found.rows:
-        cells = [[row.name, row.text, row.range, row.remark] for row in found.rows]
+def _print(result: Understood) -> None:
+    print(f"{result.source}: {result.noun}")
+    if result.rows:
+        cells = [[row.name, row.text, row.range, row.remark] for row in result.rows]
         print_table(["read as", "column", "values", "remark"], cells, left=2, texts=(3,))
-    if found.unused:
-        wrapped(f"not read: {', '.join(found.unused)}")
-    for note in found.notes:
+    if result.unused:
+        wrapped(f"not read: {', '.join(result.unused)}")
+    for note in result.notes:
         wrapped(note)
-    if found.problem:
-        wrapped(f"refused as it is: {found.problem}")
+    if result.problem:
+        wrapped(f"refused as it is: {result.problem}")
 
 
 def _motion(file: Path, rows: Mapping[str, Any]) -> Understood:
@@ -175,13 +175,13 @@ def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
     likeliest = forms[0] if len(forms) == 1 or forms[0] != "log" else ""
     for form in forms:
         try:
-            found = READERS[form](file, rows)
+            result = READERS[form](file, rows)
         except StillhookError as problem:
             refusals[form] = problem
             continue
-        if not found.problem:
-            return found
-        best = best or found
+        if not result.problem:
+            return result
+        best = best or result
     if best is None or likeliest in refusals:
         raise refusals.get(likeliest, next(iter(refusals.values())))
     return best

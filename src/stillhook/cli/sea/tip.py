@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import (
-    PYTHON_POSITION,
     Columns,
     Json,
     MappingFile,
@@ -27,6 +26,7 @@ from stillhook.cli.parser import (
     present,
     refuse,
     say_left_out,
+    typed_position,
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
@@ -54,6 +54,7 @@ HEADING_HELP = (
     'following, "90 deg" from starboard, "270 deg" from port; or all.'
 )
 AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
+AT_POSITION = '--at "x=%s, y=%s, z=%s"'
 BOOM_HELP = (
     "In place of --at: heel of the boom, where it points from the bow to port, length and angle of main and knuckle"
     ' boom: "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg".'
@@ -212,9 +213,7 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
             columns=columns,
         )
     except MotionError as e:
-        at = '--at "x=-20 m, y=12 m, z=35 m"'
-        line, *lines = (line.replace(PYTHON_POSITION, at) for line in (str(e), *e.lines))
-        raise MotionError(line).with_lines(lines) from None
+        raise typed_position(e, AT_POSITION) from None
 
 
 def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:

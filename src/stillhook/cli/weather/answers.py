@@ -41,7 +41,7 @@ def brief_lift(answer: dict[str, Any]) -> Answer:
         for one in answer["alternatives"]
     ]
     heads = ["winch", "operability", "can start", "mean wait", "P50", "P90"]
-    title = f"{answer['plan']}: windows of T_R {answer['T_R'] / 3600.0:g} h in {answer['waves']}"
+    title = f"{answer['plan']}: windows of {answer['window'] / 3600.0:g} h in {answer['waves']}"
     records = f"{answer['n_valid']} of {answer['n_records']} records, {answer['start']} to {answer['end']}."
     more = f"number of windows, forecast factors, {counted(len(answer['notes']), 'note')}"
     return Answer(title, [*columns(heads, rows), records], more=more)
@@ -52,7 +52,8 @@ def brief_alpha(answer: dict[str, Any]) -> Answer:
     numbers = "No forecast factor applies."
     if answer["alpha"] is not None:
         numbers = f"OP_LIM Hs {answer['hs']:.4g} m x alpha {answer['alpha']:.3g} = OP_WF Hs {answer['op_wf']:.3g} m."
-    lines = [numbers, f"{times}.", answer["reason"] or ""]
+    lead = f" (of which lead time {answer['lead'] / 3600.0:g} h)" if answer["lead"] else ""
+    lines = [numbers, f"{times}{lead}.", answer["reason"] or "", answer["short_contingency"]]
     return Answer("Forecast limit of the operation", lines, more="meanings, source of the table")
 
 
@@ -158,7 +159,7 @@ def print_lift(answer: dict[str, Any]) -> None:
     ]
     waits = ("wait\nmean d", "wait\nP50 d", "wait\nP90 d", "no later\nwindow")
     heads = ("winch", "workable\n%", "can start\n%", "windows\nlong enough", *waits)
-    print_table(heads, rows, title=f"Windows of T_R {answer['T_R'] / 3600.0:g} h")
+    print_table(heads, rows, title=f"Windows of {answer['window'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h")
     wrapped(answer["table"])
     for note in answer["notes"]:
         wrapped(note)
@@ -170,10 +171,12 @@ def print_alpha(answer: dict[str, Any]) -> None:
         k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()
     }
     times = {k: f"{answer[k] / 3600.0:g} h" for k in ("T_POP", "T_C", "T_R")}
-    print_values({k: v for k, v in shown.items() if k not in ("reason", "table", *times)})
-    wrapped(", ".join(f"{k} {v}" for k, v in times.items()))
-    if answer["reason"]:
-        wrapped(answer["reason"])
+    lines = ("reason", "short_contingency")
+    print_values({k: v for k, v in shown.items() if k not in ("table", "lead", *lines, *times)})
+    lead = f", of T_POP lead time {answer['lead'] / 3600.0:g} h" if answer["lead"] else ""
+    wrapped(", ".join(f"{k} {v}" for k, v in times.items()) + lead)
+    for line in filter(None, map(answer.get, lines)):
+        wrapped(line)
     wrapped(answer["table"])
 
 
@@ -227,7 +230,8 @@ def print_persistence(answer: dict[str, Any]) -> None:
             f"{100.0 * h['operability']:.1f} % at {display_number('ship', h['ship'], 4)} deg" for h in (best, worst)
         )
         wrapped(
-            f"The ship turns to what suits each record best. Held on one heading: {best} at best, {worst} at worst."
+            "The ship keeps one heading through each window of that length; operable: records within one. Held on one"
+            f" heading throughout, share of records inside all limits: {best} at best, {worst} at worst."
         )
     if answer["n_censored"]:
         share = answer["n_censored"] / answer["n_records"]

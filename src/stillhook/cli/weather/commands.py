@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from stillhook.weather.limit_text import Limit
     from stillhook.weather.series import Weather
 
-    When = tuple[np.datetime64 | None, float]
-    """First start, and the time within which starts are examined [s]."""
+    When = tuple[np.datetime64 | None, float, np.datetime64 | None]
+    """First start, the time within which starts are examined [s], and the issue of the forecast."""
     Heading = tuple[float | None, bool]
 
 PICTURE, NUMBERS = "weather.png", "weather.json"
@@ -120,15 +120,16 @@ def persistence(
 
 def alpha(
     hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
-    t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
+    t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period from its start.")],
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
+    lead: Annotated[str, typer.Option("--lead", help="Time from the issue of the forecast to the start.")] = "0 h",
     table: Annotated[str, typer.Option("--forecast-factors", help=FACTORS_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
     """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is
-    weather restricted.
+    weather restricted. T_POP counts from the issue of the forecast: the lead time and the planned period.
 
-    Exit code 1 where the limiting height is below the table, which leaves it to be decided case by case.
+    Exit code 1 where the table has no factor: below its lowest height it is decided case by case.
 
     Example: stillhook weather alpha --hs "2 m" --t-pop "24 h"
     """
@@ -136,10 +137,11 @@ def alpha(
     from stillhook.weather.alpha import alpha_of
 
     contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
-    result = alpha_of(
-        read_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
-    )
-    answer = result.numbers()
+    lead_time, planned = parse(lead, "hours", "--lead"), parse(t_pop, "hours", "--t-pop")
+    if lead_time < 0.0:
+        raise WeatherError(f"--lead {quote(lead)}: is below 0 h. Give the time from the issue of the forecast.")
+    result = alpha_of(read_alpha_table(table), parse(hs, "length", "--hs"), lead_time + planned, contingency)
+    answer = result.numbers() | {"lead": lead_time}
     present(answer, lambda: print_alpha(answer), brief=lambda: brief_alpha(answer), json=json)
     raise typer.Exit(1 if result.case_by_case else 0)
 
@@ -147,12 +149,16 @@ def alpha(
 def forecast(
     file: File,
     limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
-    t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period.")] = None,
+    t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period from its start.")] = None,
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
     start: Annotated[
         str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")
     ] = None,
     horizon: Annotated[str, typer.Option(help="Time within which starts are examined.")] = "72 h",
+    issue: Annotated[
+        str | None,
+        typer.Option(help="Issue of the forecast (UTC), from which T_POP counts; default: its first record."),
+    ] = None,
     table: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
     alternative: Annotated[
@@ -167,7 +173,8 @@ def forecast(
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Go or no-go from a forecast: T_R from the start must stay within the limits, wave heights times alpha.
+    """Go or no-go from a forecast: operation and contingency from the start must stay within the limits, wave heights
+    times alpha of the time from the issue of the forecast.
 
     With --plan the limits are those of a saved lift plan, by period and direction, under each alternative side by side.
 
@@ -184,10 +191,11 @@ def forecast(
     from stillhook.weather.limit_text import parse_limit
 
     limits = [parse_limit(text) for text in limit or ()]
-    when = (
-        None if start is None else read_times([start], [1], "--start", "dmy")[0],
-        parse(horizon, "hours", "--horizon"),
-    )
+    times = [
+        None if text is None else read_times([text], [1], option, "dmy")[0]
+        for option, text in (("--start", start), ("--issue", issue))
+    ]
+    when = (times[0], parse(horizon, "hours", "--horizon"), times[1])
     if when[1] <= 0.0:
         raise WeatherError(
             f"--horizon {quote(horizon)}: is not above 0 h. Give the time within which starts are examined."
@@ -226,23 +234,25 @@ def lift(
     alternative: Annotated[
         list[str] | None, typer.Option(help="Alternative of the winch, such as ssc; default: all of the plan.")
     ] = None,
-    table: Annotated[str, typer.Option("--forecast-factors", help=FACTORS_HELP)] = "dnv-os-h101",
+    table: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     json: Json = False,
 ) -> None:
     """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency-domain method,
     under every alternative.
 
-    The window is the plan's T_R, the forecast factor is in the limits. What the method does not cover (the splash zone)
-    is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 in any
-    weather.
+    The window is the plan's operation and contingency, the forecast factor is in the limits. What the method does not
+    cover (the splash zone) is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s.
+    Exit code 0 in any weather.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
     from stillhook.formats.weather.alpha_table import read_alpha_table
     from stillhook.plan.file import load_plan
     from stillhook.plan.weather.spectral import spectral_persistence
+    from stillhook.weather.alpha import DEFAULT
 
-    lift_plan, factors = load_plan(plan), read_alpha_table(table)
+    lift_plan = load_plan(plan)
+    factors = read_alpha_table(table or lift_plan.forecast_factors or DEFAULT)
     wanted = chosen_alternatives(alternative or (), lift_plan.alternatives)
     waves = waves_of_file(file, heading, spread, ship)
     with progress_bar(f"{lift_plan.crane.name}: judging {file.name}") as bar:
@@ -304,7 +314,16 @@ def by_limits(
     T_POP, T_C = parse(t_pop, "hours", "--t-pop"), None if t_c is None else parse(t_c, "hours", "--t-c")
     factors, weather = read_alpha_table(table), read()
     checked = check_forecast(
-        weather, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1]
+        weather,
+        limits,
+        factors,
+        T_POP,
+        T_C,
+        start=when[0],
+        horizon=when[1],
+        ship=heading[0],
+        free=heading[1],
+        issue=when[2],
     )
     answer: dict[str, Any] = {"file": weather.source, "limits": [one.text for one in limits], "horizon": when[1]}
     answer |= numbers(checked) | {"notes": [*checked.notes, *weather.notes]}
@@ -331,7 +350,14 @@ def by_plan(
     chosen_alternatives([chosen], result.alternatives)
     credit: Credit = "twin" if twin else "credited"
     answer = plan_forecast(
-        result, read(), limits=limits, credit=credit, start=when[0], horizon=when[1], ship=heading[0]
+        result,
+        read(),
+        limits=limits,
+        credit=credit,
+        start=when[0],
+        horizon=when[1],
+        ship=heading[0],
+        issue=when[2],
     )
     leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
     answer = {name: leading[name] for name in ("go", "first_start", "reason")} | {"alternative": chosen} | answer

@@ -51,11 +51,11 @@ LIFT_STEP = 5e-3
 """Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
 (docs/validation/step-size.md)."""
 SHORTEST_STEP = 1e-3
-"""Shortest step that is taken unasked [s]: where a winch asks for less, one of its numbers is rather wrong."""
+"""Shortest step that is taken unasked [s]: where a winch needs less, one of its numbers is rather wrong."""
 
 
 def lift_step(longest: float) -> float:
-    """The default step of lifts that ask for `longest` at the most [s]."""
+    """The default step of lifts that need `longest` at the most [s]."""
     return min(LIFT_STEP, max(longest, SHORTEST_STEP))
 
 

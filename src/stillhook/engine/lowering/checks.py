@@ -25,13 +25,13 @@ part ways."""
 SOIL_LIMIT = 0.8
 """Largest step times rate of a payload on the seabed; stable up to 1 (damper) and 2 (spring)."""
 FIXED_MASS = 1.0e15
-"""Mass of a load that stands [kg]: in the winch's own steps the first node moves evenly, whatever pulls."""
+"""Mass of a load at rest [kg]: in the winch's own steps the first node moves evenly, at any pull."""
 COARSEST = 0.5
 """Longest spacing of the water's samples [s]."""
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
-    """Refuse what no crane of this kind can do, or what is no lowering, its sea aside. Errors: LiftError,
+    """Refuse what no crane of this kind can do, or what is not a lowering, its sea aside. Errors: LiftError,
     SpecError of an unknown winch type, one line."""
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")

@@ -297,8 +297,8 @@ def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int)
     """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all
     levels.
 
-    Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as
-    `stillhook.sea.motion.motion.Ramped` does; after the last sample the last one stands.
+    Levels that the field does not have are at rest. The samples grow from nothing over `ramp` [s] as
+    `stillhook.sea.motion.motion.Ramped` does; after the last sample the last one is kept.
     """
     i = np.minimum(np.arange(lo, hi), len(waves.eta) - 1)
     x = np.clip(i * waves.dt / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(len(i))

@@ -2,9 +2,9 @@
 lowerings and plans.
 
 At rest, payload, hook and wire are within SWL and hook, or it is an overload. Peaks beyond them are a matter of the
-dynamic factor that the crane's capacity was derived with. A load chart has one and a crane file has none: a run in
-which the tension goes beyond SWL and hook is therefore not "ok", and says which factor it takes. Plans take the factor
-of the chart, `DESIGN_DAF` without one.
+dynamic factor that the crane's capacity was derived with. A load chart may state one and a crane file has none: a run
+in which the tension goes beyond SWL and hook is therefore not "ok", and says which factor it takes. Plans take the
+factor that chart or maker state, 1 without one.
 """
 
 import math
@@ -15,8 +15,6 @@ from stillhook.units import show
 
 OVERLOAD, PEAK = "overload", "peak load"
 """Words in a run's status: SWL and hook are less than what hangs at rest, or than a peak alone."""
-DESIGN_DAF = 1.3
-"""Dynamic factor that a crane's capacity was derived with, where no load chart gives one (assumed); of plans."""
 ROUNDING = 1e-9
 """Part of the capacity by which the tension of a load that hangs at rest may be off by rounding."""
 

@@ -37,7 +37,7 @@ HOST_CYCLES = 10.0
 
 
 def motor_control(params: Any) -> MotorControl:
-    """How the PLC knows the motors' displacement; that of a drive without motors that turn is always known."""
+    """Where the PLC has the motors' displacement from; that of a drive without motors that turn is always known."""
     active = getattr(params, "active", None)
     return MotorControl(offset=0.0, half_width=0.0, feedback=1.0) if active is None else active.control
 

@@ -21,7 +21,7 @@ SAME = 1.0e-6
 """Faces that lie closer than this part of `reach` are one."""
 BEFORE = 1.0e-12
 """Part of `reach` short of a level at which drag is taken: what a face brings comes in over the level above it,
-whatever rounding does."""
+with any rounding."""
 AFTER = 1.0e-6
 """Part of the way to the next level over which the slope of the added mass at a level is taken."""
 PLAIN_DRAG_GROWTH = 1.0

@@ -26,6 +26,8 @@ MODE_CODE = {
     WinchMode.TENSION: modes.STAGE_TENSION,
     WinchMode.SPLASH: modes.STAGE_SPLASH,
     WinchMode.LANDING: modes.STAGE_LANDING,
+    WinchMode.STOP: modes.STAGE_STOP,
+    WinchMode.BLACKOUT: modes.STAGE_BLACKOUT,
 }
 END_CODE = {
     "time": modes.UNTIL_TIME,
@@ -196,8 +198,9 @@ def speed_at_end(driven: Driven, after: Driven | None) -> float:
     """Joystick speed, lowering positive, with which a phase comes to its depth or wire [m/s]; after: the phase that
     follows.
 
-    A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there:
-    before a phase that stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
+    A winch that continues the same way without waiting passes at the slower of the two speeds. Otherwise it stops
+    there: before a phase at rest, one that turns back, holds a tension or waits for the tip, and at the end of the
+    programme.
     """
     phase, v = driven
     if after is None or after[0].mode is WinchMode.TENSION or v * after[1] <= 0.0:

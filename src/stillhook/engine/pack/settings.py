@@ -2,7 +2,7 @@
 controllers and sensors have of their own. The PLC's shared settings are in `stillhook.engine.saved`.
 
 A factor scales what it scales in the table of uncertain factors. The whole crane is packed again, and of what changes
-the places below are taken: records of the physics. What the PLC knows of its winch stays as it was set up, so that
+the places below are taken: records of the physics. What the PLC has of its winch stays as it was set up, so that
 gains and set points do not follow a winch that wears. State, drum and wire stay as they are. Of a setting of the drive
 everything is taken that follows from it.
 """
@@ -70,7 +70,7 @@ FACTORS: Mapping[str, Factor] = {
     GAS: Factor(("gas_pressure",), ("*.accumulator.gas.c_?",), least=0.1, most=2.0),
 }
 """Factors by the names that a session gives them. D_m and n_full of an open circuit go together: their product, the
-flow that a command asks for, is what the PLC was set up with."""
+flow that a command requires, is what the PLC was set up with."""
 
 
 class Known(NamedTuple):

@@ -35,8 +35,8 @@ from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Sensors
 
 HELD = 1.0e4
-"""Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
-of a bar."""
+"""Size of the accumulator whose pressure is constant, over that of the crane: cubic metres of oil then move it by
+hundredths of a bar."""
 FILL_RATE = 15.0
 """Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their
 displacement controls follow. Assumed."""
@@ -45,7 +45,7 @@ FILL_MOST, BOOST_SHARE = 0.3, 0.5
 [-]: what goes into one line the other must get from the boost pump. Assumed."""
 PROVED = 1.0e6
 """Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load
-asks for. Assumed."""
+needs. Assumed."""
 
 
 class Packed(NamedTuple):
@@ -143,7 +143,7 @@ def active_record(crane: Crane) -> ActiveCircuit:
 
 
 def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> PassiveCircuit:
-    """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands; gas_factor: its
+    """The passive circuit; gas_held: its accumulator has so large a bank that its pressure is constant; gas_factor: its
     charge over that of the crane file, which is what the PLC holds [-]."""
     p = crane.passive
     assert p is not None
@@ -171,8 +171,8 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
 def accumulator_record(
     table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str, gas_factor: float = 1.0
 ) -> Accumulator:
-    """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure stands; circuit: name
-    of its table; gas_factor: charge over that of the table [-]."""
+    """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure is constant; circuit:
+    name of its table; gas_factor: charge over that of the table [-]."""
     acc = _charged(table, gas_factor)
     if gas_held:
         gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})

@@ -314,7 +314,7 @@ def _speed_limits(crane: Crane, case: Scenario, d: float, alpha: float) -> list[
 
 
 def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
-    """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1
+    """Displacement that the PLC requires in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1
     at full speed."""
     F = load_record(crane, case).W
     return motor_law(crane, mode or case.mode, F, K_wire, plc=plc_record(crane, case.operator))(u_ff)
@@ -351,8 +351,8 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of
     this run takes?
 
-    No margin: slow and loaded the complete plant swings at less (`stillhook.analysis.loop_stability.governing`, whose
-    answer the note names), and the run shows it.
+    No margin: slow and loaded the complete plant oscillates at less (`stillhook.analysis.loop_stability.governing`,
+    whose answer the note names), and the run shows it.
     """
     modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m.compensates}
     if not modes or not crane.circuits:

@@ -19,7 +19,7 @@ LOOP_SHARE = 0.2
 LONGEST = 600.0
 """Time for which a law is followed [s]: ten times the slowest integral part that `tune` searches."""
 WINDOW = 200
-"""Cycles over which the error must stand still to be the one that stays."""
+"""Cycles over which the error must be constant to be the one that stays."""
 STILL = 1e-4
 """Change over that window, over the error of a proportional law, that counts as standing still [-]."""
 LEAST_GAIN = 1e-12
@@ -73,7 +73,7 @@ class FollowedLaw:
 def standing_error(crane: Crane, law: ControlLaw, u: float, v_full: float, **at: float) -> float:
     r"""Error that stays under a law that has to hold a pump command u [-], without sign [m].
 
-    The law is run against a winch without lag, :math:`\dot e_c = v_{full} (u_p - u)`, until the error stands still.
+    The law is run against a winch without lag, :math:`\dot e_c = v_{full} (u_p - u)`, until the error is constant.
 
     Parameters: u command that leakage takes, hoisting positive; v_full wire speed at full command [m/s]; at as in
     `FollowedLaw`.

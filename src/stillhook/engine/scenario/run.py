@@ -110,7 +110,7 @@ class ScenarioBlock(Block[Ready]):
         )
 
     def _count_from_here(self) -> None:
-        """Statistics of every lane start again; what is known of an oscillation that goes on is kept."""
+        """Statistics of every lane start again; what is known of an oscillation that continues is kept."""
         at = offset(self.d.Lane, "st", 1)
         fresh = blank(self.d.Stats, self.ready[0].winch.plant)
         for i in range(self.A.shape[1]):

@@ -192,8 +192,8 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
 
 
 def oscillation_numbers(largest_of: Largest) -> dict[str, float]:
-    """Its time [s], and period [s], wire speed [m/s] and tension [N] peak to peak where it is largest; NaN where there
-    is none."""
+    """Its time [s], and period [s], wire speed [m/s] and tension [N] peak to peak where it is largest; NaN
+    without one."""
     largest = (largest_of.period, largest_of.v_w, largest_of.F_w) if largest_of.time > 0.0 else (math.nan,) * 3
     return dict(zip(OF_OSCILLATION, (largest_of.time, *largest), strict=True))
 

@@ -34,7 +34,7 @@ TYPES_3 = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "text": 
 
 
 def exponents(unit: str) -> dict[str, int]:
-    """Exponents of base units of an SI unit such as "m^3/s" or "s^2/m": what stands behind a stroke divides."""
+    """Exponents of base units of an SI unit such as "m^3/s" or "s^2/m": what follows a stroke divides."""
     found: dict[str, int] = {}
     for stroke, name, power in FACTOR.findall(unit):
         sign = (-1 if stroke else 1) * int(power or 1)
@@ -267,7 +267,7 @@ def terminals(export: Export) -> str:
 
 
 def osp(export: Export) -> str:
-    """Interface file of the Open Simulation Platform, which lies beside the FMU as NAME_OspModelDescription.xml. With
+    """Interface file of the Open Simulation Platform, which is next to the FMU as NAME_OspModelDescription.xml. With
     the coupling "wire" tension and wire speed are a mechanical port."""
     root = Element("OspModelDescription", xmlns=OSP, version="1.0")
     listed = SubElement(root, "VariableGroups")

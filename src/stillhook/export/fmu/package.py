@@ -27,7 +27,7 @@ from stillhook.library import crane_toml
 
 FMI_VERSIONS = ("2", "3")
 SOURCE_ONLY = "source"
-"""What stands among platforms for the source, which every FMU holds."""
+"""Name among the platforms of the source, which every FMU holds."""
 FOLDERS: Mapping[str, Mapping[str, str]] = {
     "2": {"linux64": "linux64", "win64": "win64", "macos-arm64": "darwin64"},
     "3": {"linux64": "x86_64-linux", "win64": "x86_64-windows", "macos-arm64": "aarch64-darwin"},
@@ -56,7 +56,7 @@ def check_choice(fmi: str, platforms: Sequence[str]) -> None:
 
 
 def write_fmu(export: Export, file: str | Path, *, fmi: str = "2", platforms: Sequence[str] = ()) -> tuple[Path, ...]:
-    """Write an FMU, which holds its source and the libraries of these platforms, and beside it its interface file of
+    """Write an FMU, which holds its source and the libraries of these platforms, and next to it its interface file of
     the Open Simulation Platform. Gives the paths of both.
 
     Parameters: file: its name ends in .fmu; fmi: "2" or "3"; platforms: names of `PLATFORMS`, and "source".

@@ -25,7 +25,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 ROUNDING = 1e-6
-"""Part of a PLC cycle by which a host's time may be beside one and still be it."""
+"""Part of a PLC cycle by which a host's time may deviate from one and still be it."""
 EPSILON = math.ulp(1.0)
 FORMAT = "stillhook exchange 2"
 MOST_CYCLES = 1_000_000
@@ -69,7 +69,7 @@ class Exchange:
     Parameters: crane; case: wire out, mode and controllers with which it begins; its load follows from the first
     tension, its motion and water are the host's; v_op: speed of the operator, hoisting positive [m/s].
 
-    At the first sample the winch stands under its tension, with a tip that stands. The PLC runs on its own grid of
+    At the first sample the winch is at rest under its tension, with a tip at rest. The PLC runs on its own grid of
     cycles from that time on. What it reads at a cycle is between two samples of the host: the tension on a line, the
     tip on a quintic through position, speed and acceleration of both. An answer between two cycles is on a line
     between the rates of both; the later one is tried with the tension and the acceleration of the present sample held,
@@ -97,7 +97,7 @@ class Exchange:
         """The answer at a sample; new_step: the host began a new step, so that its last sample is accepted unless the
         time went back behind it.
 
-        Errors: SimulationError, one line, for a sample that is no number, and a time before the last accepted one.
+        Errors: SimulationError, one line, for a sample that is not a number, and a time before the last accepted one.
         ScenarioError for a tension that the crane cannot hold at the start.
         """
         if not all(math.isfinite(x) for x in sample):
@@ -170,8 +170,8 @@ class Exchange:
         return _sealed({**data, "v_op": self.v_op, "state": state})
 
     def restore(self, text: str) -> None:
-        """Go on from what `save` gave. Errors: SimulationError, one line, where it is damaged, of another crane, case
-        or version, or no such text; nothing is changed then."""
+        """Continue from what `save` gave. Errors: SimulationError, one line, where it is damaged, of another crane,
+        case or version, or no such text; nothing is changed then."""
         data = _unsealed(text)
         try:
             first, sample = (Sample(*map(float, data[name])) for name in ("first", "sample"))
@@ -217,7 +217,7 @@ def counted(before: Mark, time: float, t_cycle: float) -> tuple[int, float]:
 
 
 def rounding(time: float, t_cycle: float) -> float:
-    """Part of a PLC cycle by which a host's time [s] may be beside one and still be it."""
+    """Part of a PLC cycle by which a host's time [s] may deviate from one and still be it."""
     return ROUNDING + min(2.0 * EPSILON * abs(time) / t_cycle, 0.01)
 
 
@@ -232,7 +232,7 @@ def _envelope(body: str) -> str:
 
 
 def _unsealed(text: str) -> dict[str, Any]:
-    """Errors: SimulationError, one line, for what is no such text, of another format, or damaged."""
+    """Errors: SimulationError, one line, for what is not such a text, of another format, or damaged."""
     try:
         data = json.loads(text)
         form, body = data.get("format"), data.get("body")

@@ -1,6 +1,6 @@
 """An external function for a winch of OrcaFlex, in Python: the rate of pay-out of a winch that Stillhook calculates.
 
-OrcaFlex has wire, load, vessel and sea. At every time it asks for the rate at which the winch pays out, and this class
+OrcaFlex has wire, load, vessel and sea. At every time it requests the rate at which the winch pays out, and this class
 reads the winch's tension and the motion of the crane tip in the model and answers. Written from the public help of
 OrcFxAPI (Orcina, "Python external functions" and "Native external functions"); docs/how-to/use-in-orcaflex says what
 was not tried.

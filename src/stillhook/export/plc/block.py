@@ -40,7 +40,7 @@ from stillhook.spec.scenario import Scenario
 STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
 """Inputs that are 1 until something is connected to them: all pumps, full displacement, outermost layer."""
 MEASURED = {"e_c": "e_c_measured"}
-"""Outputs that results call otherwise: the PLC knows the tip as its motion unit measures it."""
+"""Outputs that results call otherwise: the PLC has the tip as its motion unit measures it."""
 GUARD_OUTPUTS = {
     "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced;"
     f" {MEMORY_FAULT:.0f} memory, {LAW_FAULT:.0f} law: no number",
@@ -270,7 +270,7 @@ def _cycle(
 
 
 def _sound(body: Body, memory: Record, law: Any) -> tuple[Value, Record]:
-    """How many fields of a law's memory are no numbers, and the memory, at its start again where any is none."""
+    """How many fields of a law's memory are not numbers, and the memory, at its start again where there is one."""
     ends = [Value(literal(FINITE * sign), float) for sign in (-1.0, 1.0)]
     each = [body.called(plain(outside), [v, *ends]).text for v in memory.values.values()]
     wrong = body.kept(Value(" + ".join(each), float, SUM), "wrong")
@@ -308,7 +308,7 @@ def sensed_notes() -> dict[str, str]:
 
 
 def field_notes(cls: Any) -> dict[str, str]:
-    """The comments beside the fields of a record."""
+    """The comments next to the fields of a record."""
     source = inspect.getsource(cls)
     return {f: plain_text(re.search(rf"^    {f}: float  # (.*)$", source, re.M)[1]) for f in cls._fields}  # type: ignore[index]
 

@@ -185,7 +185,8 @@ RESERVED = frozenset(
         "xorn",
     ]
 )
-"""Words that a name may not be, whatever its case: keywords, operators of instruction lists, standard functions."""
+"""Words that a name may not be, in upper or lower case: keywords, operators of instruction lists, standard
+functions."""
 
 
 class Names:

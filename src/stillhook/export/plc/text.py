@@ -30,7 +30,7 @@ def normalised(text: str) -> str:
 
 
 def checksum(text: str) -> str:
-    """SHA-256 of a text, whatever its line ends, without the line that names it."""
+    """SHA-256 of a text, with any line ends, without the line that names it."""
     return hashlib.sha256(normalised(text).encode()).hexdigest()
 
 

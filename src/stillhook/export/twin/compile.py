@@ -44,7 +44,7 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibilit
 
 
 def own_platform() -> str | None:
-    """Name of this machine's platform; None where it is none of `PLATFORMS`."""
+    """Name of this machine's platform; None where it is not one of `PLATFORMS`."""
     return next((name for name, each in PLATFORMS.items() if each.own), None)
 
 

@@ -132,8 +132,8 @@ def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any], i: int) -> N
 
 
 def negative(value: Any, where: str) -> str:
-    """A height as a depth, or a depth as a height, in its own unit: "4 m" as "-4 m". Errors: UnitError, with where it
-    stands, for what is no length: its sign could not be turned."""
+    """A height as a depth, or a depth as a height, in its own unit: "4 m" as "-4 m". Errors: UnitError, with its
+    place, for what is not a length: its sign could not be turned."""
     number = parse(value, "length", where)
     text = str(value).strip()
     bare = text[1:].lstrip() if text[:1] in ("-", "+") else text

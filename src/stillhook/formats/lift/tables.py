@@ -17,9 +17,10 @@ from stillhook.library.catalogue import read_compensator, read_payload
 from stillhook.library.toml.file import TomlTable
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.realisation import Resolution
-from stillhook.spec.lift.lowering import DeepWire, Rigging, WinchSettings
+from stillhook.spec.lift.lowering import DeepWire, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
+from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Flag, Number, Part, Spec, Text, with_place
 from stillhook.winches.load_path.interface import JointUnit
@@ -98,7 +99,8 @@ class LiftTables(Spec):
             **dict.fromkeys(
                 ("sling", "slings"),
                 "Slings are one spring in [rigging]: write height (hook to payload top) and stiffness, that of all legs"
-                " together (legs * E A / length * cos^2 of their angle from vertical).",
+                " together (legs * E A / length * cos^2 of their angle from vertical); a plan assesses its legs, angle"
+                " and items.",
             ),
             **dict.fromkeys(
                 ("load-chart", "loadchart", "chart"),
@@ -107,7 +109,7 @@ class LiftTables(Spec):
             **dict.fromkeys(("limits", "criteria"), "Limits of a phase belong to it: [[phase]] limits = { ... }."),
         }
     )
-    """Words that are no field, and what to write in their place."""
+    """Words that are not a field, and what to write in their place."""
 
     name: Text | None = Field(default=None, description="name; default that of the file")
     crane: Text = Field(description="library name or crane file")
@@ -116,7 +118,8 @@ class LiftTables(Spec):
     tip: TipTable = Field(default_factory=TipTable)
     boom: BoomTable | None = None
     water: WaterTable = Field(description="table [water] with depth")
-    rigging: Part[Rigging] = Field(default_factory=Rigging)
+    rigging: Part[RiggingTable] = Field(default_factory=RiggingTable)
+    weight: Any = None
     compensator: Any = Field(default=None, description="library name, compensator file or a table [compensator]")
     wire: Part[DeepWire] = Field(default_factory=DeepWire)
     winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
@@ -140,6 +143,7 @@ class LiftTables(Spec):
     weather: Any = None
     document: Any = None
     load_chart: Any = None
+    capacity: Any = None
     synthetic_certificate: Any = None
     phase: tuple[Part[Phase], ...] = Field(
         min_length=1, description="one [[phase]] table for each, with kind or mode, and what ends it"

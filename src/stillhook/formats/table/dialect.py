@@ -60,7 +60,7 @@ WEIGHT = {"t": 9806.65, "te": 9806.65, "tonne": 9806.65, "tf": 9806.65, "kg": 9.
 
 def table_unit(unit: str, kind: str) -> tuple[str, float] | None:
     """The unit of ours for one that a table gives, and the factor to it: a load cell's tonnes are a force by their
-    weight. None where it is no unit of the kind."""
+    weight. None where it is not a unit of the kind."""
     ours = our_unit(unit, kind)
     if ours is not None:
         return ours, 1.0
@@ -73,7 +73,7 @@ _WITH_UNIT = re.compile(r"(?P<column>.*?\S)\s*\[(?P<unit>[^\[\]]+)\]\s*")
 
 
 def apart(column: str, unit: str | None, headings: Sequence[str]) -> tuple[str, str | None]:
-    """A heading and its unit out of a text with both, such as "PT101 [bar]", which is no heading of the file as it
+    """A heading and its unit out of a text with both, such as "PT101 [bar]", which is not a heading of the file as it
     is."""
     if unit is not None or any(column == h.strip() for h in headings) or not (match := _WITH_UNIT.fullmatch(column)):
         return column, unit

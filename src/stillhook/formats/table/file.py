@@ -26,7 +26,7 @@ FOREIGN = (
     (b"7z\xbc\xaf", "7z"),
     *((begin, "web page") for begin in (b"<!", b"<html", b"<HTML", b"<?xml")),
 )
-"""First bytes of files that are no text, and what to call them."""
+"""First bytes of files that are not text, and what to call them."""
 
 
 @contextmanager

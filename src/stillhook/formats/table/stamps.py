@@ -35,7 +35,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def stamps_to_seconds(text: Sequence[str], pattern: str) -> FloatArray:
-    """Stamps as seconds since 1970, NaN where a cell is none; a stamp without a zone is UTC."""
+    """Stamps as seconds since 1970, NaN where a cell is not one; a stamp without a zone is UTC."""
     tidy = [cell.strip(' \t"') for cell in text]
     if pattern != "UTC":
         return _parsed(tidy, pattern)

@@ -1,6 +1,6 @@
 """Tables in text, read at once: rows of cells with their line numbers, and columns of numbers out of them.
 
-`headed_table`: the first line that is no comment holds the headings, and every row has a cell for each of them.
+`headed_table`: the first line besides comments holds the headings, and every row has a cell for each of them.
 `find_table`: the table is looked for, below other lines, in any dialect (`stillhook.formats.table.dialect`).
 """
 
@@ -85,7 +85,7 @@ class TextTable:
 
 
 def numbers_of(cells: Sequence[str]) -> FloatArray:
-    """Cells as numbers with a decimal point, NaN where one is none."""
+    """Cells as numbers with a decimal point, NaN where a cell is not a number."""
     try:
         if not any("_" in cell for cell in cells):
             return np.array([float(cell) for cell in cells])
@@ -103,7 +103,7 @@ def _reads(cell: str) -> bool:
 
 
 def decoded(name: str, data: bytes, error: type[StillhookError]) -> str:
-    """A text with "\\n" at the end of each line. Errors: one line that names the line which is no UTF-8."""
+    """A text with "\\n" at the end of each line. Errors: one line that names the line which is not UTF-8."""
     try:
         text = data.decode("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError as problem:
@@ -113,7 +113,7 @@ def decoded(name: str, data: bytes, error: type[StillhookError]) -> str:
 
 
 def headed_table(name: str, text: str, error: type[StillhookError], start: str, *, pad_last: bool = False) -> TextTable:
-    """The table of a text whose first line that is no comment holds the headings, separated by ; tab or comma; with the
+    """The table of a text whose first line besides comments holds the headings, separated by ; tab or comma; with the
     first two numbers may have a decimal comma.
 
     start: what a file without a header must begin with; pad_last: the last row may lack cells, which are then empty.

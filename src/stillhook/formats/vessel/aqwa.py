@@ -3,7 +3,7 @@
 Read are the tables "R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY" of one structure, or those "WITH WAVE DIRECTION"
 where a file has only these: per direction and frequency [rad/s]
 amplitude and phase [deg] of X, Y, Z [m/m] and RX, RY, RZ [deg/m] "with respect to structure COG"; the depth of the
-water, the acceleration of gravity (by which lengths are metres) and the centre of gravity stand above them. Where a
+water, the acceleration of gravity (by which lengths are metres) and the centre of gravity are above them. Where a
 direction and frequency come again, as after another pass with linearised damping, the last counts, and a note says so.
 
 Conventions: a positive phase is a motion that comes after the wave's crest at the centre of gravity (Aqwa Reference
@@ -120,7 +120,7 @@ def _tables(file: str, lines: Sequence[str]) -> dict[int, _Lines]:
 def _table(
     file: str, lines: Sequence[str], start: int, left_out: int
 ) -> Iterator[tuple[tuple[float, float], FloatArray]]:
-    """Lines of a table, from the one below its title to the next page; left_out: numbers that stand before the motions
+    """Lines of a table, from the one below its title to the next page; left_out: numbers before the motions
     of every line but the first of a block (2: period and frequency, 1: direction)."""
     first: FloatArray | None = None
     seen: set[tuple[float, float]] = set()

@@ -87,7 +87,7 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
 
 class TextForm(NamedTuple):
     """A form of text file: what it is called, how it is recognised by its content (or by the ending of its name), how
-    it is read, and what may be stated of it beside it."""
+    it is read, and what may be stated of it in addition."""
 
     noun: str
     recognises: Callable[[str], bool]

@@ -8,8 +8,8 @@ clockwise from the bow (0 following, 180 head sea); coordinates are those of Orc
 port, z up in the model's unit of length, which rotations per length are in as well (UnitsSystem SI, US, or User with
 LengthUnits and g). Of several vessel types or draughts the user states one. A table of one quarter (0 to 90 deg) of a
 vessel with Symmetry "xz and yz planes" is mirrored ahead and astern about its RAO origin, then to the other side.
-Conventions recalled from OrcaFlex's help on vessel types: check one case against your version. What a file leaves out
-is OrcaFlex's default, as it is there, and the vessel's notes say so.
+Conventions as in OrcaFlex's help on vessel types, not compared with it: check one case against your version. What a
+file leaves out is OrcaFlex's default, as it is there, and the vessel's notes say so.
 """
 
 from __future__ import annotations

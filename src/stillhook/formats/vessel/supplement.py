@@ -1,5 +1,5 @@
 """What readers of vessel files share: refusals, tables on a grid, and what a file of motions leaves open, stated by the
-user in a vessel description, a TOML beside the file.
+user in a vessel description, a TOML next to the file.
 
     motions = "hull.nc"                                # the file, seen from the description
     mass = "9000 t"                                    # Capytaine without inertia_matrix
@@ -11,7 +11,7 @@ user in a vessel description, a TOML beside the file.
     length_scale = "1 m"                               # WAMIT (ULEN)
     depth = "80 m"                                     # WAMIT
 
-The description stands wherever a vessel file is named: on the command line, in lift files and in plans.
+The description is valid wherever a vessel file is named: on the command line, in lift files and in plans.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def wrong(file: str, problem: str, do: str = EXPORT, *, line: int | None = None)
 
 
 def finite_numbers(fields: Sequence[str]) -> FloatArray | None:
-    """Numbers of a line, those of Fortran too; None where one is none, or not finite."""
+    """Numbers of a line, those of Fortran too; None where one is not a number, or not finite."""
     try:
         values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in fields])
     except ValueError:
@@ -113,7 +113,7 @@ class Supplement(Spec):
 
 
 NOTHING = Supplement()
-"""Nothing is stated beside the file."""
+"""Nothing is stated in addition to the file."""
 
 
 def description(file: str, *lines: str) -> str:

@@ -29,7 +29,7 @@ from stillhook.units import quote
 COLUMNS = 7
 LOOKED_AT = 20  # lines that show what a file is
 MOST_MODES = 600
-"""Modes of a hundred bodies: a number beyond is no mode."""
+"""Modes of a hundred bodies: a number beyond is not a mode."""
 SAME_NUMBER = 1e-4  # share by which amplitude and phase may differ from real and imaginary part: six digits are written
 SMALLEST = 1e-9  # motions below it are noise
 FORCES = (".2", ".3")
@@ -53,7 +53,7 @@ def read_wamit(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     """The vessel in a `.4` file, given its path and text; stated: body, length scale and depth.
 
     Errors: SeaError of one line for lines that are not seven numbers, several bodies, modes or headings that are
-    missing or come twice, and amplitudes that contradict real and imaginary parts.
+    missing or given twice, and amplitudes that contradict real and imaginary parts.
     """
     if path.suffix.lower() in FORCES:
         raise wrong(path.name, "holds exciting forces", f"Give the motions, {path.stem}.4.")

@@ -44,7 +44,7 @@ class Records:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """The text of a plain or gz file. Errors: SeaError for what cannot be read, is cut short or is no text."""
+    """The text of a plain or gz file. Errors: SeaError for what cannot be read, is cut short or is not text."""
     name, data = Path(path).name, unpacked(path, "file of waves", SeaError)
     instead = "Give a text file of NDBC, plain or gz, or say what it is with --format."
     refuse_foreign(name, data[:HEAD], SeaError, instead)

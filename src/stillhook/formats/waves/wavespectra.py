@@ -1,6 +1,6 @@
 """Directional spectra of hindcasts and buoys by way of the library wavespectra (extra `sea`).
 
-wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file
+wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, however the file
 meant; here they become a `SpectrumSeries` with its shares of direction.
 
 Opens a file of measured waves by its content.

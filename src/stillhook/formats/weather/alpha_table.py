@@ -1,8 +1,8 @@
 """Tables of alpha factors as users bring them: TOML as the library's own, or a table of one row a cell, CSV or XLSX,
-with `T_POP [h]`, `Hs [m]` and `alpha [1]`.
+with `T_POP [h]`, `Hs [m]` and `alpha [1]`; of an Excel file the sheet after a #.
 
 Lines of remarks above the table say where it is from: "# standard: DNV-ST-N001", and likewise title, version, edition,
-clause, note, T_POP_below and T_R_below (72 h and 96 h without them).
+clause, note, source, level, monitoring, T_POP_below and T_R_below (72 h and 96 h without them).
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ COLUMNS = (
 ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".parquet", ".pq")
 """Files that hold a table of one row a cell."""
 RESTRICTED = {"T_POP_below": "72 h", "T_R_below": "96 h"}
-"""Ends of what counts as weather restricted, where a file does not give them: those of DNV-OS-H101 (recalled)."""
+"""Ends of what counts as weather restricted, where a file does not give them: those of DNV-OS-H101 (not compared with
+print)."""
 
 
 def read_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
@@ -72,7 +73,8 @@ def _table(columns: Columns) -> AlphaTable:
     _check_order(alpha, times, heights, columns.source)
     named = {"standard": columns.source} | texts
     said = {name: named.get(name, "") for name in TEXTS}
-    return AlphaTable(columns.source, tuple(heights), tuple(times), alpha, **ends, texts=said)
+    ends_in_order = ends["T_POP_below"], ends["T_R_below"]
+    return AlphaTable(columns.source, tuple(heights), tuple(times), alpha, *ends_in_order, texts=said)
 
 
 def _check_order(

@@ -348,7 +348,7 @@ def _like_radians(x: FloatArray, column: Column) -> bool:
 
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
-    """What the directions of a column mean; None where nobody says."""
+    """What the directions of a column mean; None where it is not stated."""
     words = bare(column.heading)[0].split("_")  # ..._from_direction, ..._to_direction
     said = {"from": DirectionSense.FROM_NORTH, "to": DirectionSense.TO_NORTH}
     declared = next((said[word] for word in said if word in words), None)

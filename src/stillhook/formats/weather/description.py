@@ -30,7 +30,7 @@ from stillhook.weather.series import Weather
 
 
 class WeatherTable(Spec):
-    """What is said of a weather file, here and in the table [weather] of a plan."""
+    """What is stated of a weather file, here and in the table [weather] of a plan."""
 
     file: Text = Field(description="weather of the library, or the path of a file")
     sense: Text | None = Field(default=None, description="meaning of the file's directions")
@@ -87,24 +87,26 @@ def weather_of_file(
     rows of [columns] that win, "time" among them. Errors: WeatherError of one line.
     """
     file = name
-    said: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     if name.endswith(".toml"):
         file, stated = described(name)
-        said = _options(stated)
+        options = _options(stated)
     if mapping is not None:
-        said |= _mapped(mapping)
-    rows = dict(said.pop("columns", {})) | dict(columns or {})
+        options |= _mapped(mapping)
+    rows = dict(options.pop("columns", {})) | dict(columns or {})
     if "time" in rows:
-        said["time_column"] = row_of(rows.pop("time"), ColumnRow, "columns.time", WeatherError).column
-    return read_weather(file, columns_as=mapped(rows, "columns"), **said)
+        options["time_column"] = row_of(rows.pop("time"), ColumnRow, "columns.time", WeatherError).column
+    return read_weather(file, columns_as=mapped(rows, "columns"), **options)
 
 
 def described(path: str | Path) -> tuple[str, Description]:
     """The file that a description names, seen from it, and what it says. Errors: WeatherError, one line."""
     start = 'Start it with file = "site.csv".'
-    said = read_toml_raising(WeatherError, path, FileKind.WEATHER, lambda table: table.read(Description), start=start)
-    neighbour = Path(path).parent / said.file
-    return str(neighbour) if is_table(neighbour) else said.file, said.with_times()
+    description = read_toml_raising(
+        WeatherError, path, FileKind.WEATHER, lambda table: table.read(Description), start=start
+    )
+    neighbour = Path(path).parent / description.file
+    return str(neighbour) if is_table(neighbour) else description.file, description.with_times()
 
 
 def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -117,15 +119,15 @@ def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:
     return _options(named(TomlTable(file, data, WeatherError), lambda table: table.read(MappingFile)).with_times())
 
 
-def _options(said: WeatherTable) -> dict[str, Any]:
+def _options(table: WeatherTable) -> dict[str, Any]:
     options = {
-        "sense": None if said.sense is None else SENSES[said.sense],
-        "time_column": said.time,
-        "date_order": said.date_order,
-        "time_zone": said.time_zone,
-        "step": getattr(said, "step", None),
+        "sense": None if table.sense is None else SENSES[table.sense],
+        "time_column": table.time,
+        "date_order": table.date_order,
+        "time_zone": table.time_zone,
+        "step": getattr(table, "step", None),
     }
-    return {name: value for name, value in options.items() if value is not None} | {"columns": said.columns}
+    return {name: value for name, value in options.items() if value is not None} | {"columns": table.columns}
 
 
 def understood_weather(

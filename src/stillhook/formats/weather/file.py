@@ -162,7 +162,7 @@ def _times(
 def _zone(
     table: TextTable, places: Sequence[int], time_zone: str | None, stamps: Zone | None = None
 ) -> tuple[np.timedelta64, str]:
-    """What the times of a table are ahead of UTC, and a note on it. The zone stands in the stamps, which were read with
+    """What the times of a table are ahead of UTC, and a note on it. The zone is in the stamps, which were read with
     it (nothing is ahead then), in the names or units of their columns, or in the remarks above; stated by the user
     where the file says nothing. Errors: WeatherError where file and user differ, and for local times."""
     headings, units = table.headings, table.units
@@ -221,7 +221,7 @@ def _from_parts(table: TextTable, parts: Mapping[str, int]) -> NDArray[np.dateti
 
 
 def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
-    """Refuse times that come twice or go back, with the lines."""
+    """Refuse times that are repeated or go back, with the lines."""
     wrong = np.flatnonzero(np.diff(time) <= np.timedelta64(0, "s"))
     if len(wrong) == 0:
         return

@@ -1,4 +1,4 @@
-"""Times of weather tables, in whatever way a spreadsheet or a data base writes them, as UTC.
+"""Times of weather tables, in any way a spreadsheet or a data base writes them, as UTC.
 
 Known: 2013-12-31 23:00[:00[.0]] with T or a blank and with Z, +01:00, UTC+3 or CET, 31.12.2013 23:00, 12/31/13 11:00
 PM, 31-Dec-2013 23:00, 2013123123 and with minutes and seconds, 20131231.230000, 2013-12-31-23, 2013-365 23:00 (day of
@@ -272,7 +272,7 @@ def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, 
 
 
 class Zone(NamedTuple):
-    """A zone as a file states it: ahead of UTC [h], None where it is not known; text as it stands there."""
+    """A zone as a file states it: ahead of UTC [h], None where it is not known; text as it is written there."""
 
     ahead: float | None
     text: str
@@ -293,7 +293,7 @@ def zone_in(text: str) -> Zone | None:
 
 
 def zone_of_remarks(lines: Iterable[str]) -> Zone | None:
-    """The zone that remarks of a file name, in a line that speaks of times."""
+    """The zone that remarks of a file name, in a line about times."""
     result = (zone_in(line) for line in lines if _OF_TIME.search(line))
     return next((zone for zone in result if zone is not None), None)
 

@@ -116,7 +116,7 @@ EQUAL = 1.0e-7
 """Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same
 information: rounding of a map in percent leaves 1e-4 and more."""
 NOTHING = 1.0e-10
-"""Part of all torque losses below which a term is no term: rounding of the solver, where the answer is 0."""
+"""Part of all torque losses below which a term does not count: rounding of the solver, where the answer is 0."""
 SHARE = 0.05
 """Part of a direction that the map does not see from which a parameter counts as belonging to it."""
 EXPONENT_STEP = 1.0e-7
@@ -182,7 +182,7 @@ def fit_loss(m: LossMap, model: LossModel | str, *, near: LossFit | None = None)
     """Parameters of a model by least squares of the torque loss [N m], all cells alike; near: a fit of nearly the same
     map.
 
-    Linear models: linear least squares, with parameters not negative where physics asks for it. MJ5: the exponent by a
+    Linear models: linear least squares, with parameters not negative where physics requires it. MJ5: the exponent by a
     bounded search with such a fit inside; the two-line model: its break by nonlinear least squares with a linear fit
     inside.
     Errors: IdentifyError where the map has too few cells for the model.

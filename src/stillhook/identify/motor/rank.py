@@ -36,7 +36,7 @@ PURITY = 0.5
 WORTH_NAMING = 0.08
 """Part of all bad cells that a region must add to be named."""
 WORDY = 0.03
-"""Part of all bad cells that one more condition in a statement must buy."""
+"""Part of all bad cells that one more condition in a statement must gain."""
 
 
 RULE = (

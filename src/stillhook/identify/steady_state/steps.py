@@ -114,7 +114,7 @@ class Window:
 
     ``start``, ``end`` [s] of the log; ``direction`` +1 hoisting (speed > 0), -1 lowering; ``speed``, ``effort`` means
     with their signs [SI]; ``u_speed``, ``u_effort`` standard uncertainties of the means: 1.96 of them hold 95 %,
-    whatever the noise's correlation and however few samples there were; ``n`` bins; ``others`` means of the log's other
+    for any correlation of the noise and however few samples there were; ``n`` bins; ``others`` means of the log's other
     signals.
     """
 

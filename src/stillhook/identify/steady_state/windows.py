@@ -35,10 +35,10 @@ TREND_BLOCKS = 96
 MOST_STARTS = 24
 """Starts of the last part that are tried: to 4 % of the step's length."""
 HEAD = 1.0
-"""Beginning of a stretch that must agree with its rest: a load on its wire swings once [s]."""
+"""Beginning of a stretch that must agree with its rest: a load on its wire oscillates once [s]."""
 JUMP_SIDE, JUMP_CLEAR, JUMP_FAR, JUMP_RATIO = 1.0, 0.5, 2.0, 4.0
 """A jump: means of 1 s before and after differ, four times more than the same two seconds earlier and later; 0.5 s is
-left out on both sides of it, in which the pressure swings to its new level [s]."""
+left out on both sides of it, in which the pressure settles to its new level [s]."""
 MOST_JUMPS = 4
 """Layers that one step is looked through for: 60 s at full speed cross no more."""
 FISHER = 0.01

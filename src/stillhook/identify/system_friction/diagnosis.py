@@ -139,7 +139,7 @@ def judge(points: Points, fit: FrictionFit, intervals: Mapping[str, Estimate]) -
 
 
 def _drift(fit: FrictionFit) -> list[Statement]:
-    """Slow drift of the transmitters, and friction that goes with time, where the campaign shows them."""
+    """Slow drift of the transmitters, and friction that varies with time, where the campaign shows them."""
     zero, course = fit.noise.zero_drift, fit.noise.friction_drift
     out = []
     if zero > DRIFT_SHOWN:
@@ -212,7 +212,7 @@ def _together(points: Points, fit: FrictionFit) -> list[Statement]:
 
 
 def _residual_statements(points: Points, fit: FrictionFit) -> list[Statement]:
-    """Residuals that go with the test: friction that neither model has."""
+    """Residuals that vary with the test: friction that neither model has."""
     noise = float(np.sqrt(np.mean(points.u_dp**2)))
     if fit.tau <= LACK * noise:
         return []

@@ -58,8 +58,8 @@ speed_text = partial(show, kind="rotation", digits=3)
 class Measured:
     """What one test gave: its log, steady stretches with rejects, pairs, and points for a fit.
 
-    ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points``
-    one entry a grid speed (as the thesis fits); ``notes`` what a reader must know.
+    ``log`` with omega_m and dp_m among its signals regardless of what was logged; ``points`` one entry a pair;
+    ``grid_points`` one entry a grid speed (as the thesis fits); ``notes`` what a reader must know.
     """
 
     test: CraneTest

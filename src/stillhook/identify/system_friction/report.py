@@ -375,7 +375,7 @@ def motor_old_and_new(result: Friction, second: SecondLoop) -> Picture:
 
 def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title: str) -> Picture:
     """Measured friction less the motor loss of each of two models, one colour a displacement: with a right motor model
-    the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
+    the points of one load fall on one curve, at any displacement (paper D figures 11 to 14)."""
     figure, axes = panels(1, 2, (10.0, 5.0), title, sharey=True)
     for ax, (label, loss) in zip(axes[0], losses.items(), strict=True):
         for style, points in _by_test(result):

@@ -4,7 +4,7 @@ Box's complex method mirrors the worst of a population of designs through the ce
 one loop: Box (1965); Krus, Jansson and Palmberg (1991), where a point that stays the worst is drawn towards the best
 one, with some chance in it; and complex-RF, which adds a little randomness to every new point and lets old values fade,
 so that a population does not settle too early. It makes no use of the model's shape, so that it and the least-squares
-fit, which is sure and faster, check each other.
+fit, which is certain and faster, check each other.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ stage."""
 from dataclasses import dataclass
 from typing import Any
 
+from stillhook.control.commands import IDLE_MOST
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import Stage, Supervisor, Watch, supervise
 from stillhook.kernels.drivers.loop import ordered_of
@@ -33,8 +34,8 @@ def supervised(d: Driver) -> Supervised:
     """See `Supervised`; as plain Python."""
     LANES, SIGNALS, geometry, sensing, path_point = d.lanes, d.parts.windows, d.geometry, d.sensing, d.path_point
     Ordered = ordered_of(d, sup=Supervisor)
-    with_plc, with_tau, with_F = replace(d.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
-    with_c, with_orders = replace(Geometry, "c"), replace(Tick, "v_op", "s_op", "mode")
+    with_plc, with_tau, with_F = replace(d.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F", "u_p", "idle")
+    with_c, with_orders = replace(Geometry, "c"), replace(Tick, "v_op", "s_op", "mode", "f_pump", "f_passive")
     put_sup = access(Supervisor, LANES).store
     ST, HANG, STAGE_NOW = (offset(d.Lane, f, LANES) for f in ("st", "hang", "stage"))
     COURSE = HANG + offset(Hanging, "course", LANES)
@@ -90,9 +91,15 @@ def supervised(d: Driver) -> Supervised:
         raw, _, _ = sensing(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.laws, b.p)
         read = Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip)
         order, sup = supervise(read, b.hang.course.sup, b.stage, b.lift.settings)
-        tick = with_orders(b.tick, order.v_op, order.s_op, order.mode)
-        held = order.hold > 0.5
-        m = with_F(b.m, order.F_hold if held else b.m.F)
+        left = order.power
+        tick = with_orders(b.tick, order.v_op, order.s_op, order.mode, left * b.tick.f_pump, left * b.tick.f_passive)
+        held, stopped = order.hold > 0.5, order.stop > 0.5
+        m = with_F(
+            b.m,
+            order.F_hold if held else b.m.F,
+            0.0 if stopped else b.m.u_p,
+            IDLE_MOST if stopped else b.m.idle,
+        )
         p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
         return Ordered(tip, geo, q, tick, m, p, sup)
 

@@ -132,7 +132,7 @@ def read_toml(
 def read_toml_raising(
     error: type[StillhookError], path: str | Path, kind: FileKind, read: Callable[[TomlTable], Result], *, start: str
 ) -> Result:
-    """The same, with `error` wherever a crane or a file that is no TOML raises SpecError."""
+    """The same, with `error` wherever a crane or a file that is not TOML raises SpecError."""
     try:
         return read_toml(path, kind, error, read, start=start)
     except SpecError as problem:

@@ -118,7 +118,7 @@ def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
 
 
 def kind_of_text(text: str) -> str:
-    """What a text that is no TOML is, where it is a vessel file: what to say of it; empty otherwise."""
+    """What a text that is not TOML is, where it is a vessel file: what to say of it; empty otherwise."""
     start = text[:1000]
     if not ("omega [rad/s]" in start or "TRANSFER FUNCTION" in start.upper() or "VesselTypes:" in text[:100_000]):
         return ""

@@ -14,7 +14,7 @@ FALSE_A_YEAR = 0.1
 """Chance of a withdrawal without drift that the test may take, a year and crane: one in ten years. A campaign has
 the share of it of the days since the one before, so that frequent campaigns do not make more of them."""
 MARGIN = 0.5
-"""Part of the criterion's limit within which a change since the certificate is no drift."""
+"""Part of the criterion's limit within which a change since the certificate is not drift."""
 TESTS, SIDES = 2, 2
 """Of a number and date: level against margin, number against limit; upwards and downwards."""
 LONGEST = 1.0
@@ -50,7 +50,7 @@ def allowed_chance(gap: float, numbers: int) -> float:
 
 def drift_of(course: Course, since: float, limit: float, numbers: int) -> Drift:
     """Whether the level is shown to have left that of the certificate by more than the margin, or the number by more
-    than the limit, whatever part of that the season has.
+    than the limit, regardless of the season's part in it.
 
     Parameters: since: date of the certificate [yr]; limit of the criterion [-]; numbers that are tested together.
     """

@@ -1,6 +1,6 @@
-"""Offset of the encoder's clock against that of pressures and displacements, from the oil that the motors swallow.
+"""Offset of the encoder's clock against that of pressures and displacements, from the oil that the motors take in.
 
-What the pumps give to the line under pressure, less compression and leakage, is what the motors swallow at the same
+What the pumps give to the line under pressure, less compression and leakage, is what the motors take in at the same
 moment: the lag between the two is that of the clocks. The line under low pressure is fed by valves and tells nothing.
 Reversals are left out, because there the winch holds on its bristle while oil is compressed.
 """

@@ -51,10 +51,10 @@ of the losses), a wire counter's steps of a millimetre do not."""
 
 @dataclass(frozen=True)
 class FrictionState:
-    """What is known after the last rows. t of the last row [s]; estimate: None where there is none; reasons: why there
-    is none, or no alarm; applied: factor on the crane file's system friction that may be used in the twin, None where
-    it may not, and `bounds` say why; alarms: the last ones since the start; left_out: half waves that say nothing, by
-    reason; parameters: leakage, displacement, gas and delays by name."""
+    """What is known after the last rows. t of the last row [s]; estimate: None where there is none; reasons: why it
+    is missing, or no alarm; applied: factor on the crane file's system friction that may be used in the twin, None
+    where it may not, and `bounds` say why; alarms: the last ones since the start; left_out: half waves that say
+    nothing, by reason; parameters: leakage, displacement, gas and delays by name."""
 
     t: float
     estimate: FrictionEstimate | None

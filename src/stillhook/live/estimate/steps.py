@@ -26,7 +26,7 @@ MOST_ALARMS = 100
 EVEN = 1e-12
 """Ridge by which columns that go together are separated, of columns of unit length [-]."""
 LEAST_SCATTER = 0.01
-"""Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch is no measure of what follows."""
+"""Scatter of a half wave over its loss that is taken at least [-]: a quiet stretch does not measure what follows."""
 
 
 class Alarm(NamedTuple):
@@ -73,7 +73,7 @@ class Split(NamedTuple):
 
 def nuisances(m: FloatArray, speed: FloatArray, t: FloatArray) -> FloatArray:
     """Columns (n, 2) that both sides of a step share: slopes of the coefficient with the strength of the half waves, so
-    that a sea that grows under a law of another form raises no alarm, and with time, so that oil that warms is no part
+    that a sea that grows under a law of another form raises no alarm, and with time, so that oil that warms is not part
     of a step."""
     return np.column_stack([m * (speed / speed.mean() - 1.0), m * (t - t.mean()) / max(float(np.ptp(t)), 1.0)])
 

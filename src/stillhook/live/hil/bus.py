@@ -68,7 +68,7 @@ class Bus(Protocol):
         """Write inputs of the plant together [SI]."""
 
     async def close(self) -> None:
-        """Let go of it; raises nothing."""
+        """Release it; raises nothing."""
 
     def resolution(self, name: str) -> float:
         """Step to which a command is rounded on the way [SI]; 0: none."""

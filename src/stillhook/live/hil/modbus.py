@@ -1,4 +1,4 @@
-"""A soft PLC as a Modbus TCP client of the twin, by the same register map. The protocol knows no security."""
+"""A soft PLC as a Modbus TCP client of the twin, by the same register map. The protocol has no security."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class OpcUaBus:
 
 
 async def _let_go(made: Any) -> None:
-    """Disconnect, whatever state the connection is in."""
+    """Disconnect, in any state of the connection."""
     with contextlib.suppress(Exception):
         await asyncio.wait_for(made.disconnect(), 1.0)
     with contextlib.suppress(Exception):

@@ -91,7 +91,7 @@ class Recorded(NamedTuple):
 
 
 def read_plc_log(path: Path, signals: Mapping[str, Any] | None, where: str) -> Recorded:
-    """A log, whatever its format: CSV, Parquet, MDF4, TDMS, MAT.
+    """A log in any format: CSV, Parquet, MDF4, TDMS, MAT.
 
     Parameters: signals: rows of a mapping by name, as in `stillhook.logs.mapping`; None: headings such as "s_tip [m]".
     where: file of the mapping.

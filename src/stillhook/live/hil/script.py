@@ -34,7 +34,7 @@ RESET = "reset"
 AT = {name: i for i, name in enumerate(INPUTS)}
 N = len(SIGNALS)
 SEED = 748
-"""Of the noise: a script does the same each time. The line of the thesis that asks for it."""
+"""Of the noise: a script does the same each time. The line of the thesis that requires it."""
 ACTIONS = ("value", "points", "offset", "noise", "stuck", "lost")
 
 

@@ -1,6 +1,6 @@
 """A soft PLC: a controller at a fixed cycle, over a bus.
 
-A cycle asks for the process image, waits for at most a part of the cycle, acts on what it has then, and writes its
+A cycle requests the process image, waits for at most a part of the cycle, acts on what it has then, and writes its
 commands. An answer that is late serves the next cycle; a cycle is never stretched. An image that does not change any
 more, or says that it is not good, makes every input bad: the guard of the controller then holds, ramps down and closes
 the brake, as on a real PLC. Connections are made again; a stop stays until it is acknowledged.
@@ -40,7 +40,7 @@ LATE = 2.0e-3
 REPEATED = 100
 """Own commands among which one that is read back is looked for, and cycles in which foreign ones are counted."""
 FOREIGN = 25
-"""Foreign commands in those cycles at which the PLC gives way."""
+"""Foreign commands in those cycles at which the PLC yields."""
 STOPPED = 1.5
 """State of the guard above which the winch is stopped."""
 TOLERANCE = 1.0e-9
@@ -199,7 +199,7 @@ class SoftPlc:
         return result
 
     async def _read(self) -> bool:
-        """Ask for the image, and take over what came; whether that is new."""
+        """Request the image, and take over what came; whether that is new."""
         if not self._connected:
             return False
         task = self._pending.get("read") or self._start("read", self._bus.read())

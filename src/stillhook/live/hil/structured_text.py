@@ -1,7 +1,7 @@
 """The exported Structured Text as a soft PLC: compiled to a shared library by a compiler that is found, and called.
 
 MATIEC (iec2c) turns the text into C, which the C compiler of the other exports turns into a library. Another compiler
-joins as one more entry of `COMPILERS`: whatever it makes of the text has to offer the three functions of `LIBRARY`.
+joins as one more entry of `COMPILERS`: what it makes of the text has to offer the three functions of `LIBRARY`.
 """
 
 from __future__ import annotations

@@ -156,7 +156,7 @@ def read_events(
     Raises
     ------
     LiveError
-        Where no history is there, or a time is none.
+        Where no history is there, or a time is unknown.
     """
     begin, stop = moment(start, "start", -math.inf), moment(end, "end", math.inf)
     wanted = [EventKind(kind).value for kind in kinds]

@@ -60,8 +60,8 @@ class Part(NamedTuple):
 def archive(folder: str | Path) -> list[Path]:
     """Move full hours out of the journal into Parquet files, and keep the folder within its budget.
 
-    The writer may go on meanwhile, in another process or in this one. Call it about once an hour, best in a process of
-    its own: it takes some seconds, and memory for one file.
+    The writer may continue meanwhile, in another process or in this one. Call it about once an hour, best in a process
+    of its own: it takes some seconds, and memory for one file.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The journal of a history: one SQLite file in WAL mode, which acknowledges what it was given.
 
 A commit returns when its pages are on the disk (`synchronous = FULL`). A batch of rows is one record: time, status and
-each column one after another as doubles with a checksum. Rows have a number that only rises, whatever the clock does.
+each column one after another as doubles with a checksum. Rows have a number that only rises, regardless of the clock.
 Runs cut the rows into files: a run ends with the hour of its clock, with other columns, or when it is as large as a
 file may be.
 """
@@ -28,7 +28,7 @@ APPLICATION, VERSION = 0x53484C4C, 1
 PATIENCE = 10.0
 """Time that another process may take to commit [s]."""
 GLANCE = 0.5
-"""Time that somebody may take who only looks whether a lock is held [s]."""
+"""Time that a look at whether a lock is held may take [s]."""
 LARGEST_LOG = 16_000_000
 """Size to which the log of SQLite is cut when it is empty [bytes]."""
 SETTINGS = (

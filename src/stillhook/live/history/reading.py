@@ -92,7 +92,7 @@ def read(
     Raises
     ------
     LiveError
-        One line: no history, a name or time that is none, nothing in this range, more than fits into memory.
+        One line: no history, an unknown name or time, nothing in this range, more than fits into memory.
     UnitError
         For an interval without its unit.
     """

@@ -1,7 +1,7 @@
 """What a history has between two times, as of one moment: files that are as they were written, and rows of the journal.
 
 Hours may be archived or removed while they are being read: the journal says which rows are in which file in one
-snapshot, and a file that was removed after it asks for a new one.
+snapshot, and a file that was removed after it needs a new one.
 """
 
 from __future__ import annotations

@@ -54,9 +54,9 @@ class _Waiting(NamedTuple):
 class HistorySink:
     """A sink of `stillhook.live.runtime` that writes a history.
 
-    Parameters: folder; own: unit and meaning of the numbers of a row that are no variables of Stillhook; every: one row
-    of so many is stored (10 of a cycle of 10 ms: 10 Hz), with the status of all of them, bit by bit; budget. Full hours
-    are archived in a process of their own.
+    Parameters: folder; own: unit and meaning of the numbers of a row that are not variables of Stillhook; every: one
+    row of so many is stored (10 of a cycle of 10 ms: 10 Hz), with the status of all of them, bit by bit; budget. Full
+    hours are archived in a process of their own.
 
     Errors: LiveError, one line, at the first row, where the history is refused.
     """
@@ -116,7 +116,7 @@ class HistorySink:
             self._store()
 
     def last_state(self) -> bytes | None:
-        """The newest state that is not damaged, of a history that nobody writes yet. Errors: LiveError."""
+        """The newest state that is not damaged, of a history without a writer. Errors: LiveError."""
         if not (self._folder / JOURNAL).exists():
             return None
         with closing(connect(self._folder)) as connection, in_one_line(self._folder / JOURNAL):

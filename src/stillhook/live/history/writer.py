@@ -106,7 +106,7 @@ class History:
         self._open = True
 
     def _begin(self, budget: Budget) -> None:
-        """Go on behind what is there."""
+        """Continue behind what is there."""
         c = self._connection
         for (text,) in c.execute("SELECT columns FROM layouts").fetchall():
             self._refuse_other_units(from_text(text))
@@ -164,7 +164,7 @@ class History:
         Parameters: time UTC [s since 1970], (n,) or one number; values (n, columns) in the order of `columns` [SI], NaN
         where there is none; status of each row, a whole number of the caller's meaning, 0 for good.
 
-        Errors: LiveError, one line, and nothing is stored: a time that is none or not in seconds, another number of
+        Errors: LiveError, one line, and nothing is stored: a time that is missing or not in seconds, another number of
         values, a full disk.
         """
         t, x, flags = self._rows(time, values, status)

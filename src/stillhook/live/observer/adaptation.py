@@ -25,9 +25,10 @@ SILENT = 10.0
 """Age of a proposal from which the observer says nothing [s]."""
 REST, LONGEST_REST, GOOD = 60.0, 3600.0, 600.0
 """Time after a withdrawal for which the factor stays certified, so that it does not flicker: doubled each time up to
-the longest, and from new after so long at the estimate [s]. A step of friction needs none: its estimate begins anew."""
+the longest, and from new after so long at the estimate [s]. A step of friction needs none: its estimate begins
+again."""
 SETTLED = 40.0
-"""Time at the estimate after which a deviation that is an alarm speaks against the factor [s]: two windows of
+"""Time at the estimate after which a deviation that is an alarm counts against the factor [s]: two windows of
 deviations. Before that the twin is still on its way, and the alarm may be what the factor is about."""
 
 

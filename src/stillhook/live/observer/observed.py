@@ -143,7 +143,7 @@ class ObservedTwin:
         return self._process.pid or 0
 
     def latest(self) -> Row | None:
-        """The newest cycle, with what is measured and compared beside it."""
+        """The newest cycle, with what is measured and compared with it."""
         row = self.twin.latest()
         return None if row is None else Row(row.number, {**row.values, **self.observations()})
 
@@ -297,7 +297,7 @@ class ObservedTwin:
 
 
 class _ObservedSink:
-    """Sinks that get what is measured and compared beside each row; a history has no points in its names."""
+    """Sinks that get what is measured and compared with each row; a history has no points in its names."""
 
     def __init__(self, sinks: Sequence[Sink], of: ObservedTwin) -> None:
         self._sinks, self._of = sinks, of

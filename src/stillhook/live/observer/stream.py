@@ -28,7 +28,7 @@ BELIEVED = 20
 class SenderClock:
     """Times of messages on this machine's clock: their own stamps, moved by the least delay seen of late.
 
-    Hours of offset change nothing; a stamp that jumps is no time of a sample. Without a stamp the
+    Hours of offset change nothing; a stamp that jumps is not the time of a sample. Without a stamp the
     arrival counts.
     """
 

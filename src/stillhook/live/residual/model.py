@@ -102,8 +102,8 @@ def write_model(path: Path, model: Model) -> str:
 
 
 def read_model(path: Path, crane: Crane) -> Model:
-    """A model for a crane. Errors: LiveError of one line for what is none, was changed, or is of another crane or
-    code."""
+    """A model for a crane. Errors: LiveError of one line for what is not a model, was changed, or is of another crane
+    or code."""
     data = read_sealed(path, FORMAT, "a residual model", _LEARN, LiveError, digits=EXACT)
     if data.get("code") != code():
         raise LiveError(f"{path}: learned with other code ({data.get('code')}; here {code()}). {_LEARN}")

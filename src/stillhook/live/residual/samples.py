@@ -80,7 +80,7 @@ class Sampler:
         return self._next
 
     def take(self, rows: Mapping[str, ArrayLike], state: FrictionState | None) -> Samples:
-        """More rows, as `FrictionEstimator.update` takes them, and what it knows; the samples that are complete now.
+        """More rows, as `FrictionEstimator.update` takes them, and what it has; the samples that are complete now.
 
         Errors: LiveError where signals are missing, or time does not increase.
         """

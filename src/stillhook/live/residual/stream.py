@@ -33,7 +33,7 @@ class Correction:
 
 
 class ResidualModel:
-    """A model on the rows of one crane. `update` takes rows as `FrictionEstimator.update` does, with what that knows;
+    """A model on the rows of one crane. `update` takes rows as `FrictionEstimator.update` does, with what that has;
     `predict` is the last correction. `vetoes` counts samples without a correction, by reason; memory is bounded."""
 
     def __init__(self, crane: Crane, model: Model, *, gas_side: bool = False) -> None:
@@ -69,7 +69,7 @@ class ResidualModel:
         return self._last
 
     def _standing(self, state: FrictionState | None) -> tuple[str, ...]:
-        """Why no correction may be used now, whatever the conditions."""
+        """Why no correction may be used now, under any conditions."""
         own = () if self.model.pays else ("the model does not pay on what was held out",)
         return (*own, *(state.bounds if state is not None else ()))
 

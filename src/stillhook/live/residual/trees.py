@@ -39,7 +39,7 @@ def values(nodes: FloatArray, conditions: FloatArray) -> FloatArray:
 
 
 def checked(nodes: FloatArray, features: int) -> FloatArray:
-    """Nodes out of a file. Errors: ValueError where they are no trees whose ways all end in leaves."""
+    """Nodes out of a file. Errors: ValueError where they are not trees whose ways all end in leaves."""
     if nodes.ndim != 3 or nodes.shape[2] != 5 or len(nodes) > MOST_TREES or not np.isfinite(nodes).all():
         raise ValueError("trees: shape or numbers")
     feature, left, right = (nodes[..., k] for k in (FEATURE, LEFT, RIGHT))

@@ -126,7 +126,7 @@ class Block:
         self._control[0] = int(wanted)
 
     def close(self) -> None:
-        """Let go of the memory, and remove it where it was made here."""
+        """Release the memory, and remove it where it was made here."""
         for ring in self.rings:
             ring.close()
         del self._control

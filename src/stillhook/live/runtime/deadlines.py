@@ -41,7 +41,7 @@ def leave_real_time() -> None:
 
 
 def yield_processor() -> None:
-    """Let others of the same priority go first: a twin that makes up for a stall holds up no other one."""
+    """Let others of the same priority go first: a twin that catches up after a stall holds up no other one."""
     if hasattr(os, "sched_yield"):
         os.sched_yield()
 

@@ -122,7 +122,7 @@ class Diagnosis(NamedTuple):
 def diagnose(
     crane: Crane, scenario: Scenario, duration: float, *, tell: Callable[[str], None] = lambda line: None
 ) -> Diagnosis:
-    """Run a twin for a duration [s] in the real-time class and again without it; tell: is told what is being done.
+    """Run a twin for a duration [s] in the real-time class and again without it; tell: receives what is being done.
 
     Errors: LiveError for a duration in which there are too few cycles for one in a thousand.
     """

@@ -5,7 +5,7 @@ time-out. Settings (mode, gains) are written once and hold.
 
 The tip's motion is carried from its arrival to the cycle by its own speed and acceleration, for at most `CARRIED`; then
 it coasts to rest with the time constant `COAST`, so that a lost connection does not shake the wire. The operator's
-speed and the pumps' command go to zero at the time-out, so that nobody hoists for ever. Every other input is held.
+speed and the pumps' command go to zero at the time-out, so that no winch hoists for ever. Every other input is held.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Received(NamedTuple):
 
 
 class Inputs:
-    """Inputs as the kernel's process sees them.
+    """Inputs as the kernel's process reads them.
 
     Parameters: ring of the board; names: streamed ones first; streamed: how many of them are; timeout [s]; speed: the
     winch's time over that of the wall. Ages are in the winch's time.
@@ -154,7 +154,7 @@ class Inputs:
         return {n: (r.value, self._speed * (now - r.arrival)) for n, r in self._values.items() if n in self._streamed}
 
     def resume(self, saved: Mapping[str, tuple[float, float]], now: float) -> None:
-        """Go on with saved values at the ages that they had."""
+        """Continue with saved values at the ages that they had."""
         for name, (value, age) in saved.items():
             if name in self._streamed:
                 self._values[name] = Received(value, now - age / self._speed)

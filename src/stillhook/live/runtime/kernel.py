@@ -74,8 +74,8 @@ class Task(NamedTuple):
     """What a kernel's process runs.
 
     crane, scenario: as for a `Session`; step: of integration; state: file to resume from and to write at the end, and
-    beside it a lock that keeps other twins away;
-    timeout of streamed inputs [s]; real_time: whether to ask for that class; speed: the winch's time over that of the
+    next to it a lock that keeps other twins away;
+    timeout of streamed inputs [s]; real_time: whether to request that class; speed: the winch's time over that of the
     wall, 1 beside a PLC; cycles: after how many the kernel stops by itself, None: never; sensed: whether rows hold what
     a PLC reads of the winch.
     """
@@ -219,7 +219,7 @@ class Kernel:
                             self._over |= not parent.is_alive()
 
     def _due(self, n: int, deadlines: Deadlines, watch: Watch) -> None:
-        """The cycle that is due, and what is due beside it."""
+        """The cycle that is due, and what is due with it."""
         lateness = deadlines.lateness(n)
         if lateness > CATCH_UP:
             left_out = int(lateness / self._wall)
@@ -241,7 +241,8 @@ class Kernel:
             self.board.stop()
 
     def _resumed(self) -> LiveState | None:
-        """Go on from the newest state, of the file or handed over; None where there is no file. Errors: LiveError."""
+        """Continue from the newest state, of the file or handed over; None where there is no file. Errors:
+        LiveError."""
         path, handed = self.task.state, self.board.states.newest()
         if path is None:
             return None
@@ -290,7 +291,7 @@ class Kernel:
 
     def _step(self, motion: dict[str, float]) -> None:
         """One cycle of the winch. A motion that no tip makes is forgotten, and the cycle goes without it; from a state
-        that is no number the twin goes back to the last one that was kept."""
+        that is not a number the twin goes back to the last one that was kept."""
         for name, value in motion.items():
             if not abs(value) <= MOST_MOTION[name]:
                 self.inputs.refuse(MOTION)

@@ -1,4 +1,4 @@
-"""Rows of numbers in shared memory: one process writes, others read, and nobody waits.
+"""Rows of numbers in shared memory: one process writes, others read, and none waits.
 
 A slot has a sequence number, odd while it is written, and a check word over its numbers. A reader that meets a slot in
 between, or one that was written over, gets nothing instead of half a row. The check word also holds on processors that
@@ -42,7 +42,7 @@ class Ring:
         return CELL * (HEAD + slots * (SLOT + width))
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         del self._count, self._ints, self._floats
 
     @property
@@ -76,7 +76,7 @@ class Ring:
     def latest(self) -> tuple[int, FloatArray] | None:
         """Number and copy of the newest complete row; None while there is none.
 
-        A reader that stands before the writer's processor must not wait for it: after `TRIES` it goes without.
+        A reader that delays the writer's processor must not wait for it: after `TRIES` it goes without.
         """
         for _ in range(TRIES):
             n = self.count - 1

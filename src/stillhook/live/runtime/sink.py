@@ -1,4 +1,4 @@
-"""What happens beside the rows, and where rows and events go: a history, a file, a terminal."""
+"""What happens in addition to the rows, and where rows and events go: a history, a file, a terminal."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Sink(Protocol):
 
 
 class StateKeeper(Protocol):
-    """Who acknowledges states beside the file of a twin: a history, together with its rows."""
+    """Who acknowledges states in addition to the file of a twin: a history, together with its rows."""
 
     def save_state(self, data: bytes) -> None:
         """Store a state behind all rows so far."""

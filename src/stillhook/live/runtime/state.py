@@ -40,7 +40,7 @@ class LiveState(NamedTuple):
 
     @classmethod
     def from_bytes(cls, state: bytes | Path) -> LiveState:
-        """Errors: LiveError, one line, for what is no such state or damaged."""
+        """Errors: LiveError, one line, for what is not such a state or damaged."""
         try:
             data, label = bytes_of(state)
             head, _ = unseal("live", FORMAT, data, label)
@@ -84,7 +84,7 @@ def newest_state(path: Path, handed: bytes | None) -> tuple[LiveState | None, st
 def lock_state(path: Path) -> sqlite3.Connection:
     """Make this process the one that owns a state, until it ends.
 
-    Errors: LiveError where another twin has it, and goes on to have it for `PATIENCE`; SimulationError where its folder
+    Errors: LiveError where another twin has it, and keeps it for `PATIENCE`; SimulationError where its folder
     cannot be written.
     """
     check_folder(path.parent, (path.name,))

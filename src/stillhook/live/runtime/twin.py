@@ -35,8 +35,8 @@ class LiveTwin:
     """A winch in real time in a process of its own. A context: it starts on entry, and ends on exit with its state
     saved.
 
-    Parameters: task; sinks of rows and events, which `pump` feeds; keeper of states beside the task's file. A twin goes
-    on from the newer state of both; without the file it begins at the scenario.
+    Parameters: task; sinks of rows and events, which `pump` feeds; keeper of states in addition to the task's file. A
+    twin continues from the newer state of both; without the file it begins at the scenario.
 
     Errors: LiveError, one line, where crane, scenario or saved state are refused, or the process does not start.
     """
@@ -111,7 +111,7 @@ class LiveTwin:
     def write(self, values: Mapping[str, float], source: str, stamp: float = math.nan) -> None:
         """Hand inputs over to the next cycle, together [SI]. stamp: their own time, UTC [s], where they have one.
 
-        Errors: LiveError for a name that is no input, or a value that is no finite number; nothing is written then.
+        Errors: LiveError for a name that is not an input, or a value that is not finite; nothing is written then.
         """
         for name, value in values.items():
             if name not in self.inputs:
@@ -144,7 +144,7 @@ class LiveTwin:
             time.sleep(10 * LOOK)
 
     def stop(self) -> None:
-        """Stop the kernel after its cycle, with its state saved, and let go of everything."""
+        """Stop the kernel after its cycle, with its state saved, and release everything."""
         if self._ending:
             return
         self._board.stop()

@@ -2,7 +2,7 @@
 
 Without them a message of 60 bytes, from a client without any certificate, keeps the library busy for more than an hour
 or takes 16 GB: a list of 2^31 values that take no byte each, or whose negative lengths step back. And a connection
-collects whatever comes, as long as no message is complete or no answer is read.
+collects all that comes, as long as no message is complete or no answer is read.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def bounded_server(**arguments: Any) -> Any:
 
 def close_idle(connections: list[Any], trusts: Callable[[bytes | None], bool]) -> int:
     """Close connections without a session that are too old, and the oldest of too many whose channel has no trusted
-    certificate; how many. So nobody keeps those away who have a session to come."""
+    certificate; how many. So no one keeps those away who have a session to come."""
     now = time.monotonic()
     idle = [c for c in connections if c.processor.session is None or not c.processor.session.is_activated()]
     closed = [c for c in idle if now - c.since > PATIENCE]

@@ -1,4 +1,4 @@
-"""Modbus TCP: registers after a map. The protocol knows no security, so it listens on loopback unless told otherwise,
+"""Modbus TCP: registers after a map. The protocol has no security, so it listens on loopback unless stated otherwise,
 and takes writes only where the map allows them and the program was started for them.
 """
 
@@ -149,8 +149,8 @@ class ModbusServer:
 
 
 def _server(device: Any, address: tuple[str, int], answered: Callable[[Any, Any], None]) -> ModbusTcpServer:
-    """The library's server with bounds; answered: is told each request with its answer. By itself it takes any number
-    of connections, forgets what came behind a request before its answer was sent, and collects answers that nobody
+    """The library's server with bounds; answered: receives each request with its answer. By itself it takes any number
+    of connections, forgets what came behind a request before its answer was sent, and collects answers that no one
     reads."""
     from pymodbus.server import ModbusTcpServer
     from pymodbus.server.requesthandler import ServerRequestHandler

@@ -254,7 +254,7 @@ def _internal_server(owner: OpcUaServer) -> Any:
         """A session of a trusted certificate, bound to its channel."""
 
         async def create_session(self, params: Any, sockname: Any = None) -> Any:
-            """A time-out that is no number would be none."""
+            """A time-out that is not a number would be without effect."""
             if not math.isfinite(params.RequestedSessionTimeout or 0.0):
                 params.RequestedSessionTimeout = 0.0
             return await super().create_session(params, sockname)
@@ -281,7 +281,7 @@ def _internal_server(owner: OpcUaServer) -> Any:
         """Makes such sessions, and hands none over to another channel."""
 
         def create_session(self, name: str, user: Any = User(), external: bool = False) -> Any:  # noqa: B008
-            """The library forgets a session that a connection asks for before another one, and keeps it for ever."""
+            """The library forgets a session that a connection requests before another one, and keeps it for ever."""
             if not external:
                 return super().create_session(name, user, external)
             for former in [s for s in self._external_sessions.values() if s.name == name and not s.is_activated()]:
@@ -289,7 +289,7 @@ def _internal_server(owner: OpcUaServer) -> Any:
             return Session(self, self.aspace, self.subscription_service, name, user=user, external=True)
 
         def register_server(self, server: Any, conf: Any = None) -> None:
-            """The twin is no discovery server: anybody could name another server as the twin to its clients."""
+            """The twin is not a discovery server: anyone could name another server as the twin to its clients."""
             owner.refuse("refused-session", "Registration of another server refused.")
             raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
 
@@ -358,7 +358,7 @@ def _number(data: ua.DataValue) -> float | None:
 
 
 def _is_nan(data: ua.DataValue) -> bool:
-    """Whether a value is one number that is none."""
+    """Whether a value is one number, and not finite."""
     value = None if data is None or data.Value is None else data.Value.Value
     return isinstance(value, float) and math.isnan(value)
 

@@ -117,7 +117,7 @@ class Register(NamedTuple):
         return self.address + self.form.words
 
     def encode(self, value: float) -> list[int]:
-        """Registers of a value [SI]; `Form.no_value` where it is none or does not go in."""
+        """Registers of a value [SI]; `Form.no_value` where it is missing or does not go in."""
         x = value / self.factor
         form = self.form
         raw: float = form.no_value
@@ -143,7 +143,7 @@ def read_registers(path: str | Path, names: Sequence[str], inputs: Sequence[str]
     """The rows of a map by address. names: of the twin's numbers; inputs: what may be written.
 
     Errors: LiveError, UnitError of one line: an unknown name, a unit of another quantity, registers that overlap or end
-    behind the last one, a number that is no input and may be written.
+    behind the last one, a number that is not an input and may be written.
     """
     return read_toml_raising(
         LiveError, Path(path), FileKind.REGISTERS, lambda t: _registers(t, names, inputs), start=START

@@ -29,7 +29,7 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "tau_F": ("s", "time constant of the load's filter"),
     "friction_factor": ("1", "system friction over that of the crane file"),
 }
-"""Unit and meaning of inputs and settings that are no signals."""
+"""Unit and meaning of inputs and settings that are not signals."""
 MEASURED, AGE, DEVIATION, ALARM = "measured", "age", "deviation", "alarm"
 """What servers show of a signal beside the twin's own: measured.s_w, age.s_w [s], deviation.s_w (rms over a window),
 alarm.s_w (0, 1)."""
@@ -114,7 +114,7 @@ def check_free(host: str, port: int, where: str) -> None:
 
 
 def check_address(host: str, port: int, where: str) -> None:
-    """Errors: LiveError for what is no address to listen on. Port 0 takes a free one."""
+    """Errors: LiveError for what is not an address to listen on. Port 0 takes a free one."""
     try:
         ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:

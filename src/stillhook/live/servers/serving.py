@@ -1,4 +1,4 @@
-"""Servers beside the twin, in one process, until somebody stops them."""
+"""Servers in the process of the twin, until a person stops them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOOK = 0.05
 def serve(
     twin: LiveTwin, served: Served, plan: LivePlan | None, done: Callable[[], bool], ready: Callable[[str], None]
 ) -> None:
-    """Run the servers of a plan until `done` says so, or SIGINT or SIGTERM comes, or the kernel refuses to go on.
+    """Run the servers of a plan until `done` says so, or SIGINT or SIGTERM comes, or the kernel refuses to continue.
 
     served: what the servers show, the twin itself or more; ready: takes each server's address.
 

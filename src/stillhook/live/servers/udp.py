@@ -1,6 +1,6 @@
 """UDP: rows to one receiver, as JSON or packed, and inputs from it as JSON.
 
-There is no security and no order: a receiver sees by `cycle_number` what is missing. Inputs are taken from the
+There is no security and no order: a receiver detects by `cycle_number` what is missing. Inputs are taken from the
 receiver's address alone, on this machine alone, and only where the program was started for writes: an address is easily
 forged.
 

@@ -128,7 +128,7 @@ def scenario_of(stretch: Stretch, base: Scenario, source: str) -> Scenario:
 
 
 def _modes(t: FloatArray, codes: FloatArray, source: str) -> list[tuple[str, Mode]]:
-    """Modes with the times from which they hold. Errors: LiveError for a number that is no mode."""
+    """Modes with the times from which they hold. Errors: LiveError for a number that is not a mode."""
     changes: list[tuple[str, Mode]] = []
     for time, code in zip(t.tolist(), np.round(codes).tolist(), strict=True):
         if not math.isfinite(code):
@@ -164,8 +164,9 @@ def replay(
 ) -> Replayed:
     """Drive the twin with a log in scaled real time, and compare.
 
-    Parameters: crane; base: load, water and sensors; log; speed over that of the clock; watch: is told every bin of the
-    log; plan: servers that show the twin with the measured values and deviations beside it; ready: is told addresses.
+    Parameters: crane; base: load, water and sensors; log; speed over that of the clock; watch: receives every bin of
+    the log; plan: servers that show the twin with the measured values and deviations next to it; ready: receives
+    addresses.
 
     Errors: StillhookError of one line: a log without a tip, a speed beyond what is allowed, a twin that fell behind.
     """
@@ -201,7 +202,7 @@ def replay(
 
 
 class _Comparison:
-    """A sink that puts the log beside the rows; and what servers show: the twin's numbers and the comparison."""
+    """A sink that puts the log next to the rows; and what servers show: the twin's numbers and the comparison."""
 
     twin: LiveTwin
 

@@ -1,5 +1,5 @@
 """Virtual sensors: numbers of the twin that the crane does not measure, each with a 95 % uncertainty from how far the
-measured signals beside it deviate in the current window, and whether it is valid."""
+measured signals next to it deviate in the current window, and whether it is valid."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class VirtualSensor(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Of a virtual sensor at a moment: value; half of its 95 % interval, NaN where nothing beside it is measured;
+    """Of a virtual sensor at a moment: value; half of its 95 % interval, NaN where nothing next to it is measured;
     valid; reason why not."""
 
     name: str
@@ -113,7 +113,7 @@ class VirtualSensors:
             return math.nan
 
     def _half(self, s: VirtualSensor, row: Row) -> float:
-        """By what each signal beside it is off: the deviation itself, not its slope, so that no law is linearised."""
+        """By what each signal next to it is off: the deviation itself, not its slope, so that no law is linearised."""
         base, squares, known = self._value(s.error, row), 0.0, False
         for name in s.beside:
             off = self._rms[name]

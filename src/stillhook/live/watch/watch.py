@@ -23,9 +23,9 @@ from stillhook.statistics.estimate import NORMAL_95
 REACH = 0.4
 """Largest offset of the encoder's clock that is looked for [s]."""
 PLACING = 3
-"""Batches from which the offset is found, and that are then begun anew."""
+"""Batches from which the offset is found, and that then begin again."""
 AGAIN = 0.01
-"""Offset that is left over from which rows are put together anew [s]."""
+"""Offset that is left over from which rows are put together again [s]."""
 FIRST = 10
 """Batches in which it may be: less than the window by which causes are judged."""
 LASTING = 3
@@ -33,7 +33,7 @@ LASTING = 3
 SATURATED = 0.02
 """Part of the time at the pumps' end from which a limit of the winch explains a deviation."""
 STUCK = 3.0
-"""A signal of the crane stands where that of the twin moves by so many times its own smallest steps."""
+"""A signal of the crane is frozen where that of the twin moves by so many times its own smallest steps."""
 STALE_TIP, WRONG_MODE, AT_LIMIT = "tip motion stale", "mode of the log other than the twin's", "winch at a limit"
 
 
@@ -90,7 +90,7 @@ class Watch:
         return self.latest
 
     def _place(self, piece: Piece) -> None:
-        """Find the offset of the encoder by the flow balance, once there are rows enough, and begin anew with it."""
+        """Find the offset of the encoder by the flow balance, once there are rows enough, and begin again with it."""
         self._tries += 1
         balance, x = self.criteria.measures.balances.balance, piece.crane
         needed = ("alpha_p", "alpha_m", "p_a", "p_b")
@@ -113,7 +113,7 @@ class Watch:
         self.criteria = CriteriaWatch(self._crane, self._accuracies)
 
     def _check_clock(self) -> None:
-        """Put the rows together anew where the first minutes leave an offset: later on it is a sign."""
+        """Put the rows together again where the first minutes leave an offset: later on it is a sign."""
         if self._settled or not self._placed:
             return
         left = self.criteria.estimate("clock", "30 s") if self._clocked else None

@@ -126,7 +126,7 @@ class CsvLog:
         return numbers_of(cells)
 
     def _numbers(self, block: _Block, places: Sequence[int]) -> dict[int, FloatArray]:
-        """Columns of numbers, NaN for empty cells; none of them where a cell of one is no number."""
+        """Columns of numbers, NaN for empty cells; none of them where a cell of one is not a number."""
         if not places:
             return {}
         precision = "high" if self._few_digits(block, places) else "round_trip"

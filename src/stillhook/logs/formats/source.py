@@ -93,7 +93,7 @@ def joined(columns: Sequence[list[str]]) -> list[str]:
 
 
 def with_words(read: FloatArray, cells: Sequence[str], want: Want) -> FloatArray:
-    """Numbers with those filled in that stand in the file as words. cells: texts without blanks around them."""
+    """Numbers with those filled in that are words in the file. cells: texts without blanks around them."""
     if not want.words:
         return read
     numbers = {word.lower(): value for word, value in want.words}

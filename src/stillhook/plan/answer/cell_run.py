@@ -198,7 +198,7 @@ class Lowered(NamedTuple):
 
 def lowered(governing: GoverningRun, folder: Path) -> Lowered:
     """Write the run as a lift file, lower that, and write pictures, series, summary and, where pictures can be drawn,
-    its film beside it."""
+    its film next to it."""
     check_folder(folder, (*FILES, *LOWERING_FILES, *FILMS))
     with atomic_folder(folder) as part:
         names = write_lift(

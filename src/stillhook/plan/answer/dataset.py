@@ -15,8 +15,9 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.result import CREDITS, Credit, labelled
-from stillhook.plan.table import TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
+from stillhook.plan.table import BY_RULE, ENDS, TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
 from stillhook.plan.weather.value import Forecast
+from stillhook.sea.spectra.spectrum import highest_sea
 
 if TYPE_CHECKING:
     import xarray
@@ -72,12 +73,17 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
     cells: dict[str, NDArray[Any]] = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
     for end in ("low", "high"):
         cells[f"Hs_limit_{end}"] = np.stack([getattr(g, end) for g in governs])
-    for name, labels in (("phase", axes.phases), ("rule", axes.rules), ("tier", [t.value for t in TIERS])):
-        cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack([getattr(g, name) for g in governs])]
+    labels_of = {"phase": axes.phases, "rule": axes.rules, "tier": [t.value for t in TIERS], "end": ENDS}
+    for name, labels in labels_of.items():
+        places = [g.ends if name == "end" else getattr(g, name) for g in governs]
+        cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack(places)]
     by_phase = {"counts": counting(of.modelled), "n_seeds": of.seeds, "inside": of.certified.share}
     # what the model says; as credited, the tier that counts alone is put in its place
-    Hs_rule = np.stack([of.limits.Hs, _by_tier(of.credited)])
+    credited, steepest = _by_tier(of.credited), np.array([highest_sea(T) for T in axes.periods])
+    credited = np.where(np.isfinite(credited), np.minimum(credited, steepest), credited)
+    Hs_rule = np.stack([of.limits.Hs, credited])
     data: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {name: (CELL, values) for name, values in cells.items()}
+    data["Hs_steepest"] = ("period",), steepest
     data["Hs_rule"] = ("credit", "tier", "alternative", "phase", "rule", "heading", "period"), Hs_rule
     data |= {name: (("alternative", "phase", "heading", "period"), values) for name, values in by_phase.items()}
     env = plan.environment
@@ -141,11 +147,12 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
                 "T_p": axes.periods[i[2]],
             }
             limit = {"Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i])}
-            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf, "op_wf_in_weather": forecast.used}
+            factors = {"alpha": forecast.alpha, "op_wf": forecast.op_wf}
             of_forecast = {name: float(table[(c, *i)]) for name, table in factors.items()}
             of_forecast["case_by_case"] = bool(forecast.case_by_case[(c, *i)])
             by = {"phase": axes.phases[g.phase[i]], "rule": axes.rules[g.rule[i]], "tier": TIERS[g.tier[i]].value}
             governing = {f"governing_{name}": text if governs else "" for name, text in by.items()}
+            governing["governing_end"] = ENDS[g.ends[i]].value if g.ends[i] != BY_RULE else ""
             who = {"credit": credit, "alternative": axes.alternatives[i[0]].value, "verdict": verdict}
             rows.append(who | where | limit | of_forecast | governing)
     return rows

@@ -34,7 +34,7 @@ from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show
-from stillhook.weather.alpha import AlphaTable
+from stillhook.weather.alpha import TEXTS, AlphaTable
 from stillhook.weather.series import Weather
 
 NOT_COVERED = (*("second-order", "horizontal", "current", "structure", "strength", "wire-life", "ground", "machinery"),)
@@ -62,7 +62,7 @@ def facts_of(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: W
         "payload": _payload(plan),
         "place": picked(plan, "h_tip", "depth", "rho") | {"text": _place(plan)},
         "phases": [described(phase) for phase in plan.phases],
-        "rules": picked(rules, "name", "version", "digest")
+        "rules": picked(rules, "name", "version", "digest", "entered_by")
         | {"changes": list(rules.changes), "rows": [_rule(rule) for rule in rules.rules]},
         "limited": [
             {"phase": phase.name, "alternative": alternative.value, **as_row(each)}
@@ -101,8 +101,10 @@ def _digest(text: str) -> str:
 
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
-    more = {"digest": _payload_digest(plan), "rows": payload_rows(plan.payload, plan.rho)}
-    return picked(plan.payload, "name", "title", "mass", "height") | more
+    payload = plan.payload if plan.weight is None else plan.weight.payload
+    more = {"digest": _payload_digest(plan), "rows": payload_rows(payload, plan.rho)}
+    of = {} if plan.weight is None else {"mass": plan.payload.mass, "net": plan.weight.net}
+    return picked(payload, "name", "title", "mass", "height") | of | more
 
 
 def _payload_digest(plan: LiftPlan) -> str:
@@ -148,7 +150,7 @@ def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[
 
 
 def _weather_digest(weather: Weather) -> str:
-    """Of times and numbers as they were read, whatever the file looked like."""
+    """Of times and numbers as they were read, in any form of the file."""
     parts = [weather.time.astype("datetime64[ms]").tobytes(), repr(weather.step).encode()]
     for name in sorted(weather.columns):
         parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]
@@ -209,9 +211,10 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     cell."""
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
-    texts = {key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}
-    return picked(plan, "T_POP", "T_POP_given", "T_C") | {
+    texts = {key: table.texts.get(key, "") for key in TEXTS if key != "title"}
+    return picked(plan, "T_POP", "T_POP_given", "T_C", "lead", "parts") | {
         "T_R": forecast.T_R,
+        "window": forecast.window,
         "weather_restricted": forecast.restricted,
         "alternative": of.shown().value,
         "Tp": at.Tp,
@@ -220,7 +223,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
         **({} if plan.environment.swell is None else {"swell_wf": forecast.swell}),
-        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
+        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0]), "numbers": table.numbers},
     }
 
 
@@ -233,7 +236,6 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
     codes = {
         "depth": method,
         "efficiency": method,
-        "sensitivity": method or "nothing-governs",
         "landing": runs or ("no-limit" if lands else "no-landing"),
         "sweep": runs or "no-compensated-landing",
         "convergence": runs or "no-limit",

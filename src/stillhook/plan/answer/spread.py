@@ -15,7 +15,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governed
+from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governing
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
 from stillhook.weather.persistence import Window, waits
@@ -45,7 +45,7 @@ def with_intervals(
     found: limits of all tiers with their draws; forecast, value: what the block was made
     of. Limits without draws, of other tiers than the twin, are taken as exact. Each end is as far off the number as
     draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
-    the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
+    the number: the least of limits with errors is too low on the mean, and the number is off by as much as draws are.
     """
     axes = of.axes
     drawn = limit_draws(axes, tier_limits, of.limits.Hs.shape[1:])
@@ -53,10 +53,9 @@ def with_intervals(
         return block
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
-        used = forecast_limits(plan, forecast.table, governs).used
-        return _numbers(value, axes, used, window)
+        return _numbers(value, axes, forecast_limits(plan, forecast.table, governs).op_wf, window)
 
-    window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
+    window = Window.of(value.workability.weather.time, value.workability.weather.step, value.window)
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(numbers, governs_of_draws(plan, of, drawn)))
     for name in rows[0]:
@@ -107,11 +106,11 @@ def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterato
         Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
         modelled = chosen(replace(of.limits, Hs=Hs))
         credited = credited_of(plan, modelled, heights, of.certified.covers)
-        yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+        yield governing(plan, modelled, credited)
 
 
-def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, window: Window) -> dict[str, FloatArray]:
-    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
+def _numbers(value: WeatherValue, axes: Axes, limits: FloatArray, window: Window) -> dict[str, FloatArray]:
+    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits op_wf
     (credit, alternative, heading, period) [m]."""
     judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -119,7 +118,7 @@ def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, window: Window) 
     of: dict[tuple[int, int], FloatArray] = {}
     valid, time = np.isfinite(judge.seas.Hs), judge.weather.time
     for c, a in np.ndindex(shape):
-        op_wf = np.nan_to_num(used[c, a], nan=0.0)
+        op_wf = np.nan_to_num(limits[c, a], nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
             some, can_start = judge.starts(op_wf, window)

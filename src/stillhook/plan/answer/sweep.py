@@ -27,17 +27,16 @@ from stillhook.physics.load_path.drum import wire_usable
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
+from stillhook.plan.definition.weights import weighing
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
-from stillhook.plan.table import APART, TOLERATED, Governed
+from stillhook.plan.table import APART, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import crosses
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.lowering import THROUGH, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, snapped
 from stillhook.plan.tiers.time_domain.search import Work
-from stillhook.spec.lift.assembly import Assembly
-from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.crossing_fit import share_crossing
 from stillhook.units import show
@@ -46,6 +45,8 @@ if TYPE_CHECKING:
     import xarray
 
 
+TOLERATED = ("load_pp", "e_c_pp")
+"""Quantities that a tolerance over the seabed limits: motion of the payload, control error of the wire."""
 TOLERANCES = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.36, 0.5)
 """Tolerances that are looked at in addition to the plan's own [m]."""
 PAYLOADS = (0.5, 1.5)
@@ -147,7 +148,7 @@ def _varied(
     delay: float | None = None,
 ) -> Variant:
     """A plan of the phases over the seabed alone, whose depths move with it."""
-    payload = plan.payload if mass is None else _of_mass(plan.payload, mass)
+    payload = plan.payload if mass is None else weighing(plan.payload, mass, plan.payload.displaced)
     down = 0.0 if depth is None else depth - plan.depth
 
     def moved(phase: Phase) -> Phase:
@@ -158,17 +159,6 @@ def _varied(
     sensors = plan.sensors if delay is None else plan.sensors.model_copy(update={"delay": delay})
     changed = replace(plan, payload=payload, depth=plan.depth + down, phases=phases, sensors=sensors)
     return Variant(varied, changed, column)
-
-
-def _of_mass(payload: Payload, mass: float) -> Payload:
-    """The payload with another mass [kg], parts in proportion; outside, volume and what water does to it stay."""
-    shape, factor = payload.shape, mass / payload.mass
-    if shape is None:
-        return payload.model_copy(update={"mass": mass})
-    if isinstance(shape, Assembly):
-        parts = [p.model_copy(update={"mass": None if p.mass is None else factor * p.mass}) for p in shape.parts]
-        shape = shape.model_copy(update={"parts": tuple(parts)})
-    return payload.model_copy(update={"mass": mass, "volume": payload.displaced, "shape": shape})
 
 
 def _deepest(plan: LiftPlan, phase: Phase) -> float:

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from stillhook.plan.assessments import card
+from stillhook.plan.assessments import card, failures, hindcast, quality, rigging, sensitivity
 from stillhook.plan.assessments.interface import Assessment
+from stillhook.plan.assessments.sensitivity import assumed
 
-ASSESSMENTS: Sequence[Assessment] = (card,)
+ASSESSMENTS: Sequence[Assessment] = (rigging, failures, sensitivity, assumed, hindcast, quality, card)
 """In the order of the report."""

@@ -9,16 +9,17 @@ from typing import NamedTuple
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
-from stillhook.engine.pack.capacity import DESIGN_DAF, tip_capacity
+from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
-from stillhook.plan.definition.load_chart import ChartPoint
+from stillhook.plan.definition.load_chart import ChartPoint, ChartType
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.rigging import Carrier, DAF_in_air
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
 
@@ -91,7 +92,7 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
     return {q.name: q.still for q in QUANTITIES.values() if q.still is not None} | {
         "F_top_static": F,
         "F_top_max": F + F_jerk,
-        "DAF": (F_sling + F_jerk) / (plan.payload.mass * G),
+        "DAF": (F_sling + F_jerk) / (plan.of_high.payload.mass * G),
         "v_w_demand": v,
         "v_landed": v,
         **({} if plan.load_chart is None else plan.load_chart.static_leads(plan.tip_of(phase))),
@@ -113,17 +114,33 @@ def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValu
 
 
 def _swl_dynamic(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
-    """SWL and hook times the dynamic factor of the load chart, `DESIGN_DAF` without one."""
-    static = _swl_tip(plan, phase, alternative)
-    points = () if plan.load_chart is None else plan.load_chart.at(plan.tip_of(phase))
-    factors = [p.DAF for p in points if p.DAF is not None]
-    if not factors:
-        return static.times(DESIGN_DAF)
+    """SWL and hook times the dynamic factor that chart or maker state, 1 where nobody does."""
+    static, stated, chart = _swl_tip(plan, phase, alternative), plan.statement, plan.load_chart
+    if chart is None or not chart.states_factor:
+        if stated is not None:
+            more = static.times(stated.dynamic_factor)
+            return more._replace(basis=f"{more.basis}; factor by {stated.statement}")
+        dynamic = chart is not None and chart.type is ChartType.DYNAMIC
+        why = "the chart is dynamic" if dynamic else "no dynamic factor is stated"
+        return static._replace(basis=f"{static.basis}; {why}")
+    points = chart.at(plan.tip_of(phase))
+    factors = [p.DAF or 1.0 for p in points]
     values = [factor * (p.SWL + plan.crane.hook_mass) * G for factor, p in zip(factors, points, strict=True)]
     least, most = min(factors), max(factors)
     words = f"{least:.3g}" if math.isclose(least, most) else f"{least:.3g} to {most:.3g}"
     by_Hs = tuple(zip((p.Hs for p in points), values, strict=True)) if static.by_Hs else ()
     return CapacityValue(values[0], f"DAF {words} of the load chart x {static.basis}", by_Hs)
+
+
+def _DAF_air(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
+    """Design DAF of rigging and lift points in air: stated, else by carrier and static hook load."""
+    gear = plan.gear
+    if gear.DAF_air is not None:
+        return CapacityValue(gear.DAF_air, f"design DAF in air of the rigging, {gear.source}")
+    m = plan.of_high.payload.mass
+    where = {Carrier.OWN_DECK: "own deck", Carrier.VESSEL: "another vessel", Carrier.ONSHORE: "onshore"}[gear.carrier]
+    basis = f"0027/ND Rev 11 table 5-1, {where}, static hook load {show(m, 'mass')}"
+    return CapacityValue(DAF_in_air(m, gear.carrier), basis)
 
 
 def _lead(name: str) -> Callable[[LiftPlan, Phase, Alternative], CapacityValue | None]:
@@ -155,7 +172,7 @@ def _of_chart(
 
 
 def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
-    m = plan.payload.mass
+    m = plan.of_high.payload.mass
     return CapacityValue(m * G, f"weight of {plan.payload.name} in air, {show(m, 'mass')}")
 
 
@@ -253,8 +270,11 @@ CAPACITIES: Mapping[str, Capacity] = {
     "SWL": Capacity("force", "weight of the SWL", _swl),
     "SWL_dynamic": Capacity(
         "force",
-        f"SWL_tip times the dynamic factor of the load chart, {DESIGN_DAF:g} (assumed) where none gives it",
+        "SWL_tip times the dynamic factor that the load chart or a statement of the maker gives; SWL_tip without one",
         _swl_dynamic,
+    ),
+    "DAF_air": Capacity(
+        "", "design DAF of rigging and lift points in air: stated, or 0027/ND table 5-1 by carrier and weight", _DAF_air
     ),
     "payload_weight": Capacity("force", "weight of the payload in air", _weight),
     "v_top": Capacity(

@@ -33,7 +33,7 @@ class Cells(NamedTuple):
 def long_form(
     table: TextTable, specs: Mapping[str, ColumnSpec], chosen: Mapping[str, ColumnChoice]
 ) -> tuple[TextTable, tuple[str, ...]]:
-    """A chart in long form, and what was left out or made of a matrix; a chart that is no matrix as it is.
+    """A chart in long form, and what was left out or made of a matrix; any other chart as it is.
 
     Errors: PlanError of one line for a matrix whose headings do not say what their numbers are for.
     """

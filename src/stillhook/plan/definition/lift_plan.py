@@ -23,8 +23,9 @@ from stillhook import units as u
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
-from stillhook.plan.definition.load_chart import CraneChart
+from stillhook.plan.definition.load_chart import CapacityStatement, CraneChart
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
+from stillhook.plan.definition.weights import Weight
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.vessel.boom import Boom
@@ -35,6 +36,7 @@ from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
+from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.html import table
 from stillhook.tables.range_text import values_of, with_point
@@ -84,7 +86,7 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
 
 
 class Swell(Spec):
-    """A swell beside the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
+    """A swell with the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
     heading from the bow [rad]; gamma None: by the rule of T_p/sqrt(H_s); spread as of the wind sea, None for
     long-crested waves.
 
@@ -126,7 +128,7 @@ class Environment(Record):
     long-crested waves.
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
-    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system beside
+    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system besides
     the wind sea whose height the table limits.
     """
 
@@ -187,7 +189,7 @@ class WeatherUse:
     """Weather that waiting is calculated with. file: a name of the library or a path; ship: where the bow points,
     clockwise from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's
     directions mean, None where the file says so; columns, time, date_order, time_zone: how the file is to be read where
-    it does not say (`stillhook.formats.weather.file.read_weather`).
+    it does not say (`stillhook.formats.weather.file.read_weather`); source, bias: what the user says of it.
     """
 
     file: str
@@ -197,6 +199,8 @@ class WeatherUse:
     time: str | None = None
     date_order: str | None = None
     time_zone: str | None = None
+    source: str = ""
+    bias: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +208,14 @@ class LiftPlan:
     """Everything a plan follows from.
 
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
-    T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
-    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
-    the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
-    the crane's one SWL; compensator that hangs in the alternative phc, linked: whether it hangs (`under`); document:
-    number, revision and names for the head of its report; digest of every input.
+    T_POP planned time of the operation from the issue of the forecast [s] (T_POP_given: not the sum of the phases),
+    lead of it before the start [s], parts that an operation which can be halted has, T_C contingency (None: not
+    assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
+    credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
+    load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
+    items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
+    the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
+    document: number, revision and names for the head of its report; digest of every input.
     """
 
     name: str
@@ -225,7 +232,14 @@ class LiftPlan:
     T_POP: float
     T_C: float | None = None
     T_POP_given: bool = True
+    lead: float = 0.0
+    parts: int = 1
+    forecast_factors: str | None = None
     rigging: Rigging = field(default_factory=Rigging)
+    gear: RiggingTable = field(default_factory=RiggingTable)
+    weight: Weight | None = None
+    high: LiftPlan | None = field(default=None, repr=False)
+    statement: CapacityStatement | None = None
     wire: DeepWire = field(default_factory=DeepWire)
     winch: WinchSettings = field(default_factory=WinchSettings)
     sensors: Sensors = field(default_factory=Sensors)
@@ -235,6 +249,8 @@ class LiftPlan:
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
+    not_claimed: tuple[Phase, ...] = ()
+    reconciled: Mapping[tuple[str, str], str] = field(default_factory=dict)
     document: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
     digest: str = ""
@@ -272,6 +288,17 @@ class LiftPlan:
         linked = alternative is Alternative.PHC and self.compensator is not None
         return self if linked is self.linked else self.once(_with_link, linked)
 
+    @property
+    def low(self) -> LiftPlan | None:
+        """The plan with the low weight case on the hook; None without a weight build-up, and of that plan itself."""
+        return None if self.weight is None or self.high is not None else self.once(_with_low_weight)
+
+    @property
+    def of_high(self) -> LiftPlan:
+        """The plan of the high weight case: of both cases the one that remembers what weight does not change, and whose
+        weight loads are compared with."""
+        return self if self.high is None else self.high.under(Alternative.PHC if self.linked else Alternative.NONE)
+
     def phase(self, name: str) -> Phase:
         """The phase of this name."""
         return next(p for p in self.phases if p.name == name)
@@ -306,6 +333,12 @@ def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[
 def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
     """The plan with or without the compensator in the load path."""
     return replace(plan, linked=linked)
+
+
+def _with_low_weight(plan: LiftPlan) -> LiftPlan:
+    """The plan in the low weight case."""
+    assert plan.weight is not None
+    return replace(plan, payload=plan.weight.low_case, high=plan)
 
 
 def check_chart(plan: LiftPlan) -> None:
@@ -374,6 +407,10 @@ def check_wire(plan: LiftPlan) -> None:
         raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None
 
 
+HELD = ", held"
+"""What the name of a hold adds to that of its passage or landing."""
+
+
 class Holds(NamedTuple):
     """Holds of phases that do not name their own: time at the worst depth of a splash zone, time of the stop before a
     landing [s], and its height above the seabed [m]."""
@@ -410,11 +447,23 @@ def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Co
     return tuple(result)
 
 
+def holds_off(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
+    """Holds of joined phases that say "off", with the usual times, as the phases that `with_holds` makes of others."""
+    pairs = zip((None, *phases), phases, strict=False)
+    off = [
+        phase.model_copy(update={"hold": None})
+        for before, phase in pairs
+        if phase.hold == 0.0 and (before is None or before.kind is not PhaseKind.STAND_OFF)
+    ]
+    names = {phase.name for phase in phases}
+    return tuple(phase for phase in with_holds(off, usual, depth, standing) if phase.name not in names)
+
+
 def _held(phase: Phase, usual: float) -> list[Phase]:
     """A passage, and the hold after it."""
     time = usual if phase.hold is None else phase.hold
     passage = phase.model_copy(update={"hold": None})
-    held = {"name": f"{phase.name}, held", "speed": None, "time": time, "planned": None, "hold": time}
+    held = {"name": f"{phase.name}{HELD}", "speed": None, "time": time, "planned": None, "hold": time}
     return [passage, phase.model_copy(update=held)] if time > 0.0 else [passage]
 
 
@@ -426,7 +475,7 @@ def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str],
     height = begins if own and time <= 0.0 else min(phase.stand_off or usual.stand_off, begins)
     lands = phase.model_copy(update={"hold": None, "stand_off": height if own or time > 0.0 else None})
     stands = {
-        "name": f"{phase.name}, held",
+        "name": f"{phase.name}{HELD}",
         "kind": PhaseKind.STAND_OFF,
         "mode": WinchMode.AHC if phase.compensated else WinchMode.MANUAL,
         "start_depth": depth - height,

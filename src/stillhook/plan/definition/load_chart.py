@@ -14,6 +14,7 @@ import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -100,6 +101,21 @@ SAME = 1e-6
 """Radii that differ by less are one [m]."""
 
 
+class ChartType(StrEnum):
+    """What an SWL of a chart is: the load at rest, or one that has the dynamic factor of its wave height in it."""
+
+    STATIC = "static"
+    DYNAMIC = "dynamic"
+
+
+class CapacityStatement(Spec):
+    """The table [capacity]: by how much peaks may pass the SWL, and who says so. Without it, or a column DAF of a
+    static chart, dynamic loads are held against the SWL itself."""
+
+    dynamic_factor: Number = Field(ge=1.0, le=3.0, description="dynamic factor on the SWL")
+    statement: Text = Field(description="who states it: letter or manual of the maker, with date and section")
+
+
 class LoadChartTable(Spec):
     """The table [load_chart]."""
 
@@ -113,11 +129,14 @@ class LoadChartTable(Spec):
     heel: u.Angle = Field(default=0.0, ge=0.0, le=math.radians(15.0), description="static heel with the load over side")
     trim: u.Angle = Field(default=0.0, ge=0.0, le=math.radians(15.0), description="static trim")
     swing_damping: Number = Field(default=SWING_DAMPING, gt=0.0, le=1.0, description="damping of the swinging load")
+    type: ChartType = Field(
+        default=ChartType.STATIC, description="dynamic: its SWL has the dynamic factor in it and is not multiplied"
+    )
 
 
 @dataclass(frozen=True)
 class CraneChart:
-    """A load chart in use: where the crane stands. pedestal: its axis of slewing (x, y) from the vessel's reference
+    """A load chart in use: place of the crane. pedestal: its axis of slewing (x, y) from the vessel's reference
     point [m], or radius of the tip [m] in its place; the other fields as of `LoadChartTable`."""
 
     chart: LoadChart
@@ -126,6 +145,12 @@ class CraneChart:
     heel: float = 0.0
     trim: float = 0.0
     swing_damping: float = SWING_DAMPING
+    type: ChartType = ChartType.STATIC
+
+    @property
+    def states_factor(self) -> bool:
+        """Whether the chart states a dynamic factor by which peaks may pass its SWL."""
+        return self.type is ChartType.STATIC and self.chart.rows[0][0][1].DAF is not None
 
     def radius_of(self, tip: TipPoint) -> float:
         """Horizontal distance of a crane tip from the axis of slewing [m]."""
@@ -147,7 +172,11 @@ class CraneChart:
     def inputs(self) -> dict[str, Any]:
         """What results follow from, as plain data."""
         place = {name: getattr(self, name) for name in ("pedestal", "radius", "heel", "trim", "swing_damping")}
-        return {"chart": self.chart.digest, **place}
+        return {
+            "chart": self.chart.digest,
+            **place,
+            **({} if self.type is ChartType.STATIC else {"type": self.type.value}),
+        }
 
     def static_leads(self, tip: TipPoint) -> dict[str, float]:
         """off_lead and side_lead of a wire that hangs still under a crane that heels and trims with the vessel [rad];
@@ -212,7 +241,7 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     if table.pedestal is not None:
         at = parse_point(table.pedestal, "load_chart.pedestal")
         pedestal = (at.x, at.y)
-    return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping)
+    return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping, table.type)
 
 
 def read_load_chart(

@@ -1,9 +1,9 @@
 """Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by
 which clause.
 
-What a phase of a lift asks in sea states: quantities that rules are held against, from one tier of the model.
+What a phase of a lift requires in sea states: quantities that rules limit, from one tier of the model.
 
-What the winch may be taken for: no compensation, the flat cap, the twin under each controller, and a winch that stands
+What the winch may be taken for: no compensation, the flat cap, the twin under each controller, and a winch that rests
 above a passive heave compensator.
 """
 
@@ -71,7 +71,7 @@ class Sense(StrEnum):
 
 
 class Level(StrEnum):
-    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases
+    """Which largest value of the phase is compared with the limit: the most probable one, or what 90 % of such phases
     stay below; mean: what has no largest value, such as a share of the time, a chance, or a tension at rest."""
 
     MPM = "mpm"
@@ -91,8 +91,8 @@ class Rule:
     key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` in a
     `Demand`; limit: a number in SI, or the name of a capacity of the plan
     (`stillhook.plan.definition.capacities`); sense; level: largest value that counts; phases it belongs to; standard,
-    edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what it leaves;
-    factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
+    edition, clause: what it is from, the edition that the user entered, a clause "assumed" unless its text was seen;
+    note: why, or what it leaves; factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
     """
 
     key: str
@@ -128,8 +128,8 @@ class Rule:
 @dataclass(frozen=True)
 class RuleSet:
     """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its
-    content; source: whose rules they are; settings: numbers of the closed form [SI]
-    (`stillhook.plan.definition.rules_file.SETTINGS`).
+    content; source: whose rules they are; entered_by: who entered the editions of its standards; settings: numbers of
+    the closed form [SI] (`stillhook.plan.definition.rules_file.SETTINGS`).
     """
 
     name: str
@@ -139,10 +139,11 @@ class RuleSet:
     digest: str = ""
     source: str = ""
     settings: Mapping[str, float] = field(default_factory=dict)
+    entered_by: str = ""
 
     @property
     def label(self) -> str:
-        """Name and version, as they stand on everything that is judged by this set."""
+        """Name and version, as printed on everything that is judged by this set."""
         return f"{self.name} version {self.version}"
 
     def level(self, quantity: str) -> Level:
@@ -153,6 +154,7 @@ class RuleSet:
         """The set as plain data for JSON, limits in SI."""
         rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "requirement": r.requirement} for r in self.rules]
         top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
+        top |= {"entered_by": self.entered_by} if self.entered_by else {}
         return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
 
     def of(self, kind: PhaseKind | None) -> Mapping[str, Rule]:
@@ -272,7 +274,7 @@ class Demand:
     """Quantities of one phase under one alternative in every sea state, from one tier.
 
     values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not determine it. Largest
-    values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
+    values are those of the phase's duration at the quantile of the rule about them. low, high: ends of the 95 %
     interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none).
     """
 

@@ -69,6 +69,8 @@ class RuleTable(RowTable):
 class RulesFile(SetFile):
     """A set of rules."""
 
+    entered_by: Text | None = Field(default=None, description="who entered the editions of the project")
+    editions: Mapping[str, Text] = Field(default_factory=dict, description="standard = edition that the project uses")
     simplified: Mapping[str, Any] = Field(default_factory=dict, description="numbers of the closed form")
     rule: tuple[RuleTable, ...] = Field(default=(), description="one [[rule]] table for each rule")
 
@@ -85,6 +87,7 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
 
         base = "offshore-lift"        # or without: then every rule must be given
         version = "2026-11"
+        entered_by = "N. N."          # the editions below
         drop = ["control-error"]
         [[rule]]                      # changes the rule of this key: what is not given stays
         key = "landing-speed"
@@ -105,6 +108,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         level = "mpm"                 # or "p90", as the other rules of this quantity; none for shares and chances
         phases = ["landing"]
         standard = "Company rule"
+        [editions]                    # of the standards that the project uses
+        "EN 13852-1" = "2013"
         [simplified]                  # numbers of the closed form, see SETTINGS
         zeta_a = 0.9
 
@@ -166,7 +171,7 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
 
 
 def check_limit_texts(limits: Mapping[str, Any], table: TomlTable, rules: RuleSet) -> None:
-    """Refuse limits of a phase that are no texts; for numbers with the unit of the rule. table: that of the limits."""
+    """Refuse limits of a phase that are not texts; for numbers with the unit of the rule. table: that of the limits."""
     for key, value in limits.items():
         if isinstance(value, str):
             continue
@@ -204,14 +209,38 @@ def _rule_set(table: TomlTable) -> RuleSet:
     if not combined:
         raise PlanError("rule: none is left, so that every sea would pass. Keep one.")
     _one_level(combined)
+    combined = _with_editions(combined, file, table)
     source = file.source or (f"{label}, on {base.label}" if base else label)
     settings = numbers_on_base(
         table, "simplified", file.simplified, SETTINGS, base.settings if base else {}, example="offshore-lift"
     )
     changes = _changes(base, combined, settings) if base else ()
+    entered_by = file.entered_by or (base.entered_by if base else "")
     return _digested(
-        RuleSet(file.name or table.path.stem, file.version, combined, changes, source=source, settings=settings)
+        RuleSet(
+            file.name or table.path.stem,
+            file.version,
+            combined,
+            changes,
+            source=source,
+            settings=settings,
+            entered_by=entered_by,
+        )
     )
+
+
+def _with_editions(rules: tuple[Rule, ...], file: RulesFile, table: TomlTable) -> tuple[Rule, ...]:
+    """Rules with the editions of their standards that the file enters."""
+    if file.editions and file.entered_by is None:
+        raise table.wrong(
+            'editions are given without the person who entered them. Write entered_by = "name, company".', "entered_by"
+        )
+    standards = list(dict.fromkeys(rule.standard for rule in rules))
+    for standard in file.editions:
+        if standard not in standards:
+            near = nearest(standard, standards)
+            raise table.at("editions").wrong(f"no rule is from it{near} Standards: {', '.join(standards)}.", standard)
+    return tuple(replace(rule, edition=file.editions.get(rule.standard, rule.edition)) for rule in rules)
 
 
 def _row(row: RuleTable, old: Rule | None, table: TomlTable, label: str) -> Rule:
@@ -294,7 +323,7 @@ def _limit(value: Any, table: TomlTable, key: str, quantity: str) -> tuple[float
 
 
 def _sourced(row: RuleTable, new: Rule, old: Rule, label: str) -> Rule:
-    """A rule that was changed does not go on bearing the standard of what it was."""
+    """A rule that was changed no longer bears the standard of what it was."""
     if row.standard is not None:
         return replace(new, edition=_word(row.edition, ""), clause=_word(row.clause, ""))
     if _meaning(new) == _meaning(old):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from stillhook.plan.assessments.sensitivity.ranking import NAME, lowered
 from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
@@ -14,7 +14,6 @@ from stillhook.plan.report.words import (
     height,
     highest,
     leading,
-    names,
     sentence,
     write,
 )
@@ -22,13 +21,6 @@ from stillhook.plan.result import FAILED, PlanResult
 
 MOST = 8
 """Lines at most: those of the end are the least urgent."""
-FACTORS = {
-    "C_A": "added mass",
-    "C_D": "drag",
-    "friction": "friction of the winch",
-    "delay": "delay of the motion signal",
-}
-"""Inputs that a limit depends on, in words."""
 
 
 def actions(result: PlanResult) -> list[str]:
@@ -46,7 +38,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
     certificate = facts["crane"]["certificate"]
     if any(a.twin for a in result.alternatives) and (not certificate or certificate.get("synthetic")):
         yield _write("validate") if differs(result, name) else _write("validate_same")
-    if "sensitivity" in result and (line := _most_sensitive(result, name)):
+    if line := _most_sensitive(result):
         yield line
     op = facts["operation"]
     cells = result.data.sel(credit=CREDITED, alternative=name)
@@ -60,27 +52,20 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("payload", n=assumed)
     if "weather" in result and result["weather"].attrs["synthetic"]:
         yield _write("weather")
-    yield _write("rules", **facts["rules"])
+    if not facts["rules"].get("entered_by"):
+        yield _write("rules", **facts["rules"])
 
 
 def _write(key: str, **values: object) -> str:
     return write(TEXTS["next"][key], **values)
 
 
-def _most_sensitive(result: PlanResult, name: str) -> str:
-    """The input that lowers the limit of the leading alternative most, of those that were varied."""
-    block, top = result["sensitivity"], highest(result)
-    if name not in names(block):
+def _most_sensitive(result: PlanResult) -> str:
+    """The input that lowers the limit of a phase most, of those that were varied."""
+    of = result.facts.get(NAME)
+    moved = next(iter(lowered(of)), None) if of is not None else None
+    if moved is None:
         return ""
-    of = block.sel(alternative=name)
-    found = [
-        (float(of["Hs_base"].values[i]), float(of[f"Hs_{end}"].values[i]), factor, str(block[f"{end}_text"].values[i]))
-        for i, factor in enumerate(names(block, "factor"))
-        for end in ("low", "high")
-    ]
-    lower = [each for each in found if math.isfinite(each[0]) and math.isfinite(each[1]) and each[1] < each[0] - 0.005]
-    if not lower:
-        return ""
-    base, Hs, factor, text = min(lower, key=lambda each: each[1] - each[0])
-    what, ends = FACTORS.get(factor, factor), {"base": height(base, top), "Hs": height(Hs, top)}
-    return _write("confirm", what=what, text=text, phase=block.attrs["phase"], **ends)
+    top = highest(result)
+    ends = {"base": height(moved.base, top), "Hs": height(moved.Hs, top)}
+    return _write("confirm", what=moved.title, text=moved.text, phase=moved.phase, **ends)

@@ -11,6 +11,7 @@ import numpy as np
 from stillhook.plan.report.words import (
     TEXTS,
     described,
+    in_air,
     named,
     names,
     over,
@@ -57,15 +58,23 @@ def operation(result: PlanResult) -> list[Part]:
 
 def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
-        ("T_POP, planned", hours(op["T_POP"])),
+        ("T_POP, planned", _planned(op)),
         ("T_C, contingency", "not assessed: T_R = 2 T_POP" if op["T_C"] is None else hours(op["T_C"])),
         ("T_R, reference", hours(op["T_R"])),
         ("weather restricted", "yes" if op["weather_restricted"] else "no"),
     ]
     if alpha := op.get("alpha_table"):
         text = f"{alpha['name']} version {alpha['version']} ({_source(alpha)}; check against your edition)"
-        rows.append(("alpha by", text))
+        words = {"forecast level": "level", "monitoring": "monitoring", "seen in": "source", "note": "note"}
+        rows += [("alpha by", text), *((title, alpha[key]) for title, key in words.items() if alpha.get(key))]
     return rows
+
+
+def _planned(op: Mapping[str, Any]) -> str:
+    """T_POP from the issue of the forecast, with what of it is lead time."""
+    parts = op.get("parts", 1)
+    halted = f"; longest of {parts} parts between safe conditions" if parts > 1 else ""
+    return f"{hours(op['T_POP'])} from the issue of the forecast, {hours(op.get('lead', 0.0))} of it lead time{halted}"
 
 
 def _source(of: Mapping[str, Any]) -> str:
@@ -89,9 +98,9 @@ def rules(result: PlanResult) -> list[Part]:
                 f"{_source(r)}.{note}",
             ]
         )
-    head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
+    head = ("", "rule (quantity)", "limit", "largest value", "source")
     version = f"{answer['name']} version {answer['version']}, digest {groups(answer['digest'], SHORT)}"
-    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
+    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version), ("editions", editions(answer))])]
     parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer["changes"] else []
     parts.append(Table(head, rows))
     stand: list[list[str]] = []
@@ -102,6 +111,11 @@ def rules(result: PlanResult) -> list[Part]:
     if stand:
         parts.append(Table(("", LIMITS[0], *LIMITS[2:]), stand, "Limits of the rules"))
     return parts
+
+
+def editions(of: Mapping[str, Any]) -> str:
+    """Who entered the editions of a rule set, in words."""
+    return f"entered by {of['entered_by']}" if of.get("entered_by") else "not entered"
 
 
 LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
@@ -173,7 +187,7 @@ def seas(result: PlanResult) -> list[Part]:
 
 
 def _swell(swell: Mapping[str, Any] | None, op: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The second system beside the wind sea of the table, and which swells of weather it stands for."""
+    """The second system with the wind sea of the table, and which swells of weather it represents."""
     if swell is None:
         return []
     like = (
@@ -190,13 +204,12 @@ def models(result: PlanResult) -> list[Part]:
     parts: list[Part] = [facts([(t, TEXTS["tiers"][t]) for t in used])]
     parts += [Text(TEXTS["counts"])]
     payload, vessel, crane = (answer[key] for key in ("payload", "vessel", "crane"))
-    mass = fmt(payload["mass"], "mass")
     rows = [
         ("crane", f"{crane['name']}: {crane['title']}; SWL {fmt(crane['SWL'], 'mass')}"),
         ("vessel", f"{vessel['name']}: {vessel['title']}"),
         *(("", note) for note in vessel["notes"]),
         ("place", answer["place"]["text"]),
-        ("payload", f"{payload['name']}: {payload.get('title') or ''} {mass} in air"),
+        ("payload", f"{payload['name']}: {payload.get('title') or ''} {in_air(payload)}"),
     ]
     numbers = [[item, _plain(value), *more] for item, value, *more in payload["rows"]]
     shared: list[Part] = [facts(rows), Table(("payload", "value", "kind", "source"), numbers)]
@@ -250,7 +263,7 @@ RUNS = {
     "seed": "seed of the waves (--seed)",
     "simulated": "simulated time",
 }
-"""Numbers of the runs in words; others, such as the time that a machine took, are no part of the answer."""
+"""Numbers of the runs in words; others, such as the time that a machine took, do not belong to the answer."""
 
 
 def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse, described
 from stillhook.plan.file import load_plan
@@ -27,7 +28,7 @@ from stillhook.report.html import fragment
 from stillhook.report.terminal import Answer
 from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.spec.lift.phase import Phase
-from stillhook.weather.alpha import load_alpha_table, reference_period
+from stillhook.weather.alpha import DEFAULT, reference_period
 
 
 class Severity(StrEnum):
@@ -109,12 +110,13 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
 
 
 def _facts(plan: LiftPlan) -> dict[str, Any]:
-    T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
+    factors = read_alpha_table(plan.forecast_factors or DEFAULT)
+    T_R, restricted = reference_period(factors, plan.T_POP, plan.T_C)
     env = plan.environment
     steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
     clauses = ("key", "title", "quantity", "standard", "edition", "clause")
     seas = {name: list(getattr(env, name)) for name in ("Hs", "Tp", "headings")} | {"steep": steep * len(env.headings)}
-    return picked(plan, "name", "digest", "depth", "T_POP", "T_C") | {
+    return picked(plan, "name", "digest", "depth", "T_POP", "T_C", "lead", "parts") | {
         "crane": plan.crane.name,
         "vessel": plan.vessel.name,
         "payload": plan.payload.name,
@@ -122,6 +124,7 @@ def _facts(plan: LiftPlan) -> dict[str, Any]:
         "phases": [_phase(plan, phase) for phase in plan.phases],
         "T_phases": sum(phase.counted for phase in plan.phases),
         "T_R": T_R,
+        "alpha_table": factors.source,
         "weather_restricted": restricted,
         "rules": picked(plan.rules, "name", "version")
         | {"changes": list(plan.rules.changes), "rows": [picked(rule, *clauses) for rule in plan.rules.rules]},
@@ -300,10 +303,12 @@ def _phase_row(row: dict[str, Any]) -> list[str]:
 
 
 def _times(answer: Mapping[str, Any]) -> str:
-    keys = ("T_phases", "T_POP", "T_C", "T_R")
+    keys = ("T_phases", "lead", "T_POP", "T_C", "T_R")
     times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
     restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
-    return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
+    lead = f" with a lead time of {times['lead']}" if answer["lead"] else ""
+    times_from_issue = f"T_POP {times['T_POP']}{lead}, T_C {times['T_C']}, T_R {times['T_R']}"
+    return f"phases {times['T_phases']}, {times_from_issue}: {restricted}"
 
 
 def _seas(answer: Mapping[str, Any]) -> str:

@@ -12,7 +12,6 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.actions import FACTORS
 from stillhook.plan.report.figures import ANSWER
 from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
 from stillhook.plan.report.words import (
@@ -23,6 +22,7 @@ from stillhook.plan.report.words import (
     codes,
     few,
     gain,
+    governing_of,
     governs,
     height,
     highest,
@@ -34,12 +34,11 @@ from stillhook.plan.report.words import (
     of_wind_sea,
     phase_code,
     rule_code,
-    sea_words,
     sentence,
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.plan.weather.records import PER_RECORD
+from stillhook.plan.weather.records import IN_WINDOWS
 from stillhook.report.document import Bullets, Figure, Part, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
@@ -48,8 +47,7 @@ from stillhook.weather.persistence import MONTHS
 if TYPE_CHECKING:
     import xarray
 
-GOVERNING = ("governing_phase", "governing_rule")
-BEHIND, RESEARCH = ("depth", "landing", "sensitivity"), ("efficiency", "convergence")
+BEHIND, RESEARCH = ("depth", "landing"), ("efficiency", "convergence")
 """Blocks behind the limits, and those that are of no use for approval."""
 PERIODS = 10
 """Columns of a table at most."""
@@ -85,16 +83,13 @@ def picture(figures: Mapping[str, Figure], stem: str) -> list[Part]:
 def _governing(result: PlanResult) -> Part:
     """How often what governs, for every alternative, as credited."""
     labels, data = names(result.data), result.data.sel(credit=CREDITED)
-    pairs_of = {
-        name: Counter(zip(*(data[key].sel(alternative=name).values.ravel() for key in GOVERNING), strict=True))
-        for name in labels
-    }
-    counted: Counter[tuple[str, str]] = sum(pairs_of.values(), Counter())
+    pairs_of = {name: Counter(governing_of(data.sel(alternative=name))) for name in labels}
+    counted: Counter[tuple[str, str, str]] = sum(pairs_of.values(), Counter())
     rows = []
-    for pair, _ in counted.most_common():
-        code = codes(result, *map(str, pair))
-        what = f"{code}: {governs(*map(str, pair))}" if code else "no limit up to the highest sea state, or no result"
-        rows.append([what, *(str(pairs_of[name].get(pair, "")) for name in labels)])
+    for of, _ in counted.most_common():
+        code = codes(result, *of)
+        what = f"{code}: {governs(*of)}" if code else "no limit up to the highest sea state, or no result"
+        rows.append([what, *(str(pairs_of[name].get(of, "")) for name in labels)])
     return Table(("governs, credited", *(named(x) for x in labels)), rows, "What governs, in cells of the table")
 
 
@@ -134,7 +129,10 @@ def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: st
     """Least limit over some tiers and the rules (heading, period) [m]; NaN where none is determined."""
     values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
     Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
-    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
+    least = np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0))
+    if credit == CREDITED and "Hs_steepest" in result.data:
+        least = np.minimum(least, result.data["Hs_steepest"].values)
+    return np.asarray(least)
 
 
 def _by_rule(result: PlanResult, name: str) -> list[Part]:
@@ -231,7 +229,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("outside the table", f"{share} of the records: counted as not workable"))
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
-    free = f"free to turn: one heading through each operation, the best one; {PER_RECORD}"
+    free = f"free to turn: one heading through each operation, the best one for each; {IN_WINDOWS}"
     open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
     heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
     return [*rows, ("limit", attrs["limit"]), *open_, heading]
@@ -255,45 +253,9 @@ def behind(result: PlanResult, figures: Mapping[str, Figure], blocks: Sequence[s
     for name in blocks:
         if name in result:
             parts += picture(figures, name)
-            parts += _sensitivity(result) if name == "sensitivity" else []
     reasons = result.facts.get("not_computed", {})
     missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in blocks if n not in result]
     return [*parts, Text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
-
-
-def _sensitivity(result: PlanResult) -> list[Part]:
-    """Limits of every alternative with other inputs, and whether they are those of what governs."""
-    block, top = result["sensitivity"], highest(result)
-    rows = []
-    for i, factor in enumerate(names(block, "factor")):
-        tried = [str(block[k].values[i]) for k in ("low_text", "high_text")]
-        for j, name in enumerate(names(block)):
-            base, low, high = (
-                height(float(block[k].sel(alternative=name).values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")
-            )
-            words = FACTORS.get(factor, factor) if j == 0 else ""
-            rows.append([words, named(name), base, tried[0] if j == 0 else "", low, tried[1] if j == 0 else "", high])
-    head = ("input", "Hs [m] with", "as planned", "first value", "limit", "second value", "limit")
-    title = f"Limits with other inputs: {sea_words(block.attrs)}"
-    return [Text(_varied(result)), Table(head, rows, title)]
-
-
-def _varied(result: PlanResult) -> str:
-    """Which phase was varied, and which governs the leading alternative in that cell."""
-    attrs, name = result["sensitivity"].attrs, leading(result)
-    cells = result.data.sel(alternative=name).sel(
-        period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest"
-    )
-    by = f", by {attrs['tier']}" if attrs.get("tier") else ""
-    varied = f"Varied here: {governs(attrs['phase'], attrs['rule'])}{by}."
-    phrases = []
-    for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
-        cell = cells.sel(credit=credit)
-        phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
-        if phase and phase != attrs["phase"]:
-            limit = height(float(cell["Hs_limit"]), highest(result))
-            phrases.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
-    return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied
 
 
 def tolerance_sweep(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:

@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.extras import installed
 from stillhook.errors import PlanError
 from stillhook.formats.results import save_json
+from stillhook.formats.table.workbook import write_sheets
 from stillhook.plan.assessments import ASSESSMENTS
+from stillhook.plan.assessments.rigging.section import rigging_sheet
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.actions import actions
 from stillhook.plan.report.decision.card import card, card_parts
@@ -20,7 +23,7 @@ from stillhook.plan.report.decision.short import short
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import CLAIM, pictures
 from stillhook.plan.report.limits_summary import basis_rows, tables, verdict
-from stillhook.plan.report.words import TEXTS, named, sentence
+from stillhook.plan.report.words import TEXTS, named, sentence, write
 from stillhook.plan.result import (
     FACTS,
     FAILED,
@@ -104,6 +107,8 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
+    if wrong := [row for check in result.facts.get("quality", {}).get("checks", []) for row in check["failed"]]:
+        lines.append(write(TEXTS["inconsistent"], n=len(wrong)))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
     return [*lines, *dict.fromkeys(sentence(each) for each in result.caused(*MISSING))]
@@ -114,7 +119,9 @@ CARD, DECISION = "card", "decision"
 """Stems of the limits card and of the decision page, each as PDF and as JSON."""
 SHEETS = tuple(f"{stem}.{ending}" for stem in (CARD, DECISION) for ending in ("pdf", "json"))
 REPORT_FILES = (PDF, PAGE, *SHEETS)
-OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
+RIGGING = ("rigging.xlsx", "rigging.csv")
+"""Items of the rigging for Excel, else as text."""
+OUT_FILES = (*REPORT_FILES, *PLAN_FILES, *RIGGING)
 FIGURE = "figure-"
 """Prefix of the names of figures that are written as separate files."""
 
@@ -164,6 +171,8 @@ def write_answer(result: PlanResult, folder: Path) -> None:
     with atomic_folder(folder) as part:
         write_plan(result, part)
         write_report(result, part)
+        if (sheet := rigging_sheet(result.facts)) is not None:
+            write_sheets([sheet], part / RIGGING[0 if installed("openpyxl") else 1], PlanError)
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
@@ -203,7 +212,7 @@ def brief(result: PlanResult) -> Document:
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
-    lines += [TEXTS["rules"].format(**facts["rules"])]
+    lines += [TEXTS["rules"].format(**facts["rules"], editions=basis.editions(facts["rules"]))]
     remarks = [each for each in facts["remarks"] if each not in facts["notes"]]
     return Document(
         facts["name"], name=subtitle(head(result)), front=[*parts, Bullets([*lines, *map(sentence, remarks)])]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
 from stillhook.plan.report.decision.data import claimed
 from stillhook.plan.report.words import (
@@ -22,6 +22,8 @@ from stillhook.plan.report.words import (
     codes,
     differs,
     few,
+    governing_of,
+    governs,
     height,
     highest,
     leading,
@@ -57,6 +59,8 @@ ROW, PANEL, FRAME = 0.33, 0.42, 0.8
 SCALE, NOTHING, UNKNOWN, DARK, BOXED = "YlGnBu", "#E8A598", "#E0E0E0", 0.62, "#D55E00"
 """Scale of limits; colour of a cell with the limit 0, and of an undetermined one; part of the scale from which letters
 are white; colour of the box of the worst heading."""
+STEEP, NOT_CREDITED = "steepness", "#707070"
+"""End of limits that are cut at the steepest sea, and the colour of their letters."""
 MANY = 14
 """Periods beyond which letters of cells are small."""
 PANELS = 3
@@ -64,7 +68,7 @@ PANELS = 3
 
 
 def pictures(result: PlanResult) -> dict[str, document.Figure]:
-    """Every figure with its caption, by file stem: the same bytes whatever the settings of matplotlib here."""
+    """Every figure with its caption, by file stem: the same bytes with any settings of matplotlib."""
     import matplotlib  # heavy
 
     with matplotlib.rc_context():
@@ -107,10 +111,12 @@ def answer(result: PlanResult) -> Figure | None:
         if worst[column] in rows:
             _box(ax, rows.index(worst[column]), k)
     kit.axis(ax, "peak period Tp [s]", "waves travel to", size="small")
-    cells = part.data.sel(credit=CREDITED, alternative=name)
-    pairs = zip(*(map(str, cells[f"governing_{key}"].values.ravel()) for key in ("phase", "rule")), strict=True)
-    counted = Counter(pair for pair in pairs if all(pair))
-    words = [f"{codes(result, *pair)}: {pair[0]}, {pair[1].replace('-', ' ')}" for pair, _ in counted.most_common()]
+    counted = Counter(governing_of(part.data.sel(credit=CREDITED, alternative=name)))
+    words = [
+        f"{code}: {governs(*of).replace(': ', ', ', 1)}"
+        for of, _ in counted.most_common()
+        if (code := codes(result, *of))
+    ]
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
     return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
@@ -170,8 +176,7 @@ def equal_tables(result: PlanResult, credit: Credit, alternatives: Sequence[str]
 
     def content(name: str) -> bytes:
         cells = result.data.sel(credit=credit, alternative=name)
-        texts = [cells[key].values.astype("<U200").tobytes() for key in ("governing_phase", "governing_rule")]
-        return b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), *texts])
+        return b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), repr(governing_of(cells)).encode()])
 
     return list(grouped((content(name), name) for name in alternatives).values())
 
@@ -195,27 +200,28 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str, *, scale: Pl
     cells, Hs = result.data.sel(credit=credit, alternative=name), limits(result, credit, name)
     top = highest_shown(result if scale is None else scale)
     part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest(result)) / top, 0.0, 1.0)
-    governing = [cells[f"governing_{key}"].values for key in ("phase", "rule")]
+    governing = governing_of(cells)
+    steep = np.array([end == STEEP for _, _, end in governing]).reshape(Hs.shape)
 
     def text(i: int, k: int) -> str:
-        of = codes(result, *(str(each[i, k]) for each in governing))
+        of = codes(result, *governing[i * Hs.shape[1] + k])
         return "\n".join(line for line in (height(float(Hs[i, k]), highest(result)), of) if line)
 
     texts = [[text(i, k) for k in range(Hs.shape[1])] for i in range(Hs.shape[0])]
     rows = [direction(b) for b in result.data["heading"].values]
     columns = [f"{T:g}" for T in result.data["period"].values]
-    inks = np.where(part > DARK, kit.ON_DARK, kit.ON_LIGHT)
+    inks = np.where(steep, NOT_CREDITED, np.where(part > DARK, kit.ON_DARK, kit.ON_LIGHT))
     size = "xx-small" if Hs.shape[1] > MANY else "x-small"
-    kit.heat(ax, _colours(Hs, part), rows, columns, texts, inks=inks, size=size)
+    kit.heat(ax, _colours(Hs, part, steep), rows, columns, texts, inks=inks, size=size)
 
 
-def _colours(Hs: FloatArray, part: FloatArray) -> FloatArray:
-    """Colours of cells (heading, period, 4)."""
+def _colours(Hs: FloatArray, part: FloatArray, steep: BoolArray) -> FloatArray:
+    """Colours of cells (heading, period, 4); steep: those that steepness cuts."""
     from matplotlib import colormaps
     from matplotlib.colors import to_rgba
 
     colours = colormaps[SCALE](0.85 * part)
-    colours[np.isnan(Hs)] = to_rgba(UNKNOWN)
+    colours[np.isnan(Hs) | steep] = to_rgba(UNKNOWN)
     colours[Hs <= 0.0] = to_rgba(NOTHING)
     return np.asarray(colours)
 

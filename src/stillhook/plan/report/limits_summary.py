@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.plan.report.figures import STEEP
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -19,11 +20,12 @@ from stillhook.plan.report.words import (
     differs,
     few,
     gain,
+    governing_of,
     governs,
     height,
     highest,
+    in_air,
     leading,
-    least,
     limits,
     lines_of,
     named,
@@ -37,12 +39,12 @@ from stillhook.plan.report.words import (
     write,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.report.document import Part, Table, Text, Verdict, facts
-from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
+from stillhook.report.document import Grey, Part, Table, Text, Verdict, facts
+from stillhook.report.formatting import HOUR, direction, fixed, hours
 from stillhook.spec.validity import UNSIGNED
 
 RUN = ("frequency", "time")
-"""Tiers that ask the twin."""
+"""Tiers that simulate."""
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is reported as longer."""
 NONE, LOWEST = "none", 1.0
@@ -113,12 +115,11 @@ def _range(result: PlanResult, name: str) -> str:
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     """What governs in the most cells."""
     cells = result.data.sel(credit=credit, alternative=name)
-    pairs = zip(cells["governing_phase"].values.ravel(), cells["governing_rule"].values.ravel(), strict=True)
-    counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
+    counted = Counter(of for of in governing_of(cells) if of[0] or of[-1] == STEEP)
     if not counted:
         return "Nothing governs below the highest sea state analysed."
     first = counted.most_common(NAMED)
-    text = ", ".join(f"{governs(*pair)} ({n} of {cells['governing_phase'].size} cells)" for pair, n in first)
+    text = ", ".join(f"{governs(*of)} ({n} of {cells['governing_phase'].size} cells)" for of, n in first)
     return f"Governing: {text}{' and others' if len(counted) > NAMED else ''}."
 
 
@@ -196,7 +197,7 @@ def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
     if NONE in names(result.data):
         Hs, lowest = limits(result, CREDITED, NONE), _lowest(result)
         below = int(((Hs > 0.0) & (Hs < lowest)).sum())
-        text += _write("optimistic", n=below, of=Hs.size, lowest=lowest) if below else ""
+        text += _write("no_factor", n=below, of=Hs.size, lowest=lowest) if below else ""
     outside, step = float(block.attrs.get("outside", 0.0)), float(block.attrs.get("step", HOUR))
     text += _write("outside", share=outside) if outside >= OUTSIDE else ""
     censored = float(cells["n_censored"]) * step / HOUR / max(1.0, float(cells["n_hours"]))
@@ -210,7 +211,7 @@ def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
     at, at_twin = worst_heading(credited), worst_heading(twin)
-    columns = {"Tp": [f"{data['period'].values[k]:g} s" for k in rows]}
+    columns: dict[str, list[str]] = {"Tp": [f"{data['period'].values[k]:g} s" for k in rows]}
     columns |= _by_heading(result, credited, rows)
     bold = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
@@ -230,8 +231,8 @@ def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
-NO_INTERVAL = {"closed-form": "closed form", "frequency": "frequency domain", "time": "end of certificate"}
-"""What stands where a limit has no interval: its method; of runs, the highest sea that the certificate covers."""
+NO_INTERVAL = {"closed-form": "closed form", "frequency": "frequency domain"}
+"""What stands where a limit has no interval: its method."""
 OUTSIDE_ALPHA = "case by case"
 """Stands for alpha where a limit is below the table of forecast factors."""
 
@@ -245,12 +246,24 @@ def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str
     """A column for every heading; of many headings the best and the worst of each period, each with its heading."""
     beta, top = result.data["heading"].values, highest(result)
     if len(beta) <= HEADINGS:
-        return {direction(beta[i]): [height(float(Hs[i, k]), top) for k in rows] for i in range(len(beta))}
+        steep = steepest_of(result, CREDITED, leading(result))
+        return {direction(beta[i]): [cell(float(Hs[i, k]), top, steep[i, k]) for k in rows] for i in range(len(beta))}
     best = [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmax(axis=0)]
     return {
         title: [f"{height(float(Hs[at[k], k]), top)} ({direction(beta[at[k]])})" for k in rows]
         for title, at in (("best heading", best), ("worst heading", worst_heading(Hs)))
     }
+
+
+def steepest_of(result: PlanResult, credit: Credit, name: str) -> BoolArray:
+    """Which limits (heading, period) are cut at the steepest sea of their period."""
+    cells = result.data.sel(credit=credit, alternative=name)
+    return np.array([end == STEEP for _, _, end in governing_of(cells)]).reshape(cells["Hs_limit"].shape)
+
+
+def cell(Hs: float, top: float, steep: bool) -> str:
+    """A limit in a table, grey where it is cut at the steepest sea."""
+    return Grey(height(Hs, top)) if steep else height(Hs, top)
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
@@ -265,7 +278,7 @@ def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
 
 def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
     cells = result.data.sel(credit=credit, alternative=name).isel(heading=i, period=k)
-    return governs(str(cells["governing_phase"].item()), str(cells["governing_rule"].item()))
+    return governs(*governing_of(cells)[0])
 
 
 def side_by_side(result: PlanResult) -> Table:
@@ -277,8 +290,9 @@ def side_by_side(result: PlanResult) -> Table:
     body = []
     for name in names(data):
         for label, credit in lines_of(result, name):
-            Hs = least(limits(result, credit, name))
-            body.append([label, *(height(float(Hs[k]), top) for k in rows)])
+            Hs = limits(result, credit, name)
+            at, steep = worst_heading(Hs), steepest_of(result, credit, name)
+            body.append([label, *(cell(float(Hs[at[k], k]), top, steep[at[k], k]) for k in rows)])
             if waiting:
                 cells = result["weather"].sel(credit=credit, alternative=name, month=0)
                 body[-1] += workable(cells)[:2]
@@ -304,9 +318,8 @@ def basis_rows(result: PlanResult) -> list[tuple[str, str]]:
     by_rule = ", gamma by Tp and Hs" if settings["wave"] == "jonswap" else ""
     peak = f", gamma {settings['gamma']:g}" if settings["gamma"] else by_rule
     spread = f"spreading cos^{settings['spread']:g}" if settings["spread"] else "long-crested"
-    mass = fmt(payload["mass"], "mass")
     return [
-        ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
+        ("lift", f"{payload['name']}, {in_air(payload)}, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
         *([("limits", of_wind_sea(result).removeprefix(", "))] if of_wind_sea(result) else []),

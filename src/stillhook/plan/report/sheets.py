@@ -13,14 +13,14 @@ from stillhook.variables import BY_NAME
 
 LIMITS = (
     *("credit", "alternative", "heading [deg]", "Tp [s]", "Hs_limit [m]", "Hs_limit_low [m]", "Hs_limit_high [m]"),
-    *("alpha [1]", "op_wf [m]", "governing phase", "governing rule", "tier", "remark"),
+    *("alpha [1]", "op_wf [m]", "governing phase", "governing rule", "tier", "limit is", "remark"),
 )
 RULES = (
     *("rule", "title", "phase", "alternative", "quantity", "meaning", "limit", "unit", "basis"),
     *("standard", "edition", "clause"),
 )
 NUMBERS = ("Hs_limit", "Hs_limit_low", "Hs_limit_high", "alpha", "op_wf")
-TEXTS = ("governing_phase", "governing_rule", "governing_tier")
+TEXTS = ("governing_phase", "governing_rule", "governing_tier", "governing_end")
 
 
 def limits_sheet(result: PlanResult) -> Sheet:

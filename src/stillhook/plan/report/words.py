@@ -76,6 +76,12 @@ def listed(phases: Iterable[str]) -> str:
     return ", ".join(quote(name) if "," in name else name for name in phases)
 
 
+def in_air(payload: Mapping[str, Any]) -> str:
+    """What a payload weighs in air, by its facts in a result."""
+    mass = fmt(payload["mass"], "mass")
+    return f"{mass} in air{' with contingency and rigging' if 'net' in payload else ''}"
+
+
 def named(alternative: object) -> str:
     """An alternative as it is called in texts."""
     return Alternative(str(alternative)).label if str(alternative) in list(Alternative) else str(alternative)
@@ -96,14 +102,26 @@ def rule_code(result: PlanResult, rule: str) -> str:
     return f"R{names(result.data, 'rule').index(rule) + 1}"
 
 
-def codes(result: PlanResult, phase: str, rule: str) -> str:
-    """Both; empty where nothing governs."""
-    return f"{phase_code(result, phase)} {rule_code(result, rule)}" if phase and rule else ""
+GOVERNING = ("governing_phase", "governing_rule", "governing_end")
+"""What governs a cell: phase, rule, and what the limit is the end of ("" where the rule is used up there)."""
 
 
-def governs(phase: str, rule: str) -> str:
+def governing_of(cells: xarray.Dataset) -> list[tuple[str, str, str]]:
+    """`GOVERNING` of every cell, row by row. Results of version 0.10 name no ends."""
+    columns = [cells[name].values.ravel() if name in cells else [""] * cells["Hs_limit"].size for name in GOVERNING]
+    return [(str(phase), str(rule), str(end)) for phase, rule, end in zip(*columns, strict=True)]
+
+
+def codes(result: PlanResult, phase: str, rule: str, end: str = "") -> str:
+    """What governs by its codes; empty where nothing does."""
+    by = TEXTS["end_codes"].get(end) or (rule_code(result, rule) if rule else "")
+    return f"{phase_code(result, phase)} {by}" if phase and by else by
+
+
+def governs(phase: str, rule: str, end: str = "") -> str:
     """What governs, in words."""
-    return f"{phase}: {rule.replace('-', ' ')}" if phase and rule else "-"
+    by = TEXTS["ends"].get(end) or rule.replace("-", " ")
+    return f"{phase}: {by}" if phase and by else by or "-"
 
 
 def height(Hs: float, highest: float) -> str:
@@ -198,7 +216,7 @@ def reading(result: PlanResult) -> str:
 
 
 def of_wind_sea(result: PlanResult) -> str:
-    """What limits are of where a swell is beside the wind sea of the table, for titles: ", of the wind sea beside a
+    """What limits are of where the table has a swell with its wind sea, for titles: ", of the wind sea besides a
     swell of ..."; empty without one."""
     swell = result.facts["settings"].get("swell")
     return "" if swell is None else f", of the wind sea with a {swell['text']}"

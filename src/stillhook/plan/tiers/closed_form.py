@@ -58,12 +58,12 @@ class Tip:
 
     @property
     def T_z(self) -> FloatArray:
-        """Zero-crossing period of the tip's height [s]; NaN where it stands still."""
+        """Zero-crossing period of the tip's height [s]; NaN where it is at rest."""
         return zero_crossing_period(self.z, self.v)
 
     @property
     def omega(self) -> FloatArray:
-        """Frequency of the tip's motion [rad/s]; 1 where it stands still."""
+        """Frequency of the tip's motion [rad/s]; 1 where it is at rest."""
         return np.divide(self.v, self.z, out=np.ones_like(self.z), where=self.z > 0.0)
 
     def largest(self, duration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -185,7 +185,7 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
     """What the seas do at the crane tip of a phase."""
     at = plan.tip_of(phase)
-    return _tip(plan, seas, at.x, at.y)
+    return _tip(plan.of_high, seas, at.x, at.y)
 
 
 @remembered
@@ -198,7 +198,7 @@ def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
     """Zero-crossing period of the waves T_m02 [s], (n,), of wind sea and swell together from the moments of their sum;
     that of a small sea for a calm."""
     pairs = zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True)
-    return np.array([_wave_period(plan, H, T) for H, T in pairs])
+    return np.array([_wave_period(plan.of_high, H, T) for H, T in pairs])
 
 
 @remembered
@@ -260,18 +260,18 @@ def _heights(phase: Phase, reach: float) -> FloatArray:
 
 
 def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
-    w, M = way(plan, phase), plan.payload.mass
-    s = sm.swing(m.eta, m.omega, w.K, M, w.above)
+    w = way(plan, phase)
+    s = sm.swing(m.eta, m.omega, w.K, plan.payload.mass, w.above)
     F = jerk(plan, phase, m.V)
     off = phase.kind is PhaseKind.LIFT_OFF  # its slings come taut: that they were slack is no fault
-    values = _tensions(w, M, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
+    values = _tensions(plan, w, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
     return values | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
 
 
 def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w = way(plan, phase)
     F, v_r = _hydrodynamic(plan, w, m)
-    return _tensions(w, plan.payload.mass, F + w.above * m.a, F) | _snap(plan, w, F, v_r)
+    return _tensions(plan, w, F + w.above * m.a, F) | _snap(plan, w, F, v_r)
 
 
 def _hydrodynamic(plan: LiftPlan, w: Way, m: Motions) -> tuple[FloatArray, FloatArray]:
@@ -291,12 +291,12 @@ def slings_held(plan: LiftPlan, phase: Phase, seas: Seas) -> tuple[FloatArray, F
 
 
 def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
-    w, M = way(plan, phase), plan.payload.mass
-    s = sm.swing(m.eta, m.omega, w.K, M + w.A33, w.above, w.B, plan.payload.C_lin)
+    w = way(plan, phase)
+    s = sm.swing(m.eta, m.omega, w.K, plan.payload.mass + w.A33, w.above, w.B, plan.payload.C_lin)
     v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
     F_w = np.hypot(sm.drag(w.B, v_w), (w.rho_V + w.A33) * a_w)
     sling = np.hypot(s.sling, F_w)
-    values = _tensions(w, M, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
+    values = _tensions(plan, w, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
     values["load_pp"] = 2.0 * s.load.max(axis=0)
     if phase.kind is PhaseKind.LANDING:
         values["v_landed"] = m.V + m.omega * s.load[-1]
@@ -304,10 +304,10 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 
 
 def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
-    w, M = way(plan, phase), plan.payload.mass
+    w = way(plan, phase)
     resistance = plan.payload.lift_off.friction + plan.payload.lift_off.suction
     F = jerk(plan, phase, 1.0) * (m.V + m.v)[None, :]  # proportional to the speed
-    return _tensions(w, M, F + resistance, F + resistance, slack=False) | {"v_lift_off": m.v}
+    return _tensions(plan, w, F + resistance, F + resistance, slack=False) | {"v_lift_off": m.v}
 
 
 _OF_KIND: Mapping[PhaseKind | None, Callable[[LiftPlan, Phase, Motions], Values]] = {
@@ -317,10 +317,11 @@ _OF_KIND: Mapping[PhaseKind | None, Callable[[LiftPlan, Phase, Motions], Values]
 }
 
 
-def _tensions(w: Way, M: float, top: FloatArray, sling: FloatArray, *, slack: bool = True) -> Values:
+def _tensions(plan: LiftPlan, w: Way, top: FloatArray, sling: FloatArray, *, slack: bool = True) -> Values:
     """Tensions of a way from the amplitudes of what comes on top of rest, (k, n) [N]. The least static tension is that
-    of the whole way."""
-    values = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / (M * G)}
+    of the whole way; the DAF is over the weight of the high case, which rigging is designed for."""
+    weight = plan.of_high.payload.mass * G
+    values = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / weight}
     return values | ({"sling_ratio": 1.0 - sling.max(axis=0) / w.W.min()} if slack else {})
 
 

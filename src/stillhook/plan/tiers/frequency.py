@@ -61,13 +61,14 @@ def frequency(
     Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of
     numbers. Largest values are those of the phase's duration, part by part of its way (see above),
     at the level of the rule that asks for them; shares of time are means. Residuals of the winch are made on the twin
-    where they are not on disk (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that
-    cannot hang, or that the twin cannot carry.
+    where they are not on disk (`stillhook.plan.tiers.winch_residual`), those of the high weight case.
+    Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
     """
-    phases, parts = looked_at(plan), Parts(progress, EXPECTED)
-    winch = winches_of(plan, phases, alternatives, parts("winch residuals"), threads=threads)
+    parts, high = Parts(progress, EXPECTED), plan.of_high
+    winch = winches_of(high, looked_at(high), alternatives, parts("winch residuals"), threads=threads)
     parts("sea states")
-    return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch, threads=threads)
+    phases = looked_at(plan)
+    return demands(plan, alternatives, seas, phases, forcings(high, seas, phases), winch, threads=threads)
 
 
 AtTip = Mapping[tuple[float, float], Forcing]
@@ -199,7 +200,7 @@ class Part:
     s: Sigmas = field(repr=False)
 
     def cycles(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
-        """Number of cycles of a motion in the part's time; 0 of what stands still."""
+        """Number of cycles of a motion in the part's time; 0 of what is at rest."""
         T = zero_crossing_period(sigma, rate)
         return np.asarray(self.time / np.where(np.isnan(T), np.inf, T))
 
@@ -227,6 +228,7 @@ def _phase(
 
     level = quantiles(plan)
     values = _of_tip(responses, phase, level) | of_load(responses, level)
+    values["DAF"] = values["DAF"] * (plan.payload.mass / plan.of_high.payload.mass)
     if phase.compensated:
         values["e_c_pp"] = _error(responses, residuals, level("e_c_pp"))
     if way is not None and alternative.twin:
@@ -317,7 +319,7 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
     result = {
         **values,
         "F_top_max": values["F_top_max"] + F,
-        "DAF": values["DAF"] + F / (plan.payload.mass * G),
+        "DAF": values["DAF"] + F / (plan.of_high.payload.mass * G),
     }
     return {name: numbers for name, numbers in result.items() if name not in ("sling_ratio", "slack_chance")}
 
@@ -325,7 +327,7 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
 def _of_winch(
     plan: LiftPlan, phase: Phase, alternative: Alternative, responses: Sequence[Part], way: Way, v: FloatArray
 ) -> dict[str, FloatArray]:
-    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion
+    """Shares of the time of the twin's hydraulics, and the pressure under a sine as fast as the fastest motion
     v [m/s]."""
     shares = [way.shares(p.load.s_w, *_tip_speed(p.forcing)) for p in responses]
     result = {name: _mean(responses, [share[name] for share in shares]) for name in shares[0]}

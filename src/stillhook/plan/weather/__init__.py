@@ -1,1 +1,1 @@
-"""Limits held against weather: windows, waiting, forecasts."""
+"""Limits compared with weather: windows, waiting, forecasts."""

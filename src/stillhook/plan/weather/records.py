@@ -66,15 +66,15 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         )
     seas = Records(Hs, periods, come_from, ship, of_both)
     heading = (
-        f"{free_to_turn(come_from is not None)}; {PER_RECORD}"
+        f"{free_to_turn(come_from is not None)}; {IN_WINDOWS}"
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
     return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
 
 
-PER_RECORD = "operability and workable hours count each record at its most favourable heading (upper bound)"
-"""What no heading is kept for: both know no operation."""
+IN_WINDOWS = "operability and workable hours count records within a window of the operation at one heading"
+"""What a vessel that is free to turn can work in."""
 
 
 def free_to_turn(directions: bool) -> str:
@@ -90,7 +90,7 @@ def free_to_turn(directions: bool) -> str:
 
 
 def _outside(plan: LiftPlan, seas: Records) -> list[str]:
-    """How many records the plan's table does not reach: its limit there is 0 m, whatever the weather is."""
+    """How many records the plan's table does not reach: its limit there is 0 m in any weather."""
     words = {
         "above_period": f"are above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
@@ -155,7 +155,7 @@ def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
 def weather_used(use: WeatherUse) -> Weather:
     """The weather, read as the plan says; columns without any number are left out.
 
-    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for an unknown sense.
     """
     if use.sense is not None and use.sense not in SENSES:
         raise PlanError(
@@ -245,7 +245,7 @@ class Systems:
 
 
 def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
-    """Weather as a table of wind seas beside a swell wants it; swell: of the plan, by name [SI], None without one.
+    """Weather as a table of wind seas with a swell needs it; swell: of the plan, by name [SI], None without one.
 
     Where the weather gives wind sea and swell apart, the wind sea is compared with the table, and the swell must stay
     within the plan's: its height within the forecast height of the plan's (alpha times it, as for the table), its

@@ -102,7 +102,7 @@ def spectral_persistence(
     valid = np.asarray(of.valid) & ~np.isnan(used).all(axis=0)
     rows, (reached, headed) = [], _reached(plan, waves)
     for alternative, share in zip(chosen_ones, used, strict=True):
-        one = persistence((share <= 1.0) & reached, time, step, T_R, valid=valid)
+        one = persistence((share <= 1.0) & reached, time, step, T_R - plan.lead, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
@@ -124,6 +124,7 @@ def spectral_persistence(
         "n_valid": int(np.count_nonzero(valid)),
         "T_POP": plan.T_POP,
         "T_R": T_R,
+        "window": T_R - plan.lead,
         "table": table.source,
         "alternatives": rows,
         "notes": notes,
@@ -159,10 +160,13 @@ def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
 
 
 def raised_heights(table: AlphaTable, H: FloatArray, T_POP: float) -> FloatArray:
-    """Heights (n,) [m] whose OP_WF forecasts of H (n,) are, at least the lowest of the table; NaN stays."""
+    """Heights (n,) [m] whose OP_WF forecasts of H (n,) are, at least the lowest of the table, `HIGHEST` above what it
+    has factors for; NaN stays."""
     grid = np.arange(table.Hs[0], HIGHEST, FINE)
     op_wf = alphas(table, grid, T_POP) * grid
-    return np.where(np.isfinite(H), np.interp(H, op_wf, grid), np.nan)
+    grid, op_wf = grid[np.isfinite(op_wf)], op_wf[np.isfinite(op_wf)]
+    raised = np.interp(H, op_wf, grid, right=HIGHEST) if len(grid) else np.full(len(H), HIGHEST)
+    return np.where(np.isfinite(H), raised, np.nan)
 
 
 def _raised(of: SpectrumSeries | SeaStates, H: FloatArray) -> SpectrumSeries | SeaStates:

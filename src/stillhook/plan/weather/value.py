@@ -3,9 +3,8 @@ the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
 err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
-to turn keeps one heading through the window (`KeptHeadings`). Below the lowest height of the table
-of alpha no factor is given (case by case); so that such limits can be compared at all, the lowest one is taken here,
-which flatters them.
+to turn keeps one heading through the window (`KeptHeadings`). Where the table of alpha gives no factor (case by case)
+there is no OP_WF, and no window.
 """
 
 from __future__ import annotations
@@ -48,22 +47,19 @@ SYNTHETIC = "synthetic"
 @dataclass(frozen=True, eq=False)
 class Forecast:
     """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table
-    has none; used [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted,
-    whether the operation is weather restricted; why: what the table says of cells that it leaves open."""
+    has none; T_R from the issue of the forecast [s], window [s]: what is left of it at the start; restricted, whether
+    the operation is weather restricted; reason: what the table says of cells that it leaves open, case_by_case: which
+    have a limit and no factor."""
 
     alpha: FloatArray = field(repr=False)
     op_wf: FloatArray = field(repr=False)
-    used: FloatArray = field(repr=False)
+    case_by_case: BoolArray = field(repr=False)
     T_R: float
+    window: float
     restricted: bool
     reason: str
     table: AlphaTable = field(repr=False)
     swell: float = math.nan  # height that a forecast of the plan's swell may show [m]; NaN without one
-
-    @property
-    def case_by_case(self) -> BoolArray:
-        """Cells (credit, alternative, heading, period) below the lowest height of the table: their factor is open."""
-        return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
 
 
 def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed]) -> Forecast:
@@ -71,13 +67,12 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
     Hs = np.stack([np.minimum(limits[credit].Hs, max(plan.environment.Hs)) for credit in CREDITS])
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
-    open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
-    reason = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C).reason if len(open_) else ""
-    used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
+    open_ = (Hs > 0.0) & np.isnan(alpha)
+    reason = alpha_of(table, float(Hs[open_].max()), plan.T_POP, plan.T_C).reason if open_.any() else ""
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
     swell = plan.environment.swell
     most = math.nan if swell is None else swell_forecast(table, swell.Hs, plan.T_POP)
-    return Forecast(alpha, op_wf, used, T_R, restricted, reason, table, most)
+    return Forecast(alpha, op_wf, open_, T_R, T_R - plan.lead, restricted, reason, table, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +86,7 @@ class WeatherValue:
     waits: Mapping[tuple[Credit, Alternative], FloatArray] = field(repr=False)
     month: NDArray[np.int64] = field(repr=False)
     best_classic: Mapping[Credit, Alternative | None]
-    T_R: float
+    window: float
     workability: Workability = field(repr=False)
 
     @property
@@ -113,19 +108,19 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     fixed.
     """
     judge = Workability.of(plan, axes, weather, forecast)
-    window = Window.of(weather.time, weather.step, forecast.T_R)
+    window = Window.of(weather.time, weather.step, forecast.window)
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            good = judge.workable(np.nan_to_num(forecast.used[c, a], nan=0.0))
+            good = judge.workable(np.nan_to_num(forecast.op_wf[c, a], nan=0.0))
             persistence_of[credit, alternative] = persistence(
-                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(judge.seas.Hs)
+                good, weather.time, weather.step, forecast.window, valid=np.isfinite(judge.seas.Hs)
             )
             can_start = np.any([window.starts(row) for row in good], axis=0)
             waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, judge)
+    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.window, judge)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,16 +155,17 @@ class Workability:
         return np.asarray((self.seas.Hs <= self._limits(op_wf)[:, self.kinds.inverse]) & self.swell)
 
     def starts(self, op_wf: FloatArray, window: Window) -> tuple[BoolArray, BoolArray]:
-        """Whether each record is within limits (heading, period) [m] at any heading, and whether an operation can start
-        in it at one that is kept (n,)."""
+        """Whether each record is workable (one of several headings: within a window), and whether an operation can
+        start in it, by limits (heading, period) [m] (n,)."""
         some, start = (np.zeros(len(self.weather), dtype=np.bool_) for _ in range(2))
         limits, seen = self._limits(op_wf), set()
         for limit, swell in zip(limits, self.swell, strict=True):
             if (content := limit.tobytes() + swell.tobytes()) not in seen:
                 seen.add(content)
                 good = (self.seas.Hs <= limit.take(self.kinds.inverse, mode="clip")) & swell
-                some |= good
-                start |= window.starts(good)
+                starts = window.starts(good)
+                some |= good if len(limits) == 1 else window.covered(starts)
+                start |= starts
         return some, start
 
     def _limits(self, op_wf: FloatArray) -> FloatArray:
@@ -199,7 +195,7 @@ def weather_block(
             for each in (replace(year, month=0), *year.months):
                 for name in STATISTICS:
                     tables[name][c, a, each.month or 0] = getattr(each, name)
-    tables["vessel_days"] = (tables["wait_mean"] + value.T_R) / DAY
+    tables["vessel_days"] = (tables["wait_mean"] + value.window) / DAY
     hours, days = _gained(axes, value, tables["operability"])
     dims = ("credit", "alternative", "month")
     data: dict[str, tuple[tuple[str, ...], FloatArray]] = {name: (dims, values) for name, values in tables.items()}
@@ -228,6 +224,7 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "last": str(last),
         "step": weather.step,
         "T_R": forecast.T_R,
+        "window": forecast.window,
         "limit": _limit_words(plan, seas),
         "case_by_case": _case_by_case(forecast),
         "ship": math.nan if ship is None else ship,
@@ -236,18 +233,18 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
 
 
 def _case_by_case(forecast: Forecast) -> str:
-    """What the weather takes for limits below the table of forecast factors; empty where there are none."""
-    n, lowest = int(forecast.case_by_case.sum()), f"{forecast.table.Hs[0]:g} m"
+    """That limits have no forecast factor, and so no window; empty where all have one."""
+    n = int(forecast.case_by_case.sum())
     if not n:
         return ""
     return (
-        f"{n} of {forecast.case_by_case.size} limits are below Hs {lowest}, outside the table of alpha (case by case):"
-        f" the factor of {lowest} is taken for them, which is optimistic"
+        f"{n} of {forecast.case_by_case.size} limits have no factor in the table of alpha (case by case below Hs"
+        f" {forecast.table.Hs[0]:g} m): no OP_WF and no window there; gains over them are at most those reported"
     )
 
 
 def _limit_words(plan: LiftPlan, seas: Records) -> str:
-    """What a record is held against."""
+    """What a record is compared with."""
     words = "wave height at most OP_WF of its period and direction"
     if plan.environment.swell is None:
         return words

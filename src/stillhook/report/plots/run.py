@@ -26,8 +26,8 @@ EFFORTS = ("pressure", "torque")
 """Kinds of a signal that shows how hard a winch works."""
 WATER, SEABED, STEEL = "#CFE5F2", "#C9B48A", "#444444"
 MEAN = 30.0
-"""Window whose mean is taken off a height, so that the stretch of the wire goes with it [s]: the window of the control
-error."""
+"""Window whose mean is taken off a height, so that the stretch of the wire is removed with it [s]: the window of the
+control error."""
 NEAR = 0.7
 """Part of a limit from which on it is drawn."""
 GAP = 3.0
@@ -48,7 +48,7 @@ def four_panels(
     own where the label is its name.
 
     Parameters: runs label -> Dataset with the names of `stillhook.variables` (simulated or measured); start, end [s];
-    p_relief setting of the relief valves, shown beside the pressure [Pa].
+    p_relief setting of the relief valves, shown with the pressure [Pa].
     Source of the arrangement: Moslatt 2020 paper E figures 15-22. Displacements are shown as part of the full one.
     """
     figure, grid = kit.panels(4, 1, (10.0, 11.0), title, sharex=True)

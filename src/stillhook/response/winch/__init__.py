@@ -1,1 +1,1 @@
-"""The compensated winch as the frequency-domain method sees it."""
+"""The compensated winch as the frequency-domain method represents it."""

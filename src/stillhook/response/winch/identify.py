@@ -380,7 +380,7 @@ def _read(file: Path) -> Residual | None:
 
 
 def _write(file: Path, residual: Residual) -> None:
-    """Keep a table; a folder that cannot be written to is no reason to fail."""
+    """Keep a table; a folder that cannot be written to is not a reason to fail."""
     arrays = {name: getattr(residual, name) for name in TABLES}
     arrays |= {name: table for name in OF_CIRCUIT if (table := getattr(residual, name)) is not None}
     arrays |= {f"remnant_{name}": getattr(residual.remnant, name) for name in REMNANT}

@@ -40,8 +40,8 @@ class Remnant:
     known.
 
     Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the
-    nearest holds; beyond the smallest and largest sigma_v the remnant goes with the tip's motion, as of a stuck and of
-    a saturated winch.
+    nearest holds; beyond the smallest and largest sigma_v the remnant is proportional to the tip's motion, as of a
+    stuck and of a saturated winch.
     """
 
     T_z: FloatArray = field(repr=False)
@@ -139,7 +139,7 @@ class Residual:
 
     omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the
     wire's motion at 2 to 5 times the frequency over the tip's height; saturated (m, k): share of the time in which the
-    pumps stand at their stop [-]; about: winch, mode, load and wire in words; remnant: error under irregular motions
+    pumps are at their stop [-]; about: winch, mode, load and wire in words; remnant: error under irregular motions
     that C does not describe, None for none; compliance: of the winch to a changing tension, None for zero; relieved (m,
     k): share of the time with a relief valve open [-], p_a (m, k): highest pressure of the hoisting side [Pa], None
     where they are not known. All but `compliance` hold at constant tension.

@@ -38,7 +38,7 @@ class IrregularTip(ArrayRecord, Motion):
     all three at even nodes: they are exact derivatives of one another, and right to the errors stated at `FINE`. Known
     over one period, 0 to T: what comes later is the same again and states nothing new, so runs may not be longer;
     `sample` itself takes any time.
-    Errors: MotionError for amplitudes that are no numbers, and a period outside 1 s to 24 h.
+    Errors: MotionError for amplitudes that are not numbers, and a period outside 1 s to 24 h.
     """
 
     amplitudes: ComplexArray = field(repr=False)

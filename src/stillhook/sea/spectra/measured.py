@@ -211,7 +211,7 @@ def _ratio(upper: FloatArray, lower: FloatArray) -> FloatArray:
 
 
 def check_bands(omega: FloatArray, width: FloatArray, source: str) -> None:
-    """Refuse bands that are no bands. Errors: SeaError."""
+    """Refuse bands that are not bands. Errors: SeaError."""
     if omega.ndim != 1 or len(omega) < 2 or width.shape != omega.shape:
         counts = f"{omega.size} frequencies and {width.size} band widths"
         raise SeaError(f"{source}: {counts}. Give two or more bands, each with its width.")

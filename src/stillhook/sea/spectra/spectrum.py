@@ -196,8 +196,13 @@ def steepest(T: float, period: str) -> float:
     return float(np.interp(T, (a, b), (s_a, s_b)))
 
 
+def highest_sea(T_p: float) -> float:
+    """Significant wave height of the steepest sea of a peak period [s] (DNV-RP-C205) [m]."""
+    return steepest(T_p, "T_p") * G * T_p**2 / (2.0 * math.pi)
+
+
 def doubts(H_m0: float, T_p: float, T_m02: float) -> tuple[str, ...]:
-    """What speaks against a sea of this height [m] and these periods [s], a line each; nothing for a sound one."""
+    """What contradicts a sea of this height [m] and these periods [s], a line each; nothing for a sound one."""
     lines = []
     for name, T in (("T_p", T_p), ("T_m02", T_m02)):
         s, most = steepness(H_m0, T), steepest(T, name)

@@ -1,6 +1,6 @@
 r"""Motion transfer functions of a vessel (RAO): one type, in one convention; readers translate into it.
 
-Water waves much longer than a floating body: their number on water of some depth, and how every body rides on them.
+Water waves much longer than a floating body: their number on water of some depth, and how every body follows them.
 
 In exp(+i omega t), with x forward, y to port, z up and waves that travel in direction beta (counter-clockwise from the
 bow), the surface is :math:`\zeta = \Re\, a\, e^{i(\omega t - k(x\cos\beta + y\sin\beta))}`. Water goes round in circles
@@ -164,7 +164,7 @@ class Rao:
 
     @cached_property
     def digest(self) -> bytes:
-        """Hash of the numbers, whatever they are called."""
+        """Hash of the numbers, under any names."""
         arrays = (self.omega, self.beta, self.H, np.array(self.depth))
         return hashlib.sha256(b"".join(a.tobytes() for a in arrays)).digest()
 

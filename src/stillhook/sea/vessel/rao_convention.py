@@ -24,7 +24,7 @@ FORE_AND_AFT = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 SAME_HEADING = 1e-6  # rad: headings nearer than this are one
 WIDEST_GAP = 45  # deg: beyond it motions between two headings are guesses
 SYMMETRIC = 0.02
-"""Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a
+"""Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is not that of a
 symmetric ship."""
 
 

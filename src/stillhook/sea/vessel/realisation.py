@@ -40,7 +40,7 @@ Z_0, D_S = 2.0, 0.2
 """Scale of the levels [m] and their spacing: cubics between levels are right to 1e-4 of a wave of 4 s and longer, 1e-3
 of one of 2 s."""
 FAINT = 1e-3
-"""Part of the speed at the surface (standard deviations) at whose depth the water is taken to stand."""
+"""Part of the speed at the surface (standard deviations) at whose depth the water is taken to be at rest."""
 DEEPEST = 80  # levels: 18,000 km, where nothing moves
 
 
@@ -73,7 +73,7 @@ class Realisation:
 
     harmonic (n,) rising numbers k, omega_k = 2 pi k/repeat; beta (m,) directions of travel [rad]; a (m, n) complex
     amplitudes [m] at the vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))).
-    variance (n,) of the sea at each [m^2], whatever was drawn. depth of the water [m], inf for deep.
+    variance (n,) of the sea at each [m^2], regardless of the draw. depth of the water [m], inf for deep.
     """
 
     repeat: float
@@ -120,7 +120,7 @@ def realise(
     `Amplitudes`; depth of the water [m]. Harmonics are 2 pi/repeat apart; each takes the variance of its band, averaged
     over the spectrum. In a short-crested sea every direction has its own waves at every harmonic, so the height of
     the sea at one place scatters with any amplitudes.
-    Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
+    Errors: SeaError for a repeat too short for the sea, an impossible seed or depth.
     """
     law = choice(Amplitudes, amplitudes, "amplitudes", SeaError)
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):

@@ -2,7 +2,7 @@
 
 Axes fixed in the ship, right-handed: x forward, y to port, z up. Signs as a Kongsberg Seapath gives them: roll phi
 positive with port side up (right-handed about x), pitch theta positive with bow up (left-handed about y: it is -eta_5
-of the wave-load convention, and roll is eta_4). Heave is positive up here, whatever the log says.
+of the wave-load convention, and roll is eta_4). Heave is positive up here, regardless of the log.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def tip_motion(ship: ShipMotion, tip: Offset, *, every: str | None = "0.5 s") ->
     All zeros gives the heave itself. A steady heel or trim stays in as a steady height; `about_mean` takes it off.
     every: where the log samples at least twice as fast, the step of the points that `Recorded.thinned` makes, so
     that rounding in the log does not become acceleration; None keeps every sample.
-    Errors: MotionError for a lever without roll and pitch to turn it, for one that is no ship's, and for a tip that
+    Errors: MotionError for a lever without roll and pitch to turn it, for one beyond any ship, and for a tip that
     would fall faster than gravity, which is a spike or a jumping clock in the log; UnitError for a bare number.
     """
     x, y, z = offset(tip)

@@ -133,7 +133,7 @@ class TipResponse:
 
     @property
     def share_beyond(self) -> float:
-        """Part of the variance of the sea in waves shorter than the table has; they are taken to move nothing."""
+        """Part of the variance of the sea in waves shorter than the table has; they are taken to cause no motion."""
         return self._share(self.S_wave, self.omega > self.omega_table[1])
 
     @property
@@ -257,7 +257,7 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
 
     About the mean height. T_z by counting crossings (`T_z_counted`) next to that of the deviations; the largest that
     was met (z_max, v_max, a_max: magnitudes) next to the largest that is to be expected in `duration` [s] if the
-    motion is Gaussian and goes on like this.
+    motion is Gaussian and continues like this.
     Errors: SeaError for a motion without end, shorter than ten waves, or at rest.
     """
     end = motion.duration

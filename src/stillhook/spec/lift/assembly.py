@@ -192,8 +192,25 @@ class Assembly(Shape):
         return sum(p.count * p.shape.vent_drag(rho) for p in self._lowest)
 
 
+class Scaled(Assembly):
+    """Bodies with so many times their added mass, at every submergence: for what a limit says to it, not of a file."""
+
+    kind: Literal["scaled"] = "scaled"  # type: ignore[assignment]
+    factor: Number = Field(gt=0)
+
+    def added_mass(self, h: FloatArray, rho: float) -> FloatArray:
+        return np.asarray(self.factor * super().added_mass(h, rho))
+
+    @property
+    def shares(self) -> tuple[Share, ...]:
+        """So many times the bodies, for centres: those of drag do not depend on it."""
+        return tuple(each._replace(n=self.factor * each.n) for each in super().shares)
+
+
 SHAPES: dict[str, type[Shape]] = {**BODIES, "assembly": Assembly}
-AnyShape = Annotated[Plate | Box | Disc | SuctionAnchor | Spool | Frame | Assembly, Field(discriminator="kind")]
+AnyShape = Annotated[
+    Plate | Box | Disc | SuctionAnchor | Spool | Frame | Assembly | Scaled, Field(discriminator="kind")
+]
 
 
 def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner: type[Record]) -> dict[str, Any]:
@@ -221,10 +238,10 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
 
 
 def rebuilt_shape(data: Mapping[str, Any]) -> Shape:
-    """The shape whose plain SI data this is. Errors: KeyError, TypeError where it is none."""
+    """The shape whose plain SI data this is. Errors: KeyError, TypeError where it is not one."""
     raw = dict(data)
-    if raw["kind"] == "assembly":
+    if "parts" in raw:
         raw["parts"] = tuple(
             Part.model_construct(**{**part, "shape": rebuilt_shape(part["shape"])}) for part in raw["parts"]
         )
-    return SHAPES[raw["kind"]].model_construct(**raw)
+    return (Scaled if raw["kind"] == "scaled" else SHAPES[raw["kind"]]).model_construct(**raw)

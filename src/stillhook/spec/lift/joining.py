@@ -24,7 +24,7 @@ SPEED = {
 }
 """Speed of a phase that moves, where its file has none [m/s]: usual of each kind (assumed)."""
 TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0, K.STAND_OFF: 300.0}
-"""How long a phase stands, where its file has nothing [s]: slewing over the side, half an hour above the place of
+"""Duration of a phase at rest, where its file has none [s]: slewing over the side, half an hour above the place of
 landing, and a stop for the last look of the ROV (assumed)."""
 CLEAR_OF_DECK = 3.0
 """How far a payload is lifted off the deck before it goes over the side [m]."""
@@ -39,9 +39,9 @@ STAND_OFF = 3.0
 ABOVE_SEABED = 20.0
 """Height above the seabed at which a landing begins, or to which a payload is lifted off it [m]."""
 AFTER_LANDING = 60.0
-"""How long a run goes on after touch-down, where the landing has no time [s]."""
+"""How long a run continues after touch-down, where the landing has no time [s]."""
 CLOSE = 0.01
-"""Gap between two phases that is no gap [m]."""
+"""Gap between two phases that does not count [m]."""
 
 
 class Water(NamedTuple):
@@ -274,7 +274,7 @@ def _run_of(phase: Phase, tension: Callable[[], float], bottom: float) -> list[P
 
 
 def _stop(phase: Phase, bare: dict[str, object], bottom: float) -> list[Phase]:
-    """The way to the stand-off of a landing and the stop there, where its file asks for one."""
+    """The way to the stand-off of a landing and the stop there, where its file has one."""
     usual = 0.0 if phase.stand_off is None else TIME[K.STAND_OFF]
     time, height = usual if phase.hold is None else phase.hold, phase.stand_off or STAND_OFF
     assert phase.start_depth is not None

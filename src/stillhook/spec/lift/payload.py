@@ -206,7 +206,7 @@ class Payload(Record):
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Payload:
-        """The payload that `to_dict` wrote. Errors: LiftError where it is none."""
+        """The payload that `to_dict` wrote. Errors: LiftError where it is not one."""
         try:
             raw = dict(data)
             raw["shape"] = None if raw["shape"] is None else rebuilt_shape(raw["shape"])

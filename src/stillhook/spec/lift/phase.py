@@ -28,6 +28,8 @@ class WinchMode(StrEnum):
     TENSION = "constant-tension"
     SPLASH = "splash"
     LANDING = "landing"
+    STOP = "emergency-stop"
+    BLACKOUT = "blackout"
 
 
 class PhaseKind(StrEnum):
@@ -66,6 +68,8 @@ FASTEST = 5.0
 """Fastest phase of a kind [m/s]: what is given in a wrong unit is more."""
 OFF = "off"
 """What a file writes for a limit, or a hold, that a phase does not have."""
+STOPS = (WinchMode.STOP, WinchMode.BLACKOUT)
+"""Modes that stop the winch at once: a failure, not a way to lift, so that no kind of phase has one."""
 ENDS = ("time", "depth", "wire", "landed", "end_tension")
 """What may end a phase of a programme: exactly one of these fields."""
 RUN_ENDS = ("wire", "landed", "end_tension")
@@ -230,6 +234,10 @@ class Phase(Record):
                 f'{called(self)}: tension is missing, the one that {self.mode} keeps. Give it, such as "300 kN".'
             )
         (end,), speed = self.ends, self.speed or 0.0
+        if self.mode in STOPS and (speed != 0.0 or end != "time"):
+            raise ValueError(
+                f"{called(self)}: the winch stops at once, and speed or {end} does not apply. Give time alone."
+            )
         if self.mode is WinchMode.TENSION and speed != 0.0:
             raise ValueError(
                 f"{called(self)}: speed is given, and constant-tension moves the wire by itself. Leave speed out."

@@ -11,8 +11,8 @@ radius. Water inside a body comes on top, evenly over the depth `filling`.
 
 Added mass in heave of plates, discs, tall bodies and perforated ones, in unbounded water.
 
-The formulas are those of DNV-RP-N103 (and the older DNV-RP-H103), appendix and section on added mass, recalled and not
-read clause by clause: check against your edition. Coefficients stand in the tables below.
+The formulas are those of DNV-RP-N103 (and the older DNV-RP-H103), appendix and section on added mass, not compared
+with the printed text: check against your edition. Coefficients are in the tables below.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class Share(NamedTuple):
     """n bodies of a shape with their undersides `at` above that of the whole [m]."""
 
     at: float
-    n: int
+    n: float
     body: Body
 
 
@@ -259,7 +259,7 @@ class Box(Rectangle):
     """A box whose bottom and top are closed or perforated alike, flooded as it goes down: a protection cover, a
     cabinet.
 
-    The water inside goes with it as far as the perforation allows.
+    The water inside moves with it as far as the perforation allows.
     """
 
     kind: Literal["box"] = "box"

@@ -6,7 +6,7 @@ tip's and the waves' largest values combined as if at random phases. Numbers or 
 magnitudes [N].
 
 Source: DNV-RP-N103 (and the older DNV-RP-H103), simplified method for lifting through the wave zone, and deep water
-lowering; recalled and not read clause by clause: check against your edition. Coefficients (wave amplitude over H_s,
+lowering; not compared with the printed text: check against your edition. Coefficients (wave amplitude over H_s,
 limits of T_z, least C_D) come in as arguments; `stillhook.plan` takes them from its table of rules.
 """
 

@@ -73,7 +73,7 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
 
 
 def stored_lowerings(text: str) -> list[Lowering | InSea]:
-    """The cases that `lowerings_text` wrote. Errors: LiftError, one line, where the text is none."""
+    """The cases that `lowerings_text` wrote. Errors: LiftError, one line, where the text is not one."""
     try:
         data = json.loads(text)
         made: dict[str, list[Any]] = {

@@ -79,7 +79,7 @@ class Replay:
 
     @property
     def s_tip(self) -> FloatArray:
-        """Smooth tip height as the PLC sees it [m]."""
+        """Smooth tip height as the PLC reads it [m]."""
         return self.tip.motion.sample(np.minimum(self.t - self.record.t[self.segment.first], self.tip.motion.duration))[
             0
         ]

@@ -104,7 +104,7 @@ def check(
 ) -> Check:
     """Whether the certificate in this file still holds.
 
-    Parameters: path and content of the file; campaign: its file, where it is none of `_near`; quick: hashes alone.
+    Parameters: path and content of the file; campaign: its file, where it is not one of `_near`; quick: hashes alone.
     """
     data = certificate.data
     file = Path(campaign) if campaign is not None else _near(Path(path), data)

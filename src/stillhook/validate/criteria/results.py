@@ -152,8 +152,8 @@ class Measure:
         data: str = "",
         undetectable: bool = False,
     ) -> Measure:
-        """A measure of `MEASURES` from an estimate, a number, or nothing; a number that is not finite is none, empty
-        notes do not count."""
+        """A measure of `MEASURES` from an estimate, a number, or nothing; one that is not finite counts as nothing,
+        empty notes do not count."""
         e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
         value = e.value if math.isfinite(e.value) else None
         low, high = (e.low, e.high) if math.isfinite(e.low) and math.isfinite(e.high) else (None, None)

@@ -60,7 +60,7 @@ detail."""
 
 
 LEAST_HOOK = 0.5
-"""Least part of the hook's weight on the wire, whatever is submerged."""
+"""Least part of the hook's weight on the wire, regardless of what is submerged."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ winch may."""
 BEYOND = 12.0
 """Times the median distance from the median of five samples: noise reaches 6."""
 FASTEST = 3.0
-"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it within five samples is no spike."""
+"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it within five samples is not a spike."""
 LONGEST = 3_000_000
 """Samples of a test on the grid, 8 h at 10 ms: more do not fit into the memory of a small computer."""
 HELD = ("mode",)

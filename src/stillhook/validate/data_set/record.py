@@ -63,7 +63,7 @@ class ClockError:
 @dataclass(frozen=True)
 class Record:
     """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where unknown;
-    step [s], an integer number of PLC cycles. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured is its
+    step [s], an integer number of PLC cycles. s_tip, v_tip, a_tip are those that the PLC reads; e_c_measured is its
     error; mode by the numbers of `stillhook.variables`. Only wire out and tip height are derived where possible; see
     `derived`."""
 
@@ -169,7 +169,7 @@ BEYOND = 12.0
 LEAST_JUMP = {"s_tip": 0.03, "s_w": 0.03, "v_tip": 0.15, "v_w": 0.15, "omega_m": 0.0}
 """Smallest jump that counts [SI]: time-stamp errors of some milliseconds cause some millimetres."""
 FASTEST = 3.0
-"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it is no jump."""
+"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it is not a jump."""
 
 
 def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, str]]:

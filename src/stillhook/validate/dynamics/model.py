@@ -77,11 +77,11 @@ def scaling(*paths: str) -> Callable[[Crane, float], Crane]:
 
 
 WITHOUT_SPEED: Mapping[LeakForm, LeakForm] = {LeakForm.CONSTANT: LeakForm.SPEED, LeakForm.STROKE: LeakForm.STROKE_SPEED}
-"""Forms of leak that do not go with the motors' speed, and each with it."""
+"""Forms of leak that do not vary with the motors' speed, and each with it."""
 
 
 def _speed_leakage(crane: Crane, x: float) -> Crane:
-    """C_2 times x, whatever the form; in a form without it, C_2 (x - 1) in addition to what the motors leak."""
+    """C_2 times x, in every form; in a form without it, C_2 (x - 1) in addition to what the motors leak."""
     motor, leak = crane.active.motor, form_of(crane.active)
     C_1, C_2 = motor.C_1, motor.C_2 * x
     if leak.form in WITHOUT_SPEED:

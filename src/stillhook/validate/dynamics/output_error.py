@@ -196,7 +196,7 @@ class _Samples:
             self.runs += 1
 
     def sums(self, theta: FloatArray) -> _Sums:
-        """The sums at a place, by loops that round alike whatever the threads."""
+        """The sums at a place, by loops that round alike on any number of threads."""
         self._evaluate(theta)
         if self._sums is None:
             self._sums = self._summed()

@@ -46,7 +46,7 @@ LEAST_ROWS = 100
 @dataclass(frozen=True)
 class Balance:
     """ratio: of pump to motor displacement (with their speeds) that the balance implies over the twin's, less 1; leak:
-    leakage, in the form that the data speak for; tests that it is based on; assumed: commands from which settings
+    leakage, in the form that the data support; tests that it is based on; assumed: commands from which settings
     follow that were not logged."""
 
     ratio: Estimate

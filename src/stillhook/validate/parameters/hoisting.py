@@ -40,7 +40,7 @@ from stillhook.validate.parameters.segments import (
 from stillhook.validate.parameters.settings import known_setting
 
 EVERY = 0.2
-"""Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
+"""Width of the means that are compared [s]: pressures oscillate faster, the sea moves slower."""
 MOVING = 10.0
 """Least motor speed [rad/s], about 100 rev/min: below, friction reverses and the bristle model, not the sliding law,
 applies."""

@@ -161,7 +161,7 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     The widest law that the data carry is fitted with a covariance from blocks left out in turn, so that errors may be
     autocorrelated within a block. A form is a plane in its coefficients; how far they lie from it, in that covariance,
     is Hotelling's T^2. Evidence is m ln(1 + T^2/(m-1)) + k ln m over m blocks and k coefficients (BIC with the blocks
-    as the data). A form with a negative conductance is none.
+    as the data). A form with a negative conductance is left out.
     """
     size = leak_size(rows)
     nuisance = nuisance_columns(rows, size)

@@ -5,7 +5,7 @@ p_dry d(sign Q). Leakage and drift are slow: differences over a fifth of a wave 
 double-piston accumulator.
 
 Number of working motors by the torque at the shaft: D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J
-domega/dt + T_f, with the friction's scale, what goes with the wire's place and what the inertia lacks fitted next to g.
+domega/dt + T_f, with the friction's scale, terms of the wire's place and of inertia fitted next to g.
 A wrong load cell has the same effect in one equation, because the PLC sets the motors by it. The stated load is the
 second reference. Source: Moslatt 2020 eqs 2.3 and 2.15.
 """
@@ -294,7 +294,7 @@ al. 2000, as `stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 @dataclass(frozen=True)
 class Level:
     """p: pressure at mid stroke [Pa]; placed: the piston's position was logged; else it is the mean, which the make-up
-    pumps hold at the set pressure whatever the gas has."""
+    pumps hold at the set pressure at any gas charge."""
 
     p: ByTest
     placed: bool
@@ -358,7 +358,7 @@ def stiffness(part: LogPart) -> float:
 
 
 def index(part: LogPart) -> float:
-    """The file's index n = V dp / (p dV) at mid stroke, whatever its gas law."""
+    """The file's index n = V dp / (p dV) at mid stroke, with any gas law."""
     gas = passive_of(part.crane).accumulator.gas
     return stiffness(part) * gas.V_0 / gas.p_0
 

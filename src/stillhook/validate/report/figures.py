@@ -107,7 +107,7 @@ def over_time(
 
 
 def _constant(ax: Any, value: float) -> None:
-    """What stands in the place of a panel whose values do not vary."""
+    """What is drawn in place of a panel whose values do not vary."""
     text = f"{value:.4g} throughout"
     ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY, fontsize="small")
     ax.set_yticks([])
@@ -417,7 +417,7 @@ FIGURES: Mapping[StepNumber, tuple[Callable[..., dict[str, Any]], ...]] = {
 
 
 def pictures(validation: Validation) -> dict[str, document.Figure]:
-    """Every figure with its caption, by file stem: the same bytes whatever the settings of matplotlib here."""
+    """Every figure with its caption, by file stem: the same bytes with any settings of matplotlib."""
     import matplotlib  # heavy
 
     with matplotlib.rc_context():

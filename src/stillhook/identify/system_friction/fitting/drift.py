@@ -7,8 +7,8 @@ one linear mixed model; its variances are estimated by restricted maximum likeli
 58, 1971), and given the sums the differences keep a mean error, which is taken off, and a covariance, with which the
 friction is fitted.
 
-Friction that goes with time alone (oil that warms up while the speeds of a staircase rise) cannot be distinguished
-from friction that goes with speed. It is not corrected and has no weight in the fit, but it is in the variance of
+Friction that varies with time alone (oil that warms up while the speeds of a staircase rise) cannot be distinguished
+from friction that varies with speed. It is not corrected and has no weight in the fit, but it is in the variance of
 everything that the fit finds.
 """
 
@@ -48,12 +48,12 @@ CURVED = 0.15
 """Variance of the curvature of the course that is alike in all tests over that of its slope: an exponential warm-up
 over half a test."""
 NOT_NONE = (PAIRWISE, WARM)
-"""Variances that are not taken for none where friction does go with test or time: their likelihood is multiplied by
+"""Variances that are not taken for none where friction does vary with test or time: their likelihood is multiplied by
 their root, so that one that the campaign hardly shows comes out at about its own standard error (Chung and others,
 Psychometrika 78,
 2013)."""
 GOES_WITH_TIME = 0.5
-"""Share of the differences' variance that must be friction that goes with test or time for that."""
+"""Share of the differences' variance that must be friction that varies with test or time for that."""
 FAINT = 0.15
 """Power of the same root where it is not: oil that warms too little to be seen (friction falls by 0.1 to 1.5 % over a
 test) moves the answer by more than scatter does, so that it is never certain that none of it is there. With 0 such
@@ -101,7 +101,7 @@ class Noise:
 
     @property
     def friction_drift(self) -> float:
-        """Standard deviation of the friction that goes with test or time, over the mean friction."""
+        """Standard deviation of the friction that varies with test or time, over the mean friction."""
         return float(np.sqrt(sum(self.sd.get(m, 0.0) ** 2 for m in WITHOUT_WEIGHT)))
 
     @property

@@ -33,7 +33,7 @@ class Points:
     both stretches in the time of their test [s], NaN where no time is known.
 
     Leakage makes the two speeds of a pair differ, and friction that depends on pressure differs between hoisting and
-    lowering. Half the difference of the two pressure drops is the mean of the two losses whatever they are, so a model
+    lowering. Half the difference of the two pressure drops is the mean of the two losses at any size, so a model
     is compared with the mean of its values at (omega_up, dp_up) and (omega_down, dp_down): nothing has to be
     interpolated.
     """
@@ -68,7 +68,7 @@ class Points:
         count: float = 1.0,
         u_dp: float = 0.0,
     ) -> Points:
-        """Points of one test that nobody has run, hoisting as fast as lowering.
+        """Points of one test that was never run, hoisting as fast as lowering.
 
         Parameters: omega motor speeds, shape (n,); dp pressure drops of hoisting and lowering, shape (2, n) (None: 0);
         the others as the fields of that name, one number for all points.

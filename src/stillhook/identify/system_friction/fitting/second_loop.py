@@ -34,7 +34,7 @@ displacements to be trusted elsewhere: passive motors run at a third of theirs w
 WORSE = 1.05  # cost on held-out tests after the loop over before, above which it has been overfitted
 BETTER = 0.95
 MATERIAL = 0.1
-"""Change of the error per held-out point that is too small to speak of [N m]: a thousandth of the friction."""
+"""Change of the error per held-out point that is negligible [N m]: a thousandth of the friction."""
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ UNKNOWN = 1e-12
 
 
 def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> dict[str, Estimate]:
-    """Intervals by profile likelihood: how far one parameter can go while the others do their best to make up for it.
+    """Intervals by profile likelihood: how far one parameter can go while the others compensate as far as they can.
 
     They respect bounds and curvature, which standard errors do not: an open end is infinite, a lower end at zero is the
     physical bound. Parameters as `fit_system`; name of each free parameter to its value and interval [SI].
@@ -136,7 +136,7 @@ def _whitened(fit: FrictionFit, A: FloatArray) -> FloatArray:
 
 
 def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...], ...]:
-    """Sets of free parameters whose effects the design of the campaign cannot distinguish, whatever the noise.
+    """Sets of free parameters whose effects the design of the campaign cannot distinguish, at any noise.
 
     The test is the smallest singular values of the sensitivities, each column scaled to unit size.
     """

@@ -130,7 +130,7 @@ def standing(x: Rows, omega: FloatArray, of: Balance) -> FloatArray:
 
 def gas(x: Rows, t: FloatArray, omega: FloatArray, of: Balance) -> FloatArray | None:
     """Answer of the passive pressure to the oil that the motors move; dry friction of the piston is one number within a
-    half wave, and goes with the mean. None without a passive circuit.
+    half wave, and leaves with the mean. None without a passive circuit.
 
     .. math:: \\Delta p = \\int \\frac{n p^2}{c\\,p_0 V_0}\\,Q\\,dt + R\\,\\Delta Q + a\\,\\Delta t
     """

@@ -48,7 +48,7 @@ class ParameterState:
 
 
 def fitted(rows: Window, of: Parameter, X: FloatArray) -> Informed | None:
-    """A parameter's columns X (n, p, k), and what may be beside them, over half waves."""
+    """A parameter's columns X (n, p, k), and what may be next to them, over half waves."""
     scaled = dict.fromkeys(SHAPES, of.by.index("leak")) if "leak" in of.by else {}
     return informed(rows, X, of.limited(rows.G.sum(axis=0)), of.y, scaled, of.unclosed)
 
@@ -86,7 +86,7 @@ def estimate(rows: Window, of: Parameter, accuracies: Accuracies) -> ParameterEs
 
 def rise_of(rows: Window, of: Parameter, split: Split, accuracies: Accuracies) -> Estimate | None:
     """The change of a parameter at a step, with its 95 % interval: the first coefficient before and after it, all
-    others in common, with what drifts as oil warms. None where that is no step: within the interval, or fewer than
+    others in common, with what drifts as oil warms. None where that is not a step: within the interval, or fewer than
     SIGNIFICANCE standard errors."""
     n, place = len(rows.t), split.place
     columns = np.array([of.unit_of(name) for name in (*of.by, *of.with_time, *of.with_speed, of.by[0])])
@@ -130,7 +130,7 @@ def split_of(w: Window, of: Parameter) -> Split | None:
 
 
 class Follower:
-    """The parameters of one balance, their last half waves and steps. A step of one begins the window of all anew."""
+    """The parameters of one balance, their last half waves and steps. A step of one begins the window of all again."""
 
     def __init__(self, balance: str, rows: deque[Sums], accuracies: Accuracies) -> None:
         self.rows, self.accuracies = rows, accuracies

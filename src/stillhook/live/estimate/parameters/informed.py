@@ -17,9 +17,9 @@ ROUNDS = 4
 LEAST_SIZE = 0.2
 """Least leakage over the file's that its shapes are limited by (as `stillhook.validate.parameters.leak_laws`)."""
 WHOLE = 1.0
-"""Limit of a shape: from a leakage that does not go with stroke or speed to one that is proportional to it [-]."""
+"""Limit of a shape: from a leakage that does not vary with stroke or speed to one that is proportional to it [-]."""
 SHAPES = ("stroke", "speed", "pressure")
-"""What a leakage may go with otherwise than the file's."""
+"""What a leakage may vary with otherwise than the file's."""
 
 
 class Nuisance(NamedTuple):
@@ -64,8 +64,8 @@ def informed(
     unclosed: FloatArray,
 ) -> Informed | None:
     """Least squares of a combination y (k,) of the columns on free ones X (n, p, k), which may differ by half wave, and
-    on nuisances that are even within their limits; scaled: those whose limit goes with a free coefficient, by its
-    number; unclosed: what the balance leaves open whatever the rows say, a combination (k,). None where the rows say
+    on nuisances that are even within their limits; scaled: those whose limit is proportional to a free coefficient, by
+    its number; unclosed: what the balance leaves open for any rows, a combination (k,). None where the rows say
     nothing.
 
     A limit a is a variance of a^2 / 3, which counts as much as the scatter of the half waves lets the rows count: the

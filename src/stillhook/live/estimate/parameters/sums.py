@@ -48,7 +48,7 @@ def scatter_of(scores: FloatArray, fitted: int) -> float:
 
 
 EVEN = 1e-13
-"""Ridge by which columns that go together are told apart, of columns of unit length [-]."""
+"""Ridge by which columns that change together are distinguished, of columns of unit length [-]."""
 
 
 class Window(NamedTuple):

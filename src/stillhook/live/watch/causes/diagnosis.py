@@ -2,7 +2,7 @@
 whose pattern they are.
 
 A cause is a candidate where everything that it must move is moved, or not known, and nothing is moved that it leaves
-alone. One candidate is named only where the trial with an independent crane says that it can be told apart
+alone. One candidate is named only where the trial with an independent crane shows that it can be distinguished
 (docs/validation/watch.md).
 """
 
@@ -42,8 +42,9 @@ class Sign(NamedTuple):
 
 
 class Diagnosis(NamedTuple):
-    """candidates: causes that alone explain the signs, none where nothing is wrong; told: whether there is one, and it
-    can be told apart; evidence: the signs that are out of their bands; unknown: signs without a verdict; window."""
+    """candidates: causes that alone explain the signs, none where nothing is wrong; `told`: whether there is one, and
+    it can be distinguished; evidence: the signs that are out of their bands; unknown: signs without a verdict;
+    window."""
 
     candidates: tuple[str, ...]
     told: bool

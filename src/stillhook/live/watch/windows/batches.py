@@ -2,7 +2,7 @@
 
 A statistic is a function of sums over time. Its variance is that among the values that leave out one group of batches
 each, so that samples may be autocorrelated within a group in any way; what groups still share is in the factor of a
-first-order autoregression. Memory and cost are bounded by the longest window, whatever is added.
+first-order autoregression. Memory and cost are bounded by the longest window, at any number of rows.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ HIGHEST = 1.0 - 1e-9
 ETA_ABOVE = 1.0
 """Least peak-to-peak tip motion for which the efficiency is judged [m]: `eta_above` of paper F's criteria."""
 STANDS = 1.0
-"""Motor speed below which the winch stands [rad/s]."""
+"""Motor speed below which the winch is at rest [rad/s]."""
 ROWS_NAMES: tuple[str, ...] = (
     *("s_tip", "v_tip", "s_w", "v_w", "omega_m", "e_c_measured", "u_p", "u_m", "alpha_p", "alpha_m", "p_a", "p_b"),
     *("p_hp", "alpha_pm", "alpha_pp", "V_acc", "F_w", "mode", "v_op", "brake"),

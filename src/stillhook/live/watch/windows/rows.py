@@ -17,7 +17,7 @@ HISTORY = 30.0
 AHEAD = 0.5
 """Rows after a batch, for signals of a clock that is late [s]."""
 ABSURD = 1e9
-"""Magnitude from which a number is no reading [SI]: ten times any pressure, force or power of a winch."""
+"""Magnitude from which a number is not a reading [SI]: ten times any pressure, force or power of a winch."""
 Signals = Mapping[str, FloatArray]
 
 

@@ -76,7 +76,7 @@ ENDS = tuple(dict.fromkeys(f"phase_{name}" for unit in UNITS.values() for name i
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
-payload that is held the runs' own largest values count: waves that slam are rare, and most peaks know nothing of them
+payload that is held the runs' own largest values count: waves that slam are rare, and most peaks do not show them
 (docs/explanation/limits-by-runs.md)."""
 PEAKS = "peaks "
 """Begins the name of the largest values of all intervals of a run (n, k)."""
@@ -157,21 +157,28 @@ class Execution:
     seed: int = 0
 
 
+_Cell = tuple[str, Winch, SeaState]
+"""What a cell is kept by."""
+_Still = tuple[Winch, Course, TipPoint]
+"""What the runs of a calm are kept by."""
+
+
 @dataclass(eq=False)
 class Cells:
-    """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
-    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); requests so far; n_runs, and seconds of them, that
-    were requested (from the store or not)."""
+    """All runs of a plan so far. waves: sea whose random numbers all others take, None for those of each. runs: (phase,
+    winch, sea) -> numbers of `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); requests so far; n_runs,
+    and seconds of them, that were requested (from the store or not)."""
 
     plan: LiftPlan
     execution: Execution
+    waves: SeaState | None = None
     runs: dict[tuple[str, Winch, SeaState], dict[str, FloatArray]] = field(default_factory=dict)
     requests: int = 0
     n_runs: int = 0
     n_failed: int = 0
     seconds: float = 0.0
     _heights: dict[tuple[str, Winch, float, float], set[float]] = field(default_factory=dict)
-    _still: dict[tuple[Winch, Course, TipPoint], dict[str, FloatArray]] = field(default_factory=dict)
+    _still: dict[_Still, dict[str, FloatArray]] = field(default_factory=dict)
 
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
@@ -180,6 +187,12 @@ class Cells:
 
     def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
         """Run what is wanted and not there yet, all of it together."""
+        request_together([(self, wanted)], progress)
+
+    def _missing(
+        self, wanted: Sequence[CellRequest]
+    ) -> tuple[list[CellRequest], dict[_Cell, _Still], dict[_Still, _Cell]]:
+        """What has to be run of what is wanted, the calms among it, and of those that are alike the one that is run."""
         self.requests += 1
         missing = {request.cell: request for request in wanted if request.seeds > len(self._durations(request))}
         calms = {
@@ -191,7 +204,12 @@ class Cells:
         missing = {
             cell: request for cell, request in missing.items() if cell not in calms or first.get(calms[cell]) == cell
         }
-        self._run(self._filled(missing), progress)
+        return list(self._filled(missing).values()), calms, first
+
+    def _keep(
+        self, wanted: Sequence[CellRequest], calms: Mapping[_Cell, _Still], first: Mapping[_Still, _Cell]
+    ) -> None:
+        """Calms for all cells that share them, and the heights that were run."""
         self._still |= {still: self.runs[cell] for still, cell in first.items()}
         self.runs |= {cell: self._still[still] for cell, still in calms.items()}
         for phase, winch, sea_state in (request.cell for request in wanted):
@@ -217,19 +235,15 @@ class Cells:
         """Heights that were run in a column, ascending [m]."""
         return np.array(sorted(self._heights.get((phase, winch, Tp, beta), ())))
 
-    def _run(self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest], progress: Progress | None) -> None:
-        """Run cells that are not there yet."""
-        if not missing:
-            return
-        made = [(request, *self._cases(request)) for request in missing.values()]
-        each = [(request, crane, case) for request, crane, cases in made for case in cases]
-        data = self._simulated([crane for _, crane, _ in each], [case for _, _, case in each], progress)
-        counts = [self._course_of(request).counts for request, _, _ in each]
-        numbers = run_numbers(data, counts, [self._intervals(request) for request, _, _ in each])
+    def _put(self, made: Sequence[tuple[CellRequest, int]], data: xarray.Dataset) -> None:
+        """Numbers of new runs, cell by cell with how many they are, to those that are there."""
+        each = [request for request, n in made for _ in range(n)]
+        counts = [self._course_of(request).counts for request in each]
+        numbers = run_numbers(data, counts, [self._intervals(request) for request in each])
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
-        for request, _, cases in made:
-            rows, k, late = slice(start, start + len(cases)), self._intervals(request), round(WINDOW / INTERVAL)
+        for request, n in made:
+            rows, k, late = slice(start, start + n), self._intervals(request), round(WINDOW / INTERVAL)
             new = {
                 name: values[rows, : k - late if name.endswith("_pp") else k]
                 if name.startswith(PEAKS)
@@ -241,9 +255,9 @@ class Cells:
             self.runs[request.cell] = (
                 new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
             )
-            start += len(cases)
+            start += n
 
-    def _simulated(
+    def simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
     ) -> xarray.Dataset:
         """Runs as the plan makes them."""
@@ -271,7 +285,7 @@ class Cells:
         places = stored_places(crane, cases, store=self.execution.store, **self.options)
         if not places:
             return [], {}
-        data = self._simulated([crane] * len(places), [cases[i] for i in places])
+        data = self.simulated([crane] * len(places), [cases[i] for i in places])
         return [i + 1 for i in places], run_numbers(data, [self._course_of(request).counts] * len(places))
 
     def _intervals(self, request: CellRequest) -> int:
@@ -301,9 +315,26 @@ class Cells:
         calm = request.winch.hangs(self.plan).once(lowering_of, phase, course, mode)
         if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
-        seeds = [seed_of(request.spot, k, self.execution.seed) for k in numbers]
+        seeds = [seed_of(self.waves or request.spot, k, self.execution.seed) for k in numbers]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seeds[0])
         return crane, [replace(one, seed=seed) for seed in seeds]
+
+
+def request_together(pairs: Sequence[tuple[Cells, Sequence[CellRequest]]], progress: Progress | None = None) -> None:
+    """Run what is wanted of several plans and not there yet, all of it together, as the first of them makes its
+    runs."""
+    missing = [cells._missing(wanted) for cells, wanted in pairs]
+    made = [[(each, *cells._cases(each)) for each in new] for (cells, _), (new, *_) in zip(pairs, missing, strict=True)]
+    runs = [(crane, case) for part in made for _, crane, cases in part for case in cases]
+    data = pairs[0][0].simulated([crane for crane, _ in runs], [case for _, case in runs], progress) if runs else None
+    start = 0
+    for (cells, wanted), (_, calms, first), part in zip(pairs, missing, made, strict=True):
+        sizes = [(each, len(cases)) for each, _, cases in part]
+        n = sum(size for _, size in sizes)
+        if data is not None and n:
+            cells._put(sizes, data.isel(case=slice(start, start + n)))
+        cells._keep(wanted, calms, first)
+        start += n
 
 
 def worst_places(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
@@ -331,7 +362,7 @@ def worst_submergences(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float]
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-    """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
+    """(Tp, beta) -> height of a phase's way at which the sling tension varies most with the winch on its brake [m], by
     the frequency-domain method in seas of middle height, and the time that the payload is where it swings hardly less
     [s]."""
     columns = plan.environment.table().columns

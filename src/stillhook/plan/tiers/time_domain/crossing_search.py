@@ -62,7 +62,7 @@ class CrossingSearch:
     def next_runs(
         self, line: LimitSearch, Hs: Sequence[float], limit: float, half: float, provisional: float
     ) -> list[CellRequest]:
-        """The next runs of a line, each in a sea of its own about its limit; none where the limit is found, or lies
+        """The next runs of a line, each in a sea of its own about its limit; none where the limit is found, or is
         above the known one of another phase, or where the line waits for that."""
         n = sum(len(self.work.runs(line, h)["duration"]) for h in Hs)
         if n >= FIRST_RUNS or limit == math.inf:

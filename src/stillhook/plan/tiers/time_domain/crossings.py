@@ -2,7 +2,7 @@
 waves is assumed (`stillhook.statistics.crossing_fit`).
 
 How closely a run follows the linear sea differs: friction makes up its own mind. So the feature of a run counts with a
-power of 1, of a half, or not at all, whichever the runs make likelier: a power too high takes for scatter what is none,
+power of 1, of a half, or not at all, whichever the runs make likelier: a power too high takes for scatter what is not,
 and puts the limit of runs that lie on one side of it too far to the other.
 
 Runs lie at many heights about the limit, one in each sea. They are put together in bins of height where a level or a
@@ -49,7 +49,7 @@ def crosses(phase: Phase) -> bool:
 
 
 class Feature(NamedTuple):
-    """A feature of the linear sea by its name, and the power with which it counts beside the height."""
+    """A feature of the linear sea by its name, and the power with which it counts in addition to the height."""
 
     name: str
     power: float = 1.0

@@ -42,7 +42,7 @@ PART = 20.0
 FEWEST = 8
 """Runs in which waves must add something for a curve."""
 BEYOND_CELLS = 1.15
-"""A limit is read up to this factor above the highest cell, where a search does not go on: it asks for a cell beyond,
+"""A limit is read up to this factor above the highest cell, where a search ends: it needs a cell beyond,
 for growth may end there, as that of an error which friction makes."""
 NOTHING = 0.02
 """Part of the most that waves added in a cell below which they count as adding nothing: a run that reaches hardly
@@ -360,7 +360,7 @@ def _where_near(
     curve: Curve, x_limit: FloatArray, highest: float, expected: FloatArray | None, n_draws: int
 ) -> CurveLimits:
     """Limits (c,), none of them in columns whose runs stayed far below: of a number to which waves add hardly anything
-    no curve knows how it grows."""
+    no curve shows how it grows."""
     limits, most = limits_of_curve(curve, x_limit, highest, expected, n_draws=n_draws), _most_added(curve.columns)
     far = (x_limit > curve.still) & (most < FAR * (x_limit - curve.still))
     if not far.any():
@@ -427,12 +427,12 @@ def limits_in_bands(
 
 
 def wind_sea(H: FloatArray, swell: float) -> FloatArray:
-    """Heights of the wind sea in all waves of a height, beside a swell [m]; 0 where the swell alone is higher."""
+    """Heights of the wind sea in all waves of a height, with a swell [m]; 0 where the swell alone is higher."""
     return np.asarray(np.sqrt(np.maximum(H**2 - swell**2, 0.0)))
 
 
 def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
-    """Limits of all waves as those of the wind sea beside a swell [m]; 0 where the swell alone is beyond."""
+    """Limits of all waves as those of the wind sea with a swell [m]; 0 where the swell alone is beyond."""
     tables = {name: wind_sea(getattr(limits, name), swell) for name in ("Hs", "low", "high", "direct", "draws")}
     return replace(limits, **tables)
 

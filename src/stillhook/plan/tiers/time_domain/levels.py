@@ -1,5 +1,5 @@
 """What the cells of columns say by themselves: the level of a measure in each, how much of a limit that uses, and how
-far up a column is inside. A limit that a curve extrapolates from elsewhere is held against them."""
+far up a column is inside. A limit that a curve extrapolates from elsewhere is compared with them."""
 
 from __future__ import annotations
 

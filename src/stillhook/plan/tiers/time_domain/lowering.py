@@ -60,7 +60,7 @@ LEAST_NODES = 2
 
 
 class Winch(NamedTuple):
-    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands;
+    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch rests;
     controller: the alternative whose controller compensates the motion, None where none does; below: alternative whose
     passive compensator hangs below it, None where none does."""
 
@@ -207,7 +207,7 @@ def _passage(phase: Phase, mode: WinchMode, start: float, end: float) -> Course:
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: WinchMode, start: float) -> Course:
-    """The last metres, and the touch-down, from the stand-off where the landing has one: the winch stands there before
+    """The last metres, and the touch-down, from the stand-off where the landing has one: the winch rests there before
     with what its control and its friction make of that. Without compensation the load first hangs, which counts, and
     is then put down manually.
 
@@ -246,8 +246,8 @@ def _speed(phase: Phase) -> float:
 
 
 def step_of(plan: LiftPlan) -> float:
-    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed ask for a shorter
-    one at an end of any phase, or what they ask for where that is shorter still."""
+    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed need a shorter
+    one at an end of any phase, or what they need where that is shorter still."""
     phases = [phase for phase in plan.phases if phase.kind in KINDS]
     out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.z_start, p.z_end) if z is not None}
     cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]

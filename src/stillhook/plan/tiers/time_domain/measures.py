@@ -83,7 +83,7 @@ def measures(
 ) -> dict[str, Measure]:
     """Quantity -> its measure, of the quantities of `stillhook.plan.definition.rules` that runs of a phase determine.
 
-    Largest values are those of the phase's duration at the level that the rules ask for: of what hangs about the worst
+    Largest values are those of the phase's duration at the level that the rules require: of what hangs about the worst
     height of a way, of tip and winch at every height alike. Shares of time are means. A speed of touch-down is of one
     passage. An alternative without a winch of its own has no numbers of the winch.
     """

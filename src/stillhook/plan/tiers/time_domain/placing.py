@@ -107,7 +107,7 @@ WIDTHS = (0.7, 2.0)
 
 FEW_CELLS, FEW_OF = 4, 16
 """Cells of a round that fill two threads with blocks of sixteen runs: where fewer are wanted, and fewer than one of so
-many columns that are looked at, those that would wait for others go on as well, for waiting costs as much."""
+many columns that are looked at, those that would wait for others continue as well, for waiting costs as much."""
 
 
 def snapped(Hs: float) -> float:

@@ -8,7 +8,7 @@ much weather is about it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -81,8 +81,11 @@ class Work:
         cells: Cells,
         progress: Progress | None,
         occurrence: Callable[[Column, float], float] | None = None,
+        judges: Container[str] | None = None,
     ) -> None:
-        """occurrence: weather about a limit of a column, over the usual; None: all alike."""
+        """occurrence: weather about a limit of a column, over the usual; None: all alike. judges: quantities whose
+        rules are judged; None: all."""
+        self.judges = judges
         self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
         self.occurrence = occurrence or (lambda column, limit: 1.0)
         self.lines: list[LimitSearch] = []
@@ -233,7 +236,7 @@ class Work:
         return []
 
     def crosses(self, line: LimitSearch) -> bool:
-        """Whether crossings find a line's limits: not beside a swell, where features do not grow with the height."""
+        """Whether crossings find a line's limits: not with a swell, where features do not grow with the height."""
         return self.swell == 0.0 and crosses(line.phase)
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
@@ -277,10 +280,11 @@ class Work:
 
     def rules(self, line: LimitSearch) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
-        return limited(self.plan, line.phase, line.alternative)
+        rules = limited(self.plan, line.phase, line.alternative)
+        return tuple(each for each in rules if self.judges is None or each.rule.quantity in self.judges)
 
     def estimate(self, line: LimitSearch) -> tuple[float, float]:
-        """Lowest limit of a line as it stands [m], and half of its interval in ln."""
+        """Lowest limit of a line as it is now [m], and half of its interval in ln."""
         return self._so_far(line).least(line.column)
 
     def judgement(self, line: LimitSearch) -> Judged:
@@ -462,14 +466,14 @@ class Work:
         there = (len(self.cells.runs.get(ask.cell, {"duration": ()})["duration"]) for ask in wanted)
         done = self.cells.n_runs + sum(max(ask.seeds - n, 0) for ask, n in zip(wanted, there, strict=True))
         open_lines = sum(1 for line in self.lines if line.started and not line.resolved)
-        whole = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
-        part = max(done / whole - before, 0.0)
+        total = max(usual_runs(self.plan), done + self.search.seeds * open_lines)
+        part = max(done / total - before, 0.0)
 
         def report(share: float) -> None:
             self.share = before + part * share
             tell(self.share)
 
-        return Relay(report, tell, self.cells.n_runs, whole)
+        return Relay(report, tell, self.cells.n_runs, total)
 
 
 def _first(of: ColumnRuns, n: int) -> ColumnRuns:

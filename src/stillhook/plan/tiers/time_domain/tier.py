@@ -7,24 +7,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Parts, Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import Cause, Failures, cause, labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, merged
 from stillhook.plan.tiers.time_domain.levels import cell_levels
-from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
+from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, or_inf, prediction_factors, snapped
 from stillhook.plan.tiers.time_domain.search import Work
+from stillhook.plan.tiers.weight_cases import joined, lower_of
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
@@ -166,25 +167,72 @@ def refine(
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
     occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`);
-    execution: where runs are kept, so that an interrupted plan goes on, and who runs them; progress: share done, 0..1.
+    execution: where runs are kept, so that an interrupted plan resumes, and who runs them; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, execution or Execution()), progress, occurrence)
+    parts = Parts(progress, EXPECTED) if plan.low is not None else None
+    high = progress if parts is None else parts("high weight case")
+    work = Work(plan, search or Search(), Cells(plan, execution or Execution()), high, occurrence)
     work.prepare(predicted)
+    _searched(work)
+    result = _result(work)
+    return result if parts is None else _with_low_case(result, work, predicted, parts("low weight case"))
+
+
+EXPECTED = {"high weight case": 85.0, "low weight case": 15.0}
+"""Parts of the tier where a plan has two weight cases, in ratio to each other: for progress."""
+SLACK = ("sling_ratio", "slack_chance", "snap_load")
+"""Quantities that the low weight case governs, which runs therefore determine of it as well: slack and what follows."""
+
+
+def _searched(work: Work) -> None:
     for _ in range(MOST_ROUNDS):
         if not work.round():
             break
-    return _result(work)
 
 
-def _result(work: Work) -> TwinTier:
-    """Demands and limits of everything that was run."""
+def _with_low_case(result: TwinTier, high: Work, predicted: Sequence[Limits], progress: Progress | None) -> TwinTier:
+    """The result with limits of slack slings by runs of the low weight case, wherever that may govern below everything
+    that is known of the high one."""
+    assert high.plan.low is not None
+    keys = {rule.key for rule in high.plan.rules.rules if rule.quantity in SLACK}
+    phases = [p for p in high.plan.phases if p.kind in KINDS and keys & set(rule_keys(high.plan, p))]
+    plan = replace(high.plan.low, phases=tuple(phases))
+    work = Work(plan, high.search, Cells(plan, high.cells.execution), progress, high.occurrence, judges=SLACK)
+    work.prepare([replace(each, Hs={k: Hs for k, Hs in each.Hs.items() if k in keys}) for each in predicted])
+    work.others = {key: high.least(*key) for key in work.groups}
+    _searched(work)
+    low = _result(work, blocks=False)
+    of_low = {(each.phase, each.alternative): each for each in low.limits}
+    run = {(each.phase, each.alternative): each for each in low.demands}
+    limits, demands = list(result.limits), list(result.demands)
+    for i, each in enumerate(limits):
+        if (other := of_low.pop((each.phase, each.alternative), None)) is not None:
+            limits[i] = lower_of(each, other)
+    for i, demand in enumerate(demands):
+        if (more := run.pop((demand.phase, demand.alternative), None)) is not None:
+            demands[i] = joined(demand, more)
+    counts = {name: result.runs[name] + low.runs[name] for name in ("n", "n_failed", "n_cells", "simulated")}
+    runs = {**result.runs, **counts, "n_low_weight": low.runs["n"]}
+    failures = Failures({**result.failures.reasons, **low.failures.reasons})
+    new = tuple(replace(each, low_weight={k: np.isfinite(Hs) for k, Hs in each.Hs.items()}) for each in of_low.values())
+    demands += run.values()
+    return replace(result, limits=(*limits, *new), demands=tuple(demands), runs=runs, failures=failures)
+
+
+def rule_keys(plan: LiftPlan, phase: Phase) -> tuple[str, ...]:
+    """Rules that hold in a phase under the first alternative."""
+    return tuple(each.rule.key for each in limited(plan, phase, plan.alternatives[0]))
+
+
+def _result(work: Work, *, blocks: bool = True) -> TwinTier:
+    """Demands and limits of everything that was run; blocks: what only runs give as well."""
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if _was_run(work, line)}
     failures = Failures()
     demands = [_demand(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
     limits = [_limits(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
-    makers = {"landing": landing, "convergence": convergence}
-    blocks = {name: failures.attempt(name, partial(make, work), None) for name, make in makers.items()}
+    makers = {"landing": landing, "convergence": convergence} if blocks else {}
+    made = {name: failures.attempt(name, partial(make, work), None) for name, make in makers.items()}
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
@@ -193,7 +241,7 @@ def _result(work: Work) -> TwinTier:
         _runs(work.cells),
         {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
-        {name: data for name, data in blocks.items() if data is not None},
+        {name: data for name, data in made.items() if data is not None},
         failures,
     )
 

@@ -1,0 +1,26 @@
+"""Failure cases of a lift in the seas of its limit: what happens where AHC trips, sensors fail, power or gas is lost,
+where the payload is stopped in the wave zone or hoisted back, and where the vessel leaves its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from stillhook.base.progress import Progress
+from stillhook.plan.assessments.failures.assessment import assessed
+from stillhook.plan.assessments.failures.section import section
+from stillhook.plan.assessments.interface import PlanState
+from stillhook.report.document import Part
+
+NAME, TITLE = "failures", "Failure cases"
+EXPECTED = 25.0
+
+
+def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
+    """Plain data in SI: `stillhook.plan.assessments.failures.assessment`."""
+    return assessed(state, progress)
+
+
+def parts(facts: Mapping[str, Any]) -> Sequence[Part]:
+    """The section, from the facts of a result."""
+    return section(facts[NAME])

@@ -1,0 +1,225 @@
+"""What follows by depth where AHC is lost: the sea up to which loads stay within limits, depths that must not be
+stopped in, and what to do in every band of depth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.assessments.failures.depths import Braked, time_between
+from stillhook.plan.assessments.failures.judging import TOUCH_DOWN, rules_of_failure
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.tiers.time_domain.lowering import SeaState
+from stillhook.spec.lift.phase import PhaseKind
+
+HOLD, HOIST, LOWER = "hold", "hoist", "lower-on"
+ROUNDED = 1e-3
+"""Part by which a limit may be below the sea of the plan's own limit and be the same."""
+
+
+def touch_down_rule(plan: LiftPlan) -> tuple[str, float] | None:
+    """Rule of the speed at touch-down, and its limit [m/s]; None where the plan has no landing, or no such rule."""
+    phase = next((p for p in plan.phases if p.kind is PhaseKind.LANDING), None)
+    rules = [] if phase is None else [r for r in rules_of_failure(plan, phase) if r.rule.quantity == TOUCH_DOWN]
+    return (rules[0].rule.key, rules[0].limit) if rules else None
+
+
+def without_ahc(
+    plan: LiftPlan, places: Sequence[Braked], seas: Sequence[SeaState], heights: FloatArray, fallen: float
+) -> dict[str, Any]:
+    """The payload on the brake, by the frequency-domain method: least seas from which loads, or touch-down, are beyond
+    a limit in the phases in which AHC can be lost; how far the payload moves down near the seabed; and every depth.
+
+    heights (c,) of the plan's own limit in the columns of the table [m], 0 where it is not asked for; fallen: how far
+    the payload moved down in runs [m], 0 without any.
+    """
+    columns = plan.environment.table().columns
+    touch = touch_down_rule(plan)
+    compensated = {p.name for p in plan.phases if p.compensated}
+    lost = [place for place in places if place.phase in compensated]
+    loads = [
+        row
+        for place in lost
+        for row in [_least(place, [k for k in place.Hs if touch is None or k != touch[0]], columns)]
+        if row
+    ]
+    landing = [place for place in lost if touch is not None and touch[0] in place.Hs]
+    touches = [row for place in landing for row in [_least(place, [touch[0]] if touch else [], columns)] if row]
+    nothing = {"Hs_from": None}
+    steady = {
+        "method": "frequency",
+        "highest": max(plan.environment.Hs),
+        "loads": min(loads, key=lambda row: row["Hs_from"], default=nothing),
+        "touch_down": min(touches, key=lambda row: row["Hs_from"], default=nothing)
+        | {"limit": None if touch is None else touch[1], "by_period": _by_period(landing, touch, seas, columns)},
+    }
+    fall = max((max(float(np.nanmax(place.fall)), fallen) for place in landing), default=None)
+    beyond = any(_beyond(place, [touch[0]], heights) for place in landing) if touch else False
+    return {
+        "steady": steady,
+        "near_seabed": {
+            "fall": fall,
+            "touch_down_beyond": beyond,
+            "depth": plan.depth - fall if beyond and fall is not None else None,
+        },
+        "by_depth": [_row(place, touch, columns, heights) for place in places],
+    }
+
+
+def _least(place: Braked, rules: Sequence[str], columns: Sequence[Any]) -> dict[str, Any] | None:
+    """Least height of some rules over all columns; None where none is passed up to the highest sea."""
+    found = [
+        (float(Hs[i]), key, i)
+        for key in rules
+        for Hs in [place.Hs[key]]
+        for i in [int(np.nanargmin(Hs))]
+        if np.isfinite(Hs[i])
+    ]
+    if not found:
+        return None
+    Hs, key, i = min(found)
+    row = {"Hs_from": Hs, "rule": key, "phase": place.phase, "z": place.z}
+    return row | {"Tp": float(columns[i][0]), "beta": float(columns[i][1])}
+
+
+def _by_period(
+    landing: Sequence[Braked], touch: tuple[str, float] | None, seas: Sequence[SeaState], columns: Sequence[Any]
+) -> list[dict[str, Any]]:
+    """Height from which touch-down is beyond, at the worst heading of every period, beside the sea of the limit."""
+    rows = []
+    for sea in seas if touch and landing else ():
+        alike = [k for k, (Tp, _, _) in enumerate(columns) if float(Tp) == sea.Tp]
+        Hs = min(float(np.nanmin(place.Hs[touch[0]][alike])) for place in landing) if touch else math.inf
+        rows.append({"Tp": sea.Tp, "beta": sea.beta, "Hs_limit": sea.Hs, "Hs_from": Hs if math.isfinite(Hs) else None})
+    return rows
+
+
+def _beyond(place: Braked, rules: Sequence[str], heights: FloatArray) -> bool:
+    """Whether the sea of the plan's own limit is beyond a rule in any column."""
+    return bool(((heights > 0.0) & (place.least(rules) < heights * (1.0 - ROUNDED))).any())
+
+
+def _row(place: Braked, touch: tuple[str, float] | None, columns: Sequence[Any], heights: FloatArray) -> dict[str, Any]:
+    loads = [key for key in place.Hs if touch is None or key != touch[0]]
+    least = _least(place, loads, columns) or {"Hs_from": None, "rule": None}
+    return {
+        "phase": place.phase,
+        "z": place.z,
+        "T_0": place.T_0,
+        "ok": not _beyond(place, loads, heights),
+        **{key: least[key] for key in ("Hs_from", "rule")},
+    }
+
+
+def stops(
+    plan: LiftPlan,
+    places: Sequence[Braked],
+    heights: FloatArray,
+    cases: Sequence[Mapping[str, Any]],
+    near_seabed: Mapping[str, Any],
+) -> list[dict[str, Any]]:
+    """Bands of depth in which the payload must not be stopped in the seas of the limit, from the top: between places
+    that are inside, so that what was not looked at counts as beyond."""
+    touch = touch_down_rule(plan)
+    deep = [(p.z, p.phase, _beyond(p, [k for k in p.Hs if touch is None or k != touch[0]], heights)) for p in places]
+    result = [_band(run, deep, "frequency") for run in _runs_of(deep)]
+    zone = next((c for c in cases if c["key"] == "wave-zone-stop"), {})
+    rows = zone.get("by_depth", [])
+    if zone.get("worst"):
+        rows = sorted([*rows, zone["worst"]], key=lambda row: -row["z"])
+    held = [(r["z"], r["phase"], (r["used"] or 0.0) > 1.0) for r in rows]
+    result += [_band(run, held, "twin") for run in _runs_of(held)]
+    result.sort(key=lambda band: -band["top"])
+    if near_seabed["depth"] is not None:
+        last = next(p.name for p in reversed(plan.phases) if p.kind is PhaseKind.LANDING)
+        top = -near_seabed["depth"]
+        result.append({"phase": last, "top": top, "bottom": -plan.depth, "reason": "touch-down", "method": "frequency"})
+    return result
+
+
+Spot = tuple[float, str, bool]
+"""Height [m], phase, and whether a stop there is beyond a limit."""
+
+
+def _runs_of(spots: Sequence[Spot]) -> Iterator[list[int]]:
+    """Numbers of neighbours that are beyond, from the top."""
+    for beyond, group in groupby(range(len(spots)), key=lambda i: spots[i][2]):
+        if beyond:
+            yield list(group)
+
+
+def _band(run: Sequence[int], spots: Sequence[Spot], method: str) -> dict[str, Any]:
+    """The band about places that are beyond, out to the next ones that are inside."""
+    top, bottom = spots[max(run[0] - 1, 0)][0], spots[min(run[-1] + 1, len(spots) - 1)][0]
+    return {"phase": spots[run[0]][1], "top": top, "bottom": bottom, "reason": "loads", "method": method}
+
+
+def actions(plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What to do by phase and band of depth where AHC is lost, from the top: hold where the payload may hang on the
+    brake; elsewhere hoist or lower on, whichever leads out of the band sooner; the time is the longest of the band [s],
+    0 where the payload is safe as it hangs. A payload is never lowered on to the seabed."""
+    result: list[dict[str, Any]] = []
+    for phase in plan.phases:
+        if phase.held or phase.kind is None or phase.z_start is None or phase.z_end is None:
+            continue
+        if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN, PhaseKind.SEABED_LIFT_OFF):
+            continue
+        top, bottom = max(phase.z_start, phase.z_end), min(phase.z_start, phase.z_end)
+        result += _of_way(plan, phase.name, top, bottom, no_stop)
+    return result
+
+
+def _of_way(
+    plan: LiftPlan, name: str, top: float, bottom: float, no_stop: Sequence[Mapping[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    """Bands of one way."""
+    at = top
+    for band in no_stop:
+        upper, lower = min(band["top"], top), max(band["bottom"], bottom)
+        if lower > upper or (lower == upper and top != bottom) or upper < bottom or lower > top:
+            continue
+        if at > upper:
+            yield _action(name, at, upper, HOLD, 0.0)
+        yield from _out_of(plan, name, upper, lower, band)
+        at = lower
+    if at > bottom or (top == bottom and at == top and not _inside(top, no_stop)):
+        yield _action(name, at, bottom, HOLD, 0.0)
+
+
+def _inside(z: float, no_stop: Sequence[Mapping[str, Any]]) -> bool:
+    return any(band["bottom"] <= z <= band["top"] for band in no_stop)
+
+
+def _out_of(plan: LiftPlan, name: str, upper: float, lower: float, band: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Ways out of a band for its part between two heights: at the seabed up alone."""
+    if band["bottom"] <= -plan.depth:
+        yield _action(name, upper, lower, HOIST, time_between(plan, lower, band["top"]), band["top"])
+        return
+    middle = _turn(plan, band)
+    if upper > middle or upper == lower:
+        end = max(lower, middle)
+        yield _action(name, upper, end, HOIST, time_between(plan, end, band["top"]), band["top"])
+    if lower < middle:
+        begin = min(upper, middle)
+        yield _action(name, begin, lower, LOWER, time_between(plan, begin, band["bottom"]), band["bottom"])
+
+
+def _turn(plan: LiftPlan, band: Mapping[str, Any]) -> float:
+    """Height of a band from which both ways out take as long [m]."""
+    top, bottom = float(band["top"]), float(band["bottom"])
+    for _ in range(40):
+        z = 0.5 * (top + bottom)
+        if time_between(plan, z, band["top"]) < time_between(plan, z, band["bottom"]):
+            top = z
+        else:
+            bottom = z
+    return 0.5 * (top + bottom)
+
+
+def _action(name: str, top: float, bottom: float, action: str, time: float, to: float | None = None) -> dict[str, Any]:
+    return {"phase": name, "top": top, "bottom": bottom, "action": action, "time": time, "to": to}

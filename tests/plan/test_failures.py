@@ -1,0 +1,202 @@
+"""Failure cases of a plan: what is run, how it is judged, and what follows by depth."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stillhook import load_crane
+from stillhook.plan import plan
+from stillhook.plan.assessments import failures
+from stillhook.plan.assessments.failures import bands
+from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
+from stillhook.plan.assessments.failures.depths import time_between
+from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
+from stillhook.plan.assessments.failures.judging import height_from
+from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
+from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.file import load_plan
+from stillhook.plan.tiers.time_domain.cells import Cells, Execution
+from stillhook.plan.tiers.time_domain.lowering import SETTLE, SeaState
+from stillhook.report.document import Table, Verdict, walk
+from stillhook.spec.lift.phase import WinchMode
+from stillhook.spec.scenario import Sensors
+
+pytestmark = pytest.mark.slow
+
+EXAMPLE = "template-to-1500m"
+MILLIMETRES = 1.0
+"""Time of ways between phases that join within a centimetre [s]."""
+SEA = SeaState(2.0, 9.0, math.radians(195.0))
+
+
+@pytest.fixture(scope="module")
+def lift():
+    return load_plan(EXAMPLE)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return plan(replace(load_plan(EXAMPLE), weather=None), tier="frequency")
+
+
+@pytest.fixture(scope="module")
+def facts(result):
+    return result.facts[failures.NAME]
+
+
+def cases(lift, key: str, phase: str):
+    runs = FailureRuns(Cells(lift, Execution()), Alternative.SSC)
+    return runs._cases(Request(key, phase, SEA))[1]
+
+
+def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(facts):
+    # LIFTPLAN 9: slack from 4.92 m (above the deep stop, half an hour)
+    deep = [row for row in facts["by_depth"] if row["z"] == pytest.approx(-1475.0) and row["rule"] == "slack-sling"]
+    assert min(row["Hs_from"] for row in deep) == pytest.approx(4.92, abs=0.01)
+
+
+def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_has_it(result, facts):
+    # LIFTPLAN 9: 1.73, 1.57, 1.49, 1.44 m at 7 to 10 s
+    rows = {row["Tp"]: row for row in facts["steady"]["touch_down"]["by_period"]}
+    for Tp, Hs in ((7.0, 1.73), (8.0, 1.57), (9.0, 1.49), (10.0, 1.44)):
+        assert rows[Tp]["Hs_from"] == pytest.approx(Hs, abs=0.01)
+
+
+def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(facts):
+    verdicts = {case["key"]: case["verdict"] for case in facts["cases"]}
+    assert all(verdicts[failure.key] == "not-assessed" for failure in FAILURES)
+    assert verdicts["drive-off"] == "not-assessed"
+    assert facts["page"]["loads_to"] > 0.0
+
+
+def test_the_closed_form_alone_assesses_no_failure():
+    assert failures.NAME not in plan(replace(load_plan(EXAMPLE), weather=None), tier="closed-form").facts
+
+
+def test_the_section_needs_the_facts_alone(result):
+    parts = list(walk(failures.parts(result.facts)))
+    verdicts = next(p for p in parts if isinstance(p, Table) and p.title == "Verdicts")
+    words = [row[1].word for row in verdicts.rows if isinstance(row[1], Verdict)]
+    assert len(words) == len(result.facts[failures.NAME]["cases"])
+    assert "OK" not in words
+
+
+def test_a_failure_begins_at_as_many_moments_as_are_stated_of_the_same_waves(lift):
+    made = cases(lift, "ahc-trip", "lower water")
+    assert len(made) == MOMENTS
+    assert len({case.seed for case in made}) == TRAINS
+    moments = [case.lift.programme[-2].time for case in made]
+    assert len(set(moments)) == MOMENTS
+    assert max(moments) - min(moments) < SEA.Tp
+    assert {case.lift.programme[-1].mode for case in made} == {WinchMode.STOP}
+    waves = {case.seed: case.motion for case in made}
+    other = {case.seed: case.motion for case in cases(lift, "motion-frozen", "lower water")}
+    assert waves == other
+
+
+def test_a_sensor_fails_within_the_part_of_a_run_that_counts(lift):
+    for case in cases(lift, "motion-frozen", "landing"):
+        begins = sum(phase.time or 0.0 for phase in case.lift.programme[:-1])
+        fault = case.lift.sensors.s_tip.faults[-1]
+        assert begins <= fault.time <= begins + SEA.Tp
+        assert fault.until > case.lift.duration
+        assert case.lift.duration >= SETTLE + AFTER
+
+
+def test_a_landing_is_broken_off_at_every_height_from_its_stand_off_down(lift):
+    made, phase = cases(lift, "ahc-trip", "landing"), lift.phase("landing")
+    heights = [phase.stand_off - phase.speed * case.lift.programme[-2].time for case in made]
+    assert max(heights) > 0.9 * phase.stand_off
+    assert 0.0 < min(heights) < 0.1 * phase.stand_off
+
+
+def test_faults_keep_what_a_sensor_has_already():
+    sensors = Sensors(noise_s_tip="1 cm", s_w={"noise": "1 mm"}, delay="50 ms")
+    frozen = at_fault(sensors, {"s_tip": {"fault": {"time": "5 s", "until": "9 s", "kind": "frozen"}}})
+    assert frozen.s_tip.noise == pytest.approx(0.01)
+    assert frozen.noise_s_tip == 0.0
+    assert (frozen.delay, frozen.s_w) == (sensors.delay, sensors.s_w)
+    assert Sensors.from_dict(frozen.model_dump(mode="json")).s_tip.faults[0].time == 5.0
+
+
+@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-cylinder", "nov-250t-secondary"])
+def test_a_winch_on_gas_can_lose_a_bottle(name):
+    crane = load_crane(name)
+    less = less_gas(crane)
+    assert less is not None
+    before, after = (next(g for g in map(gas_of, (c,)) if g) for c in (crane, less))
+    assert after == pytest.approx(before * (1.0 - 1.0 / BOTTLES))
+
+
+def gas_of(crane) -> float:
+    parts = (crane.passive, getattr(crane.cylinder, "passive", None), crane.secondary)
+    return next(part.accumulator.gas.V_0 for part in parts if part is not None)
+
+
+@pytest.mark.parametrize("name", ["nov-100t-pure-active", "nov-100t-electric", "utility-20t-open-circuit"])
+def test_a_winch_without_gas_has_no_bottle_to_lose(name):
+    assert less_gas(load_crane(name)) is None
+
+
+@pytest.mark.parametrize(
+    ("points", "at_rest", "Hs"),
+    [
+        ({2.0: 0.9}, 0.4, math.inf),
+        ({2.0: 1.4}, 0.4, 1.2),
+        ({2.0: 1.4, 1.2: 0.8}, 0.4, 1.45),
+        ({2.0: 1.4, 1.2: 1.2}, 0.4, 0.9),
+        ({2.0: math.inf, 1.0: 0.5}, 0.4, 1.0),
+        ({2.0: 1.4}, 1.0, 0.0),
+    ],
+)
+def test_the_height_from_which_a_limit_is_passed_is_rounded_down(points, at_rest, Hs):
+    assert height_from(points, at_rest) == pytest.approx(Hs)
+
+
+def test_a_vessel_that_drifts_takes_the_time_of_uniform_acceleration_and_then_of_its_speed():
+    reached = 0.5 * DRIFT_SPEED**2 / DRIFT_OFF
+    assert time_of_way(reached, DRIFT_OFF, DRIFT_SPEED) == pytest.approx(DRIFT_SPEED / DRIFT_OFF)
+    beyond = time_of_way(reached + 50.0, DRIFT_OFF, DRIFT_SPEED) - time_of_way(reached, DRIFT_OFF, DRIFT_SPEED)
+    assert beyond == pytest.approx(50.0 / DRIFT_SPEED)
+
+
+def test_the_way_back_takes_the_time_of_the_way_down(lift):
+    moving = [p for p in lift.phases[1:] if p.speed and not p.held]  # the first lifts it off the deck
+    down = sum(abs(p.z_end - p.z_start) / p.speed for p in moving)
+    assert time_between(lift, moving[0].z_start, moving[-1].z_end) == pytest.approx(down, abs=MILLIMETRES)
+
+
+ZONE = {"phase": "splash zone", "top": -2.0, "bottom": -8.0, "reason": "loads", "method": "twin"}
+SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touch-down", "method": "frequency"}
+
+
+def test_every_depth_over_the_side_has_one_action(lift):
+    rows = bands.actions(lift, [ZONE, SEABED])
+    for phase in lift.phases:
+        of_phase = [row for row in rows if row["phase"] == phase.name]
+        if not of_phase or phase.z_start == phase.z_end:
+            continue
+        assert (of_phase[0]["top"], of_phase[-1]["bottom"]) == (phase.z_start, phase.z_end)
+        for upper, lower in pairwise(of_phase):
+            assert upper["bottom"] == pytest.approx(lower["top"])
+
+
+def test_a_band_is_left_by_the_sooner_way_and_the_seabed_upwards_alone(lift):
+    rows = bands.actions(lift, [ZONE, SEABED])
+    zone = [row for row in rows if row["phase"] == "splash zone" and row["action"] != "hold"]
+    assert [(row["action"], row["to"]) for row in zone] == [("hoist", -2.0), ("lower-on", -8.0)]
+    speed = lift.phase("splash zone").speed
+    assert all(row["time"] == pytest.approx(3.0 / speed, rel=1e-3) for row in zone)
+    last = rows[-1]
+    assert (last["action"], last["to"], last["bottom"]) == ("hoist", -1498.0, -1500.0)
+    assert last["time"] == pytest.approx(2.0 / lift.phase("landing").speed)
+
+
+def test_heights_of_a_stop_go_from_the_surface_to_the_end_of_the_passage(lift):
+    z = heights_in_wave_zone(lift, lift.phase("splash zone"))
+    assert (z[0], z[-1]) == (0.0, -25.0)
+    assert np.all(np.diff(z) < 0.0)
