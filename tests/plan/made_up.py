@@ -91,7 +91,7 @@ def card_of(data: xarray.Dataset, certificate: bool = False) -> dict[str, Any]:
             limit = {"Hs_limit": None if np.isnan(Hs) else min(Hs, highest), "above": Hs > highest}
             more = {name: at[name].item() for name in names}
             more |= {name: None for name in names[:3] if not np.isfinite(more[name])}
-            cells.append({"beta": float(beta), "T_p": float(Tp), **limit, **more})
+            cells.append({"beta": float(beta), "T_p": float(Tp), "governing_end": "", **limit, **more})
     speeds = [
         {"T_p": float(Tp), "Hs_limit": 1.0, "share": 0.9, "protects": True, "sigma_v": 0.01 * float(Tp)}
         for Tp in table["period"].values

@@ -32,7 +32,8 @@ def result() -> PlanResult:
 
 def cells(limits: dict[float, tuple[float | None, float | None]]) -> list[dict]:
     """Cells of one heading: period -> limit and forecast limit."""
-    governing = {"governing_phase": "deep", "governing_rule": "winch-speed", "governing_tier": "time", "beta": math.pi}
+    by = {"phase": "deep", "rule": "winch-speed", "tier": "time", "end": ""}
+    governing = {f"governing_{key}": text for key, text in by.items()} | {"beta": math.pi}
     return [
         {"T_p": T, "Hs_limit": Hs, "above": False, "alpha": None if op_wf is None else op_wf / Hs, "op_wf": op_wf}
         | governing
@@ -77,7 +78,7 @@ def long_names(result: PlanResult) -> PlanResult:
     data, facts = result.data, result.facts
     name = "Installation of the manifold template with suction anchors, north-western flank"[:80]
     phases = [{**facts["phases"][i % 6], "name": f"{i + 1} {name}"[:80]} for i in range(12)]
-    document_ = dict.fromkeys(("field", "prepared_by", "checked_by", "editions_by"), name)
+    document_ = dict.fromkeys(("field", "prepared_by", "checked_by"), name)
     document_ |= {"number": name[:LONGEST_NUMBER], "revision": name[:LONGEST_REVISION]}
     remarks = [cause("not-assessed", phases=[p["name"]], alternatives=["none", str(i)]) for i, p in enumerate(phases)]
     data = data.copy()
@@ -94,7 +95,10 @@ def assessed(*, ok: bool = True) -> dict:
     name = "Installation of the manifold template with suction anchors, north-western flank"[:80]
     worst = {"phase": name, "z": None, "rule": "landing-speed", "used": 1.4, "Tp": 9.0}
     bad = {"verdict": "ok" if ok else "not-ok", "worst": worst, "Hs_from": None if ok else 1.44, "rows": []}
-    cases = [{"key": f"case-{i}", "title": f"Failure {i} of the motion unit and its signal"} | bad for i in range(10)]
+    keys = ["ahc-trip", "wave-zone-stop", *(f"case-{i}" for i in range(8))]
+    cases = [
+        {"key": key, "title": f"Failure {i} of the motion unit and its signal"} | bad for i, key in enumerate(keys)
+    ]
     action = {"phase": name, "top": -1475.0, "bottom": -1500.0, "action": "hoist", "time": 250.0, "to": -1475.0}
     page_ = {"loads_to": 2.31, "loads_highest": 4.0, "touch_down_from": 1.44, "touch_down_limit": 0.5}
     failures = {
@@ -117,8 +121,11 @@ def assessed(*, ok: bool = True) -> dict:
         "tiers": [{}] * 7,
         "steep": {"n": 12, "of": 360},
     }
-    assumed = [{"name": name, "text": f"{name}: {name}"} for _ in range(7)]
-    return {"failures": failures, "rigging": rigging, "quality": quality, "assumed": assumed}
+    row = dict.fromkeys(("what", "value", "where", "moves", "supplier"), name)
+    assumed = {"rows": [row] * 5, "n": 12}
+    source = {"source": f"{name}.csv", "model": name, "first": "2011-01-01T00", "last": "2013-12-31T23"}
+    hindcast = {**source, "n_years": 3, "n_gaps": 2, "synthetic": False}
+    return {"failures": failures, "rigging": rigging, "quality": quality, "assumed": assumed, "hindcast": hindcast}
 
 
 def table_of(result: PlanResult, headings: int, periods: int) -> PlanResult:

@@ -61,7 +61,7 @@ from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
-from stillhook.tables.table import Part, Text
+from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import quote, show
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
@@ -88,9 +88,6 @@ class DocumentTable(Spec):
     field: Text | None = Field(default=None, max_length=LONGEST_NAME, description="field or site of the lift")
     prepared_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who prepared the plan")
     checked_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who checked it")
-    editions_by: Text | None = Field(
-        default=None, max_length=LONGEST_NAME, description="who compared the rules with the project's editions"
-    )
 
 
 class PlanFile(LiftTables):

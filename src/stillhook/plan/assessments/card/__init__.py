@@ -24,7 +24,7 @@ def assess(state: PlanState, progress: Progress) -> Mapping[str, Any]:
     parts = parts_of(plan)
 
     def cells(of: list[Any]) -> list[dict[str, Any]]:
-        return cells_of(plan, of_phases(chosen, of), state.forecast, alternative)
+        return cells_of(plan, of_phases(plan, chosen, of), state.forecast, alternative)
 
     limits = {part: cells(phases) for part, phases in parts.items()}
     progress(0.5)

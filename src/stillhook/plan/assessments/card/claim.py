@@ -16,12 +16,13 @@ from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS
-from stillhook.plan.table import TIERS, Chosen, Governed, credited_of, governed
+from stillhook.plan.table import BY_RULE, ENDS, TIERS, Chosen, Governed, credited_of, governing
 from stillhook.plan.weather.value import Forecast, forecast_limits
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.spec.validity import CAP
 
+CREDITED = CREDITS[1]
 WAVE_ZONE, DEEP, SEABED = "wave zone", "deep", "landing"
 """Parts of a lift that have a column of their own on the limits card."""
 PART_OF: Mapping[PhaseKind, str] = {
@@ -61,12 +62,13 @@ def credit_of(plan: LiftPlan, of: Answered, alternative: Alternative) -> dict[st
     return {"by": "certificate", "certificate": certificate.short, "cap": CAP, "share": share}
 
 
-def of_phases(chosen: Chosen, phases: Sequence[Phase]) -> Governed:
+def of_phases(plan: LiftPlan, chosen: Chosen, phases: Sequence[Phase]) -> Governed:
     """The least limits over some phases alone."""
     names = {phase.name for phase in phases}
     inside = np.array([name in names for name in chosen.axes.phases])[None, :, None, None, None]
     Hs, low, high = (np.where(inside, ends, np.nan) for ends in (chosen.Hs, chosen.low, chosen.high))
-    return governed(replace(chosen, Hs=Hs, low=low, high=high))
+    part = replace(chosen, Hs=Hs, low=low, high=high)
+    return governing(plan, part, part)[CREDITED]
 
 
 def forecast_of(plan: LiftPlan, governs: Governed, forecast: Forecast) -> Forecast:
@@ -97,6 +99,7 @@ def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative:
                     "governing_phase": axes.phases[governs.phase[at]] if by else "",
                     "governing_rule": axes.rules[governs.rule[at]] if by else "",
                     "governing_tier": TIERS[governs.tier[at]].value if by else "",
+                    "governing_end": ENDS[governs.ends[at]].value if governs.ends[at] != BY_RULE else "",
                 }
             )
     return rows

@@ -13,7 +13,7 @@ MOST = 9
 """Bands at most, but for the one above the table: neighbours that differ least are one, at the lower limit."""
 NO_RESULT, CALM, NO_FACTOR, ABOVE_TABLE = "no result", "exceeded in calm", "no alpha", "beyond the table"
 """Why there is no go in a band."""
-GOVERNING = ("governing_phase", "governing_rule", "governing_tier", "beta")
+GOVERNING = ("governing_phase", "governing_rule", "governing_tier", "governing_end", "beta")
 
 
 def edges_of(cells: Iterable[Mapping[str, Any]], most: int = MOST) -> list[tuple[float, float]]:

@@ -21,9 +21,9 @@ ASSUMED = 5
 """Assumed numbers on the page at most."""
 ASSESSED = ("failures", "rigging", "quality", "assumed", "hindcast")
 """Assessments that the page reads, by their keys in a result; None where one is missing."""
+NOT_ENTERED = "not entered"
 MARINE = ("DNV", "EN ", "ISO", "API", "IMCA")
 """Starts of standards among the sources of rules."""
-NOT_COMPARED = " (not compared"
 
 
 def decision(result: PlanResult) -> dict[str, Any]:
@@ -34,19 +34,18 @@ def decision(result: PlanResult) -> dict[str, Any]:
         "document": head(result),
         "status": status_of(result, claim["bands"]),
         "operation": dict(facts["operation"]),
-        "rules": {**{key: facts["rules"][key] for key in ("name", "version", "digest")}, "standards": standards(facts)},
+        "rules": _rules(facts),
         "claim": claim,
         **{name: facts.get(name) for name in ASSESSED},
         "not_covered": [*TEXTS["covered_by"]["unsafe"], *TEXTS["covered_by"]["not_covered"]],
         "runs": {key: facts["runs"].get(key) for key in ("n", "n_failed", "seeds_per_cell", "seed")},
-        "weather": _weather(result),
     }
 
 
 def head(result: PlanResult) -> dict[str, Any]:
     """Number, revision, lift, field, date, and who prepared and checked it."""
     given, facts = result.facts.get("document", {}), result.facts
-    names = ("revision", "field", "prepared_by", "checked_by", "editions_by")
+    names = ("revision", "field", "prepared_by", "checked_by")
     number = given.get("number") or groups(facts["digest"], SHORT)
     lift = facts["payload"].get("title") or facts["payload"]["name"]
     texts = {"number": number, "name": facts["name"], "lift": lift, "place": facts["place"]["text"]}
@@ -67,20 +66,17 @@ def claim_of(result: PlanResult) -> dict[str, Any]:
     return {"alternative": card["alternative"], "credit": card["credit"], "bands": bands, "parts": parts}
 
 
+def _rules(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Rule set, who entered its editions, and its standards."""
+    about = {key: facts["rules"].get(key, "") for key in ("name", "version", "digest", "entered_by")}
+    return about | {"standards": standards(facts)}
+
+
 def standards(facts: Mapping[str, Any]) -> list[str]:
     """Standards of the rules with the edition that stands in the rule set."""
-    named = ((row["standard"], row["edition"].partition(NOT_COMPARED)[0]) for row in facts["rules"]["rows"])
+    rows = facts["rules"]["rows"]
+    named = ((row["standard"], "" if NOT_ENTERED in row["edition"] else row["edition"]) for row in rows)
     return list(dict.fromkeys(" ".join(filter(None, pair)) for pair in named if pair[0].startswith(MARINE)))
-
-
-def _weather(result: PlanResult) -> dict[str, Any] | None:
-    """Source, years and gaps of the weather that waiting was counted on."""
-    if "weather" not in result:
-        return None
-    block = result["weather"]
-    n_gaps = float(block["n_gaps"].values.ravel()[0]) if "n_gaps" in block else None
-    texts = {key: str(block.attrs[key]) for key in ("source", "first", "last")}
-    return {**texts, "synthetic": bool(block.attrs["synthetic"]), "n_gaps": n_gaps}
 
 
 def claimed(result: PlanResult) -> PlanResult:
@@ -98,7 +94,7 @@ def claimed(result: PlanResult) -> PlanResult:
         numbers["Hs_limit"] = math.inf if cell["above"] else numbers["Hs_limit"]
         for key, value in (numbers | {"Hs_limit_high": math.nan}).items():
             data[key].loc[at] = value
-        for key in ("governing_phase", "governing_rule", "governing_tier"):
+        for key in {"governing_phase", "governing_rule", "governing_tier", "governing_end"} & set(data):
             data[key].loc[at] = cell[key]
     return replace(result, data=data)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
+from stillhook.plan.report.decision.data import ASSUMED
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.plan.result import grouped
 from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict
@@ -70,7 +71,7 @@ def claim_basis(of: Mapping[str, Any]) -> str:
 
 
 def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
-    head: list[Part] = [Text(f"{_times(of['operation'])} {_rules(of)} {_alpha(of['operation'])}")]
+    head: list[Part] = [Text(f"{times(of['operation'])} {_rules(of)} {_alpha(of['operation'])}")]
     if not of["claim"]["bands"]:
         return [*head, Text(claim_basis(of))]
     bands = [band_row(band) for band in of["claim"]["bands"]]
@@ -81,23 +82,27 @@ def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
 
 def band_row(band: Mapping[str, Any]) -> list[str]:
     """A band as a row of a table."""
-    by = governs(clipped(band["governing_phase"], PHASE), band["governing_rule"]) if band["governing_phase"] else ""
+    phase, rule, end = (band[f"governing_{key}"] or "" for key in ("phase", "rule", "end"))
+    by = governs(clipped(phase, PHASE), rule, end) if phase or end else ""
     reason = band["no_go"] or ("highest sea analysed" if band["above"] else "")
     text = f"{by} ({reason})" if by and reason else by or reason
     return [label(band), limit(band), forecast(band), fixed(band["alpha"], 2), clipped(text, LONG)]
 
 
-def _times(op: Mapping[str, Any]) -> str:
+def times(op: Mapping[str, Any]) -> str:
+    """Times of the operation, in a sentence."""
     contingency = "T_C not assessed" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
     restricted = "Weather restricted" if op["weather_restricted"] else "NOT weather restricted (design for extremes)"
     summed = "" if op.get("T_POP_given", True) else " (sum of the phases)"
     times = {key: hours(op[key]) for key in ("T_POP", "T_R")}
-    return write(TEXTS["decision"]["times"], restricted=restricted, summed=summed, contingency=contingency, **times)
+    more = {"restricted": restricted, "summed": summed, "contingency": contingency}
+    lead = f" ({hours(op['lead'])} before the start)" if op.get("lead") else ""
+    return write(TEXTS["decision"]["times"], lead=lead, **more, **times)
 
 
 def _rules(of: Mapping[str, Any]) -> str:
-    rules, by = of["rules"], of["document"]["editions_by"]
-    editions = write(TEXTS["decision"]["editions"], by=by) if by else TEXTS["decision"]["no_editions"]
+    rules, by = of["rules"], of["rules"]["entered_by"]
+    editions = write(TEXTS["decision"]["editions"], by=clipped(by, NAME)) if by else TEXTS["decision"]["no_editions"]
     return write(TEXTS["decision"]["rules"], by=editions, **rules)
 
 
@@ -105,8 +110,11 @@ def _alpha(op: Mapping[str, Any]) -> str:
     table = op.get("alpha_table")
     if table is None:
         return f"alpha: {NOT_ASSESSED}."
-    more = {key: op.get(key) or NOT_ASSESSED for key in ("level", "monitoring")}
-    return write(TEXTS["decision"]["alpha"], **table, **more)
+    return write(TEXTS["decision"]["alpha"], **{**NOT_STATED, **{key: x for key, x in table.items() if x}})
+
+
+NOT_STATED = dict.fromkeys(("level", "monitoring", "edition"), "not stated")
+"""Of a table of forecast factors, where it does not say."""
 
 
 def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
@@ -116,7 +124,8 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         return [Text(f"{NOT_ASSESSED.capitalize()}.")]
     texts, own = TEXTS["ahc_lost"], lost["page"]
     highest = own["loads_highest"]
-    lines = [
+    lines = [] if trip_assessed(lost) else [texts["no_trip"]]
+    lines += [
         write(texts["loads"], Hs=own["loads_to"])
         if own["loads_to"] is not None
         else write(texts["loads_all"], Hs=highest)
@@ -132,6 +141,11 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         slowest = max(moves, key=lambda each: float(each["time"]))
         lines.append(write(texts["safe"], **action_words(slowest), time=slowest["time"]))
     return [Text(" ".join([*lines, texts["card"]]))]
+
+
+def trip_assessed(failures: Mapping[str, Any]) -> bool:
+    """Whether a trip of AHC was simulated."""
+    return any(case["key"] == "ahc-trip" and case["verdict"] != "not-assessed" for case in failures["cases"])
 
 
 HOLD = "hold"
@@ -189,19 +203,18 @@ def _failures(of: Mapping[str, Any]) -> list[Part]:
         return [Text(f"{NOT_ASSESSED.capitalize()}.")]
     rows = [_case(each) for each in of["failures"]["cases"]]
     half = (len(rows) + 1) // 2
-    head = ("case", "verdict", "from Hs, in")
+    head = ("case", "verdict", "from Hs")
     tables = [Table(head, part) for part in (rows[:half], rows[half:]) if part]
     return [Columns(tables, [1.0] * len(tables))]
 
 
 def _case(case: Mapping[str, Any]) -> list[Cell]:
     word, passed = VERDICTS[case["verdict"]]
-    Hs, worst = case.get("Hs_from"), case.get("worst") or {}
-    where = [] if Hs is None else [f"{Hs:.2f} m", worst.get("phase", "")]
-    return [clipped(case["title"], CASE), Verdict(word, passed), clipped(", ".join(filter(None, where)), PHASE)]
+    Hs = case.get("Hs_from")
+    return [clipped(case["title"], CASE), Verdict(word, passed), "" if Hs is None else f"{Hs:.2f} m"]
 
 
-CASE = 28
+CASE = 40
 """Letters of the title of a failure case at most."""
 VERDICTS = {
     "ok": ("OK", True),
@@ -213,21 +226,28 @@ VERDICTS = {
 
 
 def _assumed(of: Mapping[str, Any]) -> list[str]:
-    return [f"{NOT_ASSESSED.capitalize()} by variation."] if of["assumed"] is None else []
+    if of["assumed"] is None:
+        return [f"{NOT_ASSESSED.capitalize()}."]
+    rows = of["assumed"]["rows"][:ASSUMED]
+    lines = [write(TEXTS["decision"]["assumed"], **row) for row in rows]
+    return [clipped(line, LINE) for line in lines] or ["None."]
+
+
+LINE = 124
+"""Letters of a line of the page at most."""
 
 
 def _quality(of: Mapping[str, Any]) -> str:
-    """Agreement of the methods, seeds, interval, and the weather behind the waiting."""
-    runs, weather = of["runs"], of["weather"]
-    agreement = _agreement(of["quality"])
+    """Agreement of the methods, seeds, and the hindcast."""
+    runs, hindcast = of["runs"], of["hindcast"]
+    agreement, texts = _agreement(of["quality"]), TEXTS["decision"]
     seeds = runs["seeds_per_cell"]
     ran = "No runs of the twin." if not runs["n"] else f"{runs['n']:,} runs, {seeds[0]} to {seeds[1]} seeds a cell."
-    if weather is None:
-        return " ".join(filter(None, (agreement, ran, f"Hindcast: {NOT_ASSESSED}.")))
-    gaps = "" if weather["n_gaps"] is None else f", {weather['n_gaps']:.0f} gaps"
-    mark = "SYNTHETIC " if weather["synthetic"] else ""
-    hindcast = f"{mark}weather {weather['source']}, {weather['first'][:10]} to {weather['last'][:10]}{gaps}."
-    return " ".join(filter(None, (agreement, ran, hindcast)))
+    if hindcast is None:
+        return " ".join((agreement, ran, texts["no_hindcast"]))
+    mark = "SYNTHETIC " if hindcast["synthetic"] else ""
+    days = {key: hindcast[key][:10] for key in ("first", "last")}
+    return " ".join((agreement, ran, write(texts["hindcast"], mark=mark, **{**hindcast, **days})))
 
 
 def subtitle(about: Mapping[str, Any]) -> str:

@@ -8,19 +8,22 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import headline, stopped
 from stillhook.plan.report.decision.data import decision
-from stillhook.plan.report.decision.page import claim_words, credit_words, status
+from stillhook.plan.report.decision.page import claim_words, clipped, credit_words, status, times
 from stillhook.plan.report.words import governs, named
 from stillhook.plan.result import PlanResult
 
-NAMED = 3
-"""Bands and reasons that are named at most."""
+NAMED = 2
+"""Bands that are named at most."""
+STATUS = 190
+"""Letters of the status with its reasons at most."""
 
 
 def short(result: PlanResult) -> list[str]:
-    """The claimable limit, the status, and what governs."""
+    """The claimable limit, the status, what governs, and the times of the operation."""
     of = decision(result)
     word = status(of["status"])
-    return [_claim(of), " ".join([f"{word.word}.", *word.text]), _governing(of["claim"]["bands"])]
+    text = clipped(" ".join([f"{word.word}.", *word.text]), STATUS)
+    return [_claim(of), text, _governing(of["claim"]["bands"]), times(of["operation"])]
 
 
 def _claim(of: Mapping[str, Any]) -> str:
@@ -38,7 +41,9 @@ def _claim(of: Mapping[str, Any]) -> str:
 def _governing(bands: list[dict[str, Any]]) -> str:
     """What governs most bands."""
     counted = Counter(
-        governs(band["governing_phase"], band["governing_rule"]) for band in bands if band["governing_phase"]
+        governs(*(band[f"governing_{key}"] or "" for key in ("phase", "rule", "end")))
+        for band in bands
+        if band["governing_phase"] or band["governing_end"]
     )
     if not counted:
         return ""

@@ -14,6 +14,10 @@ SYNTHETIC = "SYNTHETIC"
 """Start of the names of files of no real machine or place."""
 
 
+AT_LIMIT = 1.02
+"""Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
+
+
 def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """for_approval, and reasons: code and text of each, the gravest first."""
     reasons = [{"code": code, "text": text} for code, text in dict.fromkeys(_reasons(result, bands))]
@@ -63,7 +67,7 @@ def _of_assessments(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield "no-legs", write(texts["no-legs"])
         elif rigging["legs"]["worst"]["utilisation"] > 1.0:
             yield "over-used", write(texts["over-used"], **rigging["legs"]["worst"])
-        if any((row["utilisation"] or 0.0) > 1.0 for row in rigging["hook_loads"]):
+        if any((row["utilisation"] or 0.0) > AT_LIMIT for row in rigging["hook_loads"]):
             yield "capacity", write(texts["capacity"])
     if failed := sum(len(check["failed"]) for check in facts.get("quality", {}).get("checks", [])):
         yield "contradicted", write(texts["contradicted"], n=failed)
