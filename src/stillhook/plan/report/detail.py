@@ -12,6 +12,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
+from stillhook.plan.report.decision.status import rests_on_synthetic
 from stillhook.plan.report.figures import ANSWER
 from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
 from stillhook.plan.report.words import (
@@ -176,6 +177,7 @@ def weather(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     return [
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
+        *([Text(TEXTS["not_claimed"])] if rests_on_synthetic(result) else []),
         waiting_in_full(result),
         facts(_series(result)),
         year_table(result),
