@@ -11,14 +11,17 @@ from stillhook import load_crane
 from stillhook.plan import plan
 from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
+from stillhook.plan.assessments.failures.assessment import Work
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
 from stillhook.plan.assessments.failures.depths import time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
-from stillhook.plan.assessments.failures.judging import height_from
+from stillhook.plan.assessments.failures.judging import height_from, used, worst
 from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
-from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
+from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SETTLE, SeaState
 from stillhook.report.document import Table, Verdict, walk
@@ -174,8 +177,16 @@ ZONE = {"phase": "splash zone", "top": -2.0, "bottom": -8.0, "reason": "loads", 
 SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touch-down", "method": "frequency"}
 
 
+STOPPED = {"key": "wave-zone-stop", "by_depth": [{}]}
+
+
+def test_without_a_run_of_a_stop_nothing_is_said_of_the_wave_zone(lift):
+    zone = [row for row in bands.actions(lift, [], []) if row["phase"] == "splash zone"]
+    assert [(row["action"], row["time"]) for row in zone] == [("not-assessed", None)]
+
+
 def test_every_depth_over_the_side_has_one_action(lift):
-    rows = bands.actions(lift, [ZONE, SEABED])
+    rows = bands.actions(lift, [ZONE, SEABED], [STOPPED])
     for phase in lift.phases:
         of_phase = [row for row in rows if row["phase"] == phase.name]
         if not of_phase or phase.z_start == phase.z_end:
@@ -186,7 +197,7 @@ def test_every_depth_over_the_side_has_one_action(lift):
 
 
 def test_a_band_is_left_by_the_sooner_way_and_the_seabed_upwards_alone(lift):
-    rows = bands.actions(lift, [ZONE, SEABED])
+    rows = bands.actions(lift, [ZONE, SEABED], [STOPPED])
     zone = [row for row in rows if row["phase"] == "splash zone" and row["action"] != "hold"]
     assert [(row["action"], row["to"]) for row in zone] == [("hoist", -2.0), ("lower-on", -8.0)]
     speed = lift.phase("splash zone").speed
@@ -200,3 +211,72 @@ def test_heights_of_a_stop_go_from_the_surface_to_the_end_of_the_passage(lift):
     z = heights_in_wave_zone(lift, lift.phase("splash zone"))
     assert (z[0], z[-1]) == (0.0, -25.0)
     assert np.all(np.diff(z) < 0.0)
+
+
+@pytest.fixture(scope="module")
+def runs(lift, tmp_path_factory):
+    store = tmp_path_factory.mktemp("runs")
+    made = FailureRuns(Cells(lift, Execution(store)), Alternative.SSC)
+    made.request([Request(key, "landing, held", SEA) for key in ("ahc-trip", "gas-bottle", "motion-frozen")])
+    return made
+
+
+def of(runs: FailureRuns, key: str):
+    return runs.runs[Request(key, "landing, held", SEA)]
+
+
+def test_a_trip_gives_back_the_motion_that_compensation_took(runs):
+    on_brake, compensated = (of(runs, key)["load_pp"] for key in ("ahc-trip", "gas-bottle"))
+    assert np.all(on_brake > 2.0 * compensated)
+
+
+def test_the_peak_of_a_trip_depends_on_the_phase_of_the_waves(runs):
+    peaks = of(runs, "ahc-trip")["F_w_max"].reshape(-1, TRAINS)
+    within = np.ptp(peaks, axis=0)
+    assert np.all(within > 1e3)
+
+
+def test_the_jump_of_a_trip_is_below_that_of_the_fastest_tip(runs, lift):
+    # sqrt(K M) v of the fastest tip of a Rayleigh sea, and its swing on the brake: nothing adds energy besides
+    phase = lift.phase("landing, held")
+    at = lift.tip_of(phase)
+    forcing = forcing_at(lift, Seas(*(np.array([x]) for x in SEA)), at.x, at.y)
+    load = situations(lift, phase)[-1]
+    omega = 2.0 * math.pi / load.T_0
+    M = lift.payload.mass + lift.payload.covered(lift.rho).A33
+    v = 4.0 * float(forcing.deviation(1)[0])
+    resonance = 1.0 / (1.0 - (SEA.Tp / load.T_0) ** -2.0)
+    numbers = of(runs, "ahc-trip")
+    assert np.all(numbers["F_w_max"] - load.load.F_top < M * omega * v * (1.0 + resonance))
+    assert np.all(numbers["F_w_max"] > load.load.F_top)
+
+
+def test_a_frozen_motion_unit_moves_the_load_no_less_than_the_brake_does(runs):
+    frozen, on_brake = (of(runs, key)["load_pp"] for key in ("motion-frozen", "ahc-trip"))
+    assert frozen.max() > on_brake.max()
+
+
+def test_a_stopped_assessment_takes_its_runs_from_the_store(runs, lift):
+    store = runs.cells.execution.store
+    before = {path.name for path in store.iterdir()}
+    again = FailureRuns(Cells(lift, Execution(store)), Alternative.SSC)
+    again.request([Request("ahc-trip", "landing, held", SEA)])
+    assert {path.name for path in store.iterdir()} == before
+    for name, values in of(runs, "ahc-trip").items():
+        assert np.array_equal(values, of(again, "ahc-trip")[name], equal_nan=True)
+
+
+def test_a_run_that_fails_is_never_ok(runs, lift):
+    request = Request("ahc-trip", "landing, held", SEA)
+    numbers = {name: values.copy() for name, values in of(runs, "ahc-trip").items()}
+    numbers["duration"][3] = np.nan
+    top = worst(used(lift, request, numbers))
+    assert (top.rule, top.used, top.run) == ("run-failed", math.inf, 3)
+
+
+def test_a_plan_without_compensation_has_no_trip(lift):
+    manual = [p.model_copy(update={"mode": WinchMode.MANUAL}) for p in lift.phases]
+    work = Work(None, None, FailureRuns(Cells(replace(lift, phases=tuple(manual)), Execution()), Alternative.SSC), [])
+    trip, blackout = (next(f for f in FAILURES if f.key == key) for key in ("ahc-trip", "blackout"))
+    assert not work.places_of(trip)
+    assert {p.name for p, _ in work.places_of(blackout)} >= {"splash zone", "upper water", "landing"}

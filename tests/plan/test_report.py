@@ -551,7 +551,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     )
     assert "T_POP 24 h (not specified: sum of the phases)" in said
     assert re.search(
-        r"Without compensation \d+ of 30 cells have no alpha \(below 1 m: case by case\), and so no window: gains over it are at most",
+        r"Without compensation \d+ of 30 cells have no alpha \(below 1 m: case by case\), and so no window: gains compare them by the factor of 1 m",
         said,
     )
     assert "34 % of the records are outside the table's periods and headings and count as not workable." in said

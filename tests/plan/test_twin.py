@@ -278,7 +278,8 @@ def test_the_tip_moves_as_far_under_a_cap_as_without_it(plan):
 
 
 def test_slings_that_hang_slack_have_no_tension_left(plan):
-    assert asked(plan, PhaseKind.SPLASH, Alternative.NONE, F_sling_min=0.0)["sling_ratio"] == 0.0
+    ratio = asked(plan, PhaseKind.SPLASH, Alternative.NONE, F_sling_min=0.0)["sling_ratio"]
+    assert ratio == pytest.approx(0.0, abs=np.finfo(float).eps)  # 1 less a tension over itself
 
 
 def test_nothing_in_twenty_runs_is_not_never():

@@ -36,7 +36,8 @@ def plan():
     environment = found.environment.model_copy(update={"Tp": PERIODS, "headings": (BETA,)})
     phases = tuple(phase.model_copy(update={"limits": {}}) for phase in found.phases)
     alternatives = (Alternative.NONE, Alternative.CAP, Alternative.SSC)
-    return replace(found, environment=environment, phases=phases, alternatives=alternatives)
+    one_case = {"weight": None}  # the low case is a search of its own (test_weights_and_rigging.py)
+    return replace(found, environment=environment, phases=phases, alternatives=alternatives, **one_case)
 
 
 @pytest.fixture

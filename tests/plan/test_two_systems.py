@@ -27,7 +27,7 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 from stillhook.plan.weather.forecast import plan_forecast
-from stillhook.plan.weather.records import FAINT, seas_of, systems
+from stillhook.plan.weather.records import FAINT, seas_of, swell_forecast, systems
 from stillhook.plan.weather.spectral import spectral_persistence
 from stillhook.plan.weather.value import forecast_limits, weather_value
 from stillhook.response import Waves
@@ -305,3 +305,13 @@ def test_columns_of_the_two_systems_are_read_by_their_usual_names(tmp_path):
 def test_a_swell_is_described_in_units():
     swell = Swell(Hs="1.5 m", Tp="14 s", heading="-150 deg")
     assert swell.describe() == "swell of Hs 1.5 m, Tp 14 s, travelling 210 deg from the bow"
+
+
+def test_a_swell_below_the_table_of_factors_has_none_and_no_window():
+    assert math.isnan(swell_forecast(load_alpha_table(), 0.8, 8 * 3600.0))
+    assert swell_forecast(load_alpha_table(), 1.5, 8 * 3600.0) == pytest.approx(0.705 * 1.5)
+    swell = {"Hs": 0.8, "Tp": 9.0, "Tp_tolerance": 1.0, "heading": math.pi, "heading_tolerance": 0.3, "text": "swell"}
+    held = systems(apart(), swell)
+    assert held.within(0.0, 1, 0.7).all()
+    assert not held.within(0.0, 1, math.nan).any()
+    assert "no record is workable" in held.outside(math.nan)[0]

@@ -12,7 +12,7 @@ from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import Axes, Governed
 from stillhook.plan.weather.records import IN_WINDOWS, seas_of
-from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
+from stillhook.plan.weather.value import YEAR, forecast_limits, weather_block, weather_value
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
@@ -337,3 +337,18 @@ def test_shares_of_records_outside_the_table_stand_in_the_block(plan, season):
     _, block, _ = valued(plan, replace(season, columns={**season.columns, "T_p": T_p}), LIMITS)
     assert block.attrs["above_period"] == block.attrs["outside"] == 0.25
     assert block.attrs["outside_headings"] == block.attrs["no_direction"] == 0.0
+
+
+def test_a_reference_without_a_factor_has_no_window_and_gains_over_it_take_one_for_both(plan, season):
+    low = {**LIMITS, Alternative.NONE: 0.9, Alternative.NS: 0.9}
+    calm = replace(season, columns={**season.columns, "H_m0": 0.4 * season.columns["H_m0"]})
+    _, block, _ = valued(plan, calm, low)
+    year = block.sel(credit="twin", month=0)
+    assert float(year["operability"].sel(alternative="none")) == 0.0
+    assert float(year["n_windows"].sel(alternative="none")) == 0
+    # the same limit, the same gain, whatever its factor; and more than nothing over it
+    assert float(year["hours_gained"].sel(alternative="ns", over="none")) == 0.0
+    share = float((calm.columns["H_m0"] <= 0.65 * 0.9).mean())
+    most = float(year["operability"].sel(alternative="ssc")) * YEAR
+    gained = float(year["hours_gained"].sel(alternative="ssc", over="none"))
+    assert most - share * YEAR <= gained < most

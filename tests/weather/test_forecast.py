@@ -132,6 +132,8 @@ class TestCommand:
         ("more", "says"),
         [
             (["--start", "tomorrow"], "is not a time such as"),
+            (["--issue", "yesterday"], "--issue"),
+            (["--forecast-factors", "dnv-os-h101#Z"], "There are C, B, A"),
             (["--direction", "nautical"], "--direction: moved. Write sense in a description"),
             (["--ship", "north"], "--ship"),
             (["--horizon", "3"], "no unit"),

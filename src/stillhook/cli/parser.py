@@ -64,7 +64,7 @@ USUAL = " Default: the usual ones of the winch type, ns,hs,ssc on a closed circu
 """End of the help of an option that names controllers."""
 MODES = ", ".join(_CONTROLLERS)
 """Controllers and manual mode as help lists them."""
-FACTORS_HELP = "Table of factors on forecast heights: a name, or a file (TOML, CSV, XLSX)."
+FACTORS_HELP = "Table of factors on forecast heights: a name, such as dnv-os-h101#B, or a file (TOML, CSV, XLSX)."
 PATIENCE = 15.0
 """Time for a scheduler to answer, and then for its first worker [s]."""
 PYTHON_POSITION = re.compile(r'tip=\("([^"]+)", "([^"]+)", "([^"]+)"\)')

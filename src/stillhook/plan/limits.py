@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
+from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm, off_other_vessel
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
 from stillhook.plan.definition.rules_file import rules_of
@@ -192,6 +192,7 @@ def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Li
         for rule in rules_of(plan.rules, phase)
         if QUANTITIES[rule.quantity].number in numbers
         and _holds(rule, phase, alternative)
+        and ("vessel" not in QUANTITIES[rule.quantity].needs or off_other_vessel(plan, phase))
         and not (rule.quantity == "relief_share" and rule.key not in phase.limits and passage(plan, phase))
     ]
     return tuple(Limited(rule, each.value, each.basis, each.by_Hs) for rule, each in applicable if each is not None)

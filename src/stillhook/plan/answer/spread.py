@@ -53,7 +53,7 @@ def with_intervals(
         return block
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
-        return _numbers(value, axes, forecast_limits(plan, forecast.table, governs).op_wf, window)
+        return _numbers(value, axes, forecast_limits(plan, forecast.table, governs), window)
 
     window = Window.of(value.workability.weather.time, value.workability.weather.step, value.window)
     with ThreadPoolExecutor(threads) as pool:
@@ -109,22 +109,27 @@ def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterato
         yield governing(plan, modelled, credited)
 
 
-def _numbers(value: WeatherValue, axes: Axes, limits: FloatArray, window: Window) -> dict[str, FloatArray]:
-    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits op_wf
-    (credit, alternative, heading, period) [m]."""
+def _numbers(value: WeatherValue, axes: Axes, forecast: Forecast, window: Window) -> dict[str, FloatArray]:
+    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by other limits
+    of the same plan."""
     judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
     waited: dict[bytes, tuple[float, FloatArray]] = {}
-    of: dict[tuple[int, int], FloatArray] = {}
+    compared: dict[tuple[int, int], FloatArray] = {}
     valid, time = np.isfinite(judge.seas.Hs), judge.weather.time
-    for c, a in np.ndindex(shape):
-        op_wf = np.nan_to_num(limits[c, a], nan=0.0)
+
+    def of(limits: FloatArray) -> tuple[float, FloatArray]:
+        op_wf = np.nan_to_num(limits, nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
             some, can_start = judge.starts(op_wf, window)
             waited[key] = float(some[valid].mean()), waits(can_start, time)
-        operability[c, a], of[c, a] = waited[key]
-        wait[c, a] = _mean(of[c, a])
+        return waited[key]
+
+    for c, a in np.ndindex(shape):
+        operability[c, a], waits_of = of(forecast.op_wf[c, a])
+        wait[c, a] = _mean(waits_of)
+        compared[c, a] = of(forecast.compared[c, a])[1]
     days = np.full((*shape, len(OVER)), np.nan)
     for o, name in enumerate(OVER):
         for c, credit in enumerate(CREDITS):
@@ -132,7 +137,7 @@ def _numbers(value: WeatherValue, axes: Axes, limits: FloatArray, window: Window
             if other is not None:
                 k = axes.alternatives.index(other)
                 for a in range(shape[1]):
-                    days[c, a, o] = _mean(of[c, k] - of[c, a]) / DAY
+                    days[c, a, o] = _mean(compared[c, k] - compared[c, a]) / DAY
     return {"operability": operability, "wait_mean": wait, "days_gained": days}
 
 

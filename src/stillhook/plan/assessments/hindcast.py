@@ -20,7 +20,7 @@ from stillhook.units import number
 from stillhook.weather.hindcast import FEWEST_YEARS, FOLLOWS, by_month_and_year, table_of, waiting
 from stillhook.weather.persistence import MONTHS, Window, month_of, waits
 
-NAME, TITLE, EXPECTED = "hindcast", "Hindcast, windows and waiting", 3.0
+NAME, TITLE, EXPECTED = "hindcast", "Hindcast, windows and waiting", 0.5
 LENGTHS = (6.0 * HOUR, 12.0 * HOUR, 24.0 * HOUR, 48.0 * HOUR, 72.0 * HOUR)
 """Lengths of windows in addition to the plan's own [s]."""
 NOT_STATED = "not stated"

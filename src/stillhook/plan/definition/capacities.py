@@ -66,6 +66,11 @@ def static_tension(plan: LiftPlan, phase: Phase) -> float:
     return F if off is None else F + (off.friction + off.suction)
 
 
+def off_other_vessel(plan: LiftPlan, phase: Phase) -> bool:
+    """Whether a phase lifts the payload off the deck of another vessel."""
+    return phase.kind is PhaseKind.LIFT_OFF and plan.gear.carrier is Carrier.VESSEL
+
+
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
     """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other
     phases.

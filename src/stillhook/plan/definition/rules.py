@@ -35,8 +35,9 @@ class Quantity(NamedTuple):
 
     mean: whether it has no largest value, so that its level is the mean; needs: what a winch must have or do for it,
     "compensation" that it follows the tip, "turning" that it is not on its brake, "hydraulics" that it turns and is no
-    flat cap, "compensator" that a passive heave compensator hangs below it; still: its value in still water [SI], None
-    where that follows from the plan; number: of a run, that only some winch types have.
+    flat cap, "compensator" that a passive heave compensator hangs below it, "vessel" that it lifts off
+    another one; still: its value in still water [SI], None where that follows from the plan; number: of a run, that
+    only some winch types have.
     """
 
     name: str

@@ -224,7 +224,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         ("series", f"{attrs['source']}{' (SYNTHETIC)' if attrs['synthetic'] else ''}"),
         ("from, to", f"{attrs['first']} to {attrs['last']}"),
         ("hours, gaps", f"{n_hours} h, {n_gaps} gaps"),
-        ("window", f"T_R = {hours(attrs['T_R'])}"),
+        ("window", f"{hours(attrs.get('window', attrs['T_R']))}: T_R = {hours(attrs['T_R'])} without the lead time"),
     ]
     if "outside" in attrs:
         share = percent(float(attrs["outside"]))

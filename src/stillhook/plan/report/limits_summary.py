@@ -188,7 +188,7 @@ def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
     operability, mean, median, high = workable(cells)
     waits = {"mean": mean, "median": median, "high": high, "operability": operability}
     mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
-    text = _write("waiting", T_R=hours(block.attrs["T_R"]), mark=mark, **waits)
+    text = _write("waiting", window=hours(block.attrs.get("window", block.attrs["T_R"])), mark=mark, **waits)
     against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [o for o in against if math.isfinite(float(cells["days_gained"].sel(over=o)))]
     text += _write("gains", gains=[f"{gain(cells, o)} over {OVER.get(o, o)}" for o in won]) if won else ""

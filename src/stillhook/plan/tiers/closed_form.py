@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from inspect import unwrap
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,12 +18,13 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.capacities import jerk, places, static_tension
+from stillhook.plan.definition.capacities import jerk, off_other_vessel, places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
+from stillhook.plan.tiers.other_vessel import from_other_vessel
 from stillhook.response.forcing import HIGHEST, LOWEST, STEP
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift import simplified as sm
@@ -139,6 +139,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
+    if off_other_vessel(plan, phase):
+        values = from_other_vessel(plan, phase, plan.environment.H_m0(seas.Hs), values)
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 
@@ -175,7 +177,8 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
         ("twin", {"cap": CAP}, lambda p: twin and p.compensated),
         ("phc", {}, lambda p: phc),
         ("splash-mode", {}, lambda p: p.mode is WinchMode.SPLASH),
-        ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF),
+        ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF and not off_other_vessel(plan, p)),
+        ("other-vessel", {}, lambda p: off_other_vessel(plan, p)),
         ("harmonic", {}, lambda p: p.kind in deep),
     ]
     result = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]
@@ -207,13 +210,6 @@ def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
         return plan.environment.spectrum(Hs, Tp).T_m02
     sea = plan.environment.sea(Hs, Tp, 0.0)
     return 2.0 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
-
-
-def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
-    """The same plan with another way in one of its phases, such as one with more added mass."""
-    changed = replace(plan)
-    changed.memo[unwrap(way), phase] = other
-    return changed
 
 
 @remembered

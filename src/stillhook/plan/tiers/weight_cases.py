@@ -16,6 +16,8 @@ from stillhook.plan.limits import Limits, limits_in
 Pair = tuple[list[Demand], list[Limits]]
 """Demands and limits, in the same order."""
 Columns = list[tuple[float, float]]
+ALIKE = 5e-3
+"""Part of a limit by which that of the low case must be lower to be reported as such."""
 
 
 def of_cases(plan: LiftPlan, demands_of: Callable[[LiftPlan], list[Demand]]) -> Pair:
@@ -52,7 +54,7 @@ def lower_of(high: Limits, low: Limits) -> Limits:
     for key in dict.fromkeys([*high.Hs, *low.Hs]):
         a, b = both("Hs", key)
         taken = np.isfinite(b) & ~(a <= b)
-        tables["low_weight"][key] = taken
+        tables["low_weight"][key] = taken & ~(a <= (1.0 + ALIKE) * b)
         for name in ("Hs", "low", "high", "draws"):
             if any(key in getattr(each, name) for each in cases):
                 ends = both(name, key)

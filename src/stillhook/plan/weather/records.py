@@ -183,9 +183,9 @@ FAINT = 0.2
 
 
 def swell_forecast(table: AlphaTable, Hs: float, T_POP: float) -> float:
-    """Height that a forecast of the swell may show [m] for a plan with a swell of Hs [m]: alpha times it, with the
-    lowest factor of the table below its lowest height; NaN where the table gives none."""
-    return float(alphas(table, np.array([max(Hs, table.Hs[0])]), T_POP)[0]) * Hs
+    """Height that a forecast of the swell may show [m] for a plan with a swell of Hs [m]: alpha times it, NaN where the
+    table has no factor (case by case)."""
+    return float(alphas(table, np.array([Hs]), T_POP)[0]) * Hs
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,6 +229,8 @@ class Systems:
         """How many records have a higher swell than the plan's, or another."""
         if self.swell is None or not self.apart:
             return ()
+        if math.isnan(Hs_most):
+            return ("the plan's swell has no factor in the table of alpha (case by case): no record is workable",)
         columns = self.weather.columns
         Hs = columns["H_m0_swell"]
         higher = Hs > Hs_most

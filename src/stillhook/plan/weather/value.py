@@ -4,7 +4,8 @@ the others.
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
 err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
 to turn keeps one heading through the window (`KeptHeadings`). Where the table of alpha gives no factor (case by case)
-there is no OP_WF, and no window.
+there is no OP_WF, and no window. Gains alone compare such limits, of both alternatives by the factor of the table's
+lowest height: a limit without a factor would make the other look better than it is.
 """
 
 from __future__ import annotations
@@ -49,11 +50,12 @@ class Forecast:
     """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table
     has none; T_R from the issue of the forecast [s], window [s]: what is left of it at the start; restricted, whether
     the operation is weather restricted; reason: what the table says of cells that it leaves open, case_by_case: which
-    have a limit and no factor."""
+    have a limit and no factor; compared [m]: op_wf, there with the factor of the table's lowest height."""
 
     alpha: FloatArray = field(repr=False)
     op_wf: FloatArray = field(repr=False)
     case_by_case: BoolArray = field(repr=False)
+    compared: FloatArray = field(repr=False)
     T_R: float
     window: float
     restricted: bool
@@ -72,18 +74,20 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
     swell = plan.environment.swell
     most = math.nan if swell is None else swell_forecast(table, swell.Hs, plan.T_POP)
-    return Forecast(alpha, op_wf, open_, T_R, T_R - plan.lead, restricted, reason, table, most)
+    lowest = np.where(open_, Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP), op_wf)
+    return Forecast(alpha, op_wf, open_, lowest, T_R, T_R - plan.lead, restricted, reason, table, most)
 
 
 @dataclass(frozen=True, eq=False)
 class WeatherValue:
     """Persistence of each alternative's workable weather by credit, each with its months; waits from every record (n,)
-    [s], NaN where no start follows, and month (n,) of the record; best_classic by credit, None without one;
-    workability: how the weather was judged.
+    [s], NaN where no start follows, and month (n,) of the record; compared: both as gains take them; best_classic by
+    credit, None without one; window [s]; workability: how the weather was judged.
     """
 
     persistence_of: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
     waits: Mapping[tuple[Credit, Alternative], FloatArray] = field(repr=False)
+    compared: Mapping[tuple[Credit, Alternative], tuple[Persistence, FloatArray]] = field(repr=False)
     month: NDArray[np.int64] = field(repr=False)
     best_classic: Mapping[Credit, Alternative | None]
     window: float
@@ -109,18 +113,25 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     """
     judge = Workability.of(plan, axes, weather, forecast)
     window = Window.of(weather.time, weather.step, forecast.window)
+
+    def of(op_wf: FloatArray) -> tuple[Persistence, FloatArray]:
+        good = judge.workable(np.nan_to_num(op_wf, nan=0.0))
+        valid = np.isfinite(judge.seas.Hs)
+        statistics = persistence(good, weather.time, weather.step, forecast.window, valid=valid)
+        can_start = np.any([window.starts(row) for row in good], axis=0)
+        return statistics, waits(can_start, weather.time)
+
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
+    compared: dict[tuple[Credit, Alternative], tuple[Persistence, FloatArray]] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            good = judge.workable(np.nan_to_num(forecast.op_wf[c, a], nan=0.0))
-            persistence_of[credit, alternative] = persistence(
-                good, weather.time, weather.step, forecast.window, valid=np.isfinite(judge.seas.Hs)
-            )
-            can_start = np.any([window.starts(row) for row in good], axis=0)
-            waited[credit, alternative] = waits(can_start, weather.time)
+            key = credit, alternative
+            persistence_of[key], waited[key] = found = of(forecast.op_wf[c, a])
+            compared[key] = of(forecast.compared[c, a]) if forecast.case_by_case[c, a].any() else found
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.window, judge)
+    month = month_of(weather.time)
+    return WeatherValue(persistence_of, waited, compared, month, best, forecast.window, judge)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +207,7 @@ def weather_block(
                 for name in STATISTICS:
                     tables[name][c, a, each.month or 0] = getattr(each, name)
     tables["vessel_days"] = (tables["wait_mean"] + value.window) / DAY
-    hours, days = _gained(axes, value, tables["operability"])
+    hours, days = _gained(axes, value)
     dims = ("credit", "alternative", "month")
     data: dict[str, tuple[tuple[str, ...], FloatArray]] = {name: (dims, values) for name, values in tables.items()}
     for name, gains in (("hours_gained", hours), ("days_gained", days)):
@@ -239,7 +250,8 @@ def _case_by_case(forecast: Forecast) -> str:
         return ""
     return (
         f"{n} of {forecast.case_by_case.size} limits have no factor in the table of alpha (case by case below Hs"
-        f" {forecast.table.Hs[0]:g} m): no OP_WF and no window there; gains over them are at most those reported"
+        f" {forecast.table.Hs[0]:g} m): no OP_WF and no window there; gains alone compare them, by the factor of"
+        f" {forecast.table.Hs[0]:g} m"
     )
 
 
@@ -252,12 +264,17 @@ def _limit_words(plan: LiftPlan, seas: Records) -> str:
     return f"wind sea: {words}; swell within the plan's" if seas.systems.apart else f"{words}, {with_swell}"
 
 
-def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _gained(axes: Axes, value: WeatherValue) -> tuple[FloatArray, FloatArray]:
     """Workable hours more and days of waiting less than each of `OVER` (over, credit, alternative, month).
 
     Days are means over the starts from which both get their window within the series: means over different starts
     cannot be subtracted, for one who hardly ever works has most of his long waits censored and looks quick.
     """
+    operability = np.full((len(CREDITS), len(axes.alternatives), 13), np.nan)
+    for c, a in np.ndindex(operability.shape[:2]):
+        year, _ = value.compared[CREDITS[c], axes.alternatives[a]]
+        for each in (replace(year, month=0), *year.months):
+            operability[c, a, each.month or 0] = each.operability
     hours = np.full((len(OVER), *operability.shape), np.nan)
     days = hours.copy()
     length = np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
@@ -268,9 +285,8 @@ def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[F
                 continue
             hours[o, c] = length * (operability[c] - operability[c, axes.alternatives.index(other)])
             for a, alternative in enumerate(axes.alternatives):
-                days[o, c, a] = (
-                    _mean_by_month(value.waits[credit, other] - value.waits[credit, alternative], value.month) / DAY
-                )
+                less = value.compared[credit, other][1] - value.compared[credit, alternative][1]
+                days[o, c, a] = _mean_by_month(less, value.month) / DAY
     return hours, days
 
 

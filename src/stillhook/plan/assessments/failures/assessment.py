@@ -68,7 +68,7 @@ class Work:
     @property
     def plan(self) -> LiftPlan:
         """The plan."""
-        return self.state.plan
+        return self.runs.plan
 
     @cached_property
     def places(self) -> list[tuple[Phase, float | None]]:
@@ -220,7 +220,7 @@ def assessed(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
     cases = [with_touch_down(c, facts["steady"]) if c["key"] in stands else c for c in cases]
     facts["cases"] = [*cases, drive_off(state.plan, seas)]
     facts["no_stop"] = stops(state.plan, places, heights, cases, facts["near_seabed"])
-    facts["actions"] = actions(state.plan, facts["no_stop"])
+    facts["actions"] = actions(state.plan, facts["no_stop"], cases)
     facts["page"] = page(facts)
     progress(1.0)
     return facts

@@ -17,7 +17,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.tiers.time_domain.lowering import SeaState
 from stillhook.spec.lift.phase import PhaseKind
 
-HOLD, HOIST, LOWER = "hold", "hoist", "lower-on"
+HOLD, HOIST, LOWER, NOT_ASSESSED = "hold", "hoist", "lower-on", "not-assessed"
 ROUNDED = 1e-3
 """Part by which a limit may be below the sea of the plan's own limit and be the same."""
 
@@ -159,10 +159,14 @@ def _band(run: Sequence[int], spots: Sequence[Spot], method: str) -> dict[str, A
     return {"phase": spots[run[0]][1], "top": top, "bottom": bottom, "reason": "loads", "method": method}
 
 
-def actions(plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def actions(
+    plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]], cases: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
     """What to do by phase and band of depth where AHC is lost, from the top: hold where the payload may hang on the
     brake; elsewhere hoist or lower on, whichever leads out of the band sooner; the time is the longest of the band [s],
-    0 where the payload is safe as it hangs. A payload is never lowered on to the seabed."""
+    0 where the payload is safe as it hangs. A payload is never lowered on to the seabed. In the wave zone nothing is
+    said where no stop was run."""
+    stopped = next((c for c in cases if c["key"] == "wave-zone-stop"), {}).get("by_depth")
     result: list[dict[str, Any]] = []
     for phase in plan.phases:
         if phase.held or phase.kind is None or phase.z_start is None or phase.z_end is None:
@@ -170,7 +174,10 @@ def actions(plan: LiftPlan, no_stop: Sequence[Mapping[str, Any]]) -> list[dict[s
         if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN, PhaseKind.SEABED_LIFT_OFF):
             continue
         top, bottom = max(phase.z_start, phase.z_end), min(phase.z_start, phase.z_end)
-        result += _of_way(plan, phase.name, top, bottom, no_stop)
+        if phase.kind is PhaseKind.SPLASH and not stopped:
+            result.append(_action(phase.name, top, bottom, NOT_ASSESSED, None))
+        else:
+            result += _of_way(plan, phase.name, top, bottom, no_stop)
     return result
 
 
@@ -221,5 +228,7 @@ def _turn(plan: LiftPlan, band: Mapping[str, Any]) -> float:
     return 0.5 * (top + bottom)
 
 
-def _action(name: str, top: float, bottom: float, action: str, time: float, to: float | None = None) -> dict[str, Any]:
+def _action(
+    name: str, top: float, bottom: float, action: str, time: float | None, to: float | None = None
+) -> dict[str, Any]:
     return {"phase": name, "top": top, "bottom": bottom, "action": action, "time": time, "to": to}

@@ -26,7 +26,8 @@ REASONS = {
     "runs-away": "the winch moves the load by itself, and must be stopped manually",
     "no-time-allowed": "times to the off-lead limit below; compare with the time that your crew and DP need",
 }
-ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further"}
+MINUTE = 60.0
+ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further", "not-assessed": "not assessed"}
 BASES = {"twin": "runs of the twin", "closed-form": "closed form", "frequency": "frequency domain"}
 STOP_REASONS = {"loads": "loads beyond a limit", "touch-down": "touch-down speed beyond its limit"}
 
@@ -53,7 +54,7 @@ def _basis(of: Facts) -> str:
         f" begins at {of['moments']} moments of {of['trains']} wave trains, and the {fmt(of['after'], 'time')} after it"
         " count. The worst moment is compared with the limits of loads and touch-down of the lift without a failure;"
         " tolerances of the load's motion are not, since the landing is broken off. Other failures are run"
-        f" in the sea in which the trip is the worst. A stop in the wave zone lasts {fmt(a['hold'], 'time')}"
+        f" in the sea in which the trip is the worst. A stop in the wave zone lasts {a['hold'] / MINUTE:.0f} min"
         f" ({of['held_runs']} runs). Assumed: drift of the motion unit {fmt(a['drift'], 'speed', 2)}, a load cell that"
         f" reads {a['load_cell_over']:g} times the SWL, one of {a['bottles']} gas bottles. Heights from which a limit"
         " is passed are rounded down to 0.05 m."
@@ -103,7 +104,7 @@ def _peaks(case: Facts) -> tuple[str, str, str, str]:
         most("F_top_max", "force"),
         most("F_sling_min", "force", min),
         most("load_pp", "length"),
-        most("v_landed", "speed"),
+        _speed(max((row["v_landed"] for row in rows if row["v_landed"] is not None), default=None)),
     )
 
 
@@ -122,7 +123,7 @@ def _lost(of: Facts) -> list[Part]:
         )
     if touch["limit"] is None:
         return [Text(text + "; no rule limits a touch-down.")]
-    limit = fmt(touch["limit"], "speed")
+    limit = _speed(touch["limit"])
     if touch["Hs_from"] is None:
         return [Text(f"{text}; touch-down stays below {limit}.")]
     text += f"; touch-down over {limit} from Hs {fixed(touch['Hs_from'], 2)} m"
@@ -148,7 +149,7 @@ def _actions(of: Facts) -> Section:
             row["phase"],
             _span(row["top"], row["bottom"]),
             ACTIONS[row["action"]] + ("" if row["to"] is None else f" to {_depth(row['to'])}"),
-            "at once" if not row["time"] else fmt(row["time"], "time", 2),
+            "at once" if row["time"] == 0.0 else fmt(row["time"], "time", 2),
         )
         for row in of["actions"]
     ]
@@ -217,8 +218,8 @@ def _rows(rows: Sequence[Facts], title: str = "") -> Table:
                 fmt(row["F_top_max"], "force", 3),
                 fmt(row["F_sling_min"], "force", 3),
                 fmt(row["load_pp"], "length", 3),
-                fmt(row["v_down"], "speed", 3),
-                fmt(row["v_landed"], "speed", 3),
+                _speed(row["v_down"]),
+                _speed(row["v_landed"]),
             )
         )
     return Table(header, cells, title)
@@ -254,6 +255,11 @@ def _not_assessed(of: Facts) -> list[str]:
         "Not assessed: lift-off and set-down, a brake that slips or does not close, failures of two things at once,"
         " water that a payload holds as it is hoisted out.",
     ]
+
+
+def _speed(v: float | None) -> str:
+    """A speed at touch-down, which limits state in m/s."""
+    return EMPTY if v is None else f"{fixed(v, 2)} m/s"
 
 
 def _depth(z: float) -> str:

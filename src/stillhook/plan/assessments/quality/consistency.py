@@ -66,14 +66,15 @@ def cells(state: PlanState) -> dict[str, Any]:
 
 
 def _of_rule(demand: Demand, rule: Limited, of: Limits) -> Iterator[dict[str, Any]]:
-    """Limit of every column with the height up to which cells are well inside."""
+    """Limit of every column with the height up to which cells are well inside; not of the low weight case, whose
+    capacities are others."""
     key, q = rule.rule.key, rule.rule.quantity
     if key not in of.Hs or q not in demand.values:
         return
     used = utilisation(rule, demand.values[q], demand.seas.Hs)
     for Tp, beta, rows in demand.seas.columns:
         at = np.flatnonzero((of.Tp == Tp) & (of.beta == beta))
-        if not at.size or np.isnan(of.Hs[key][at[0]]):
+        if not at.size or np.isnan(of.Hs[key][at[0]]) or (key in of.low_weight and of.low_weight[key][at[0]]):
             continue
         within = np.logical_and.accumulate(used[rows] <= 1.0 + ROUNDING)
         least = float(np.where(within & (used[rows] < WELL_INSIDE), demand.seas.Hs[rows], 0.0).max())

@@ -13,11 +13,11 @@ from stillhook.base.progress import Progress
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.quality.consistency import finite
 from stillhook.plan.definition.lift_plan import HELD, LiftPlan
-from stillhook.plan.definition.rules import Alternative, Tier
-from stillhook.plan.limits import limits_in
+from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.situations import looked_at
+from stillhook.plan.tiers.weight_cases import of_cases
 from stillhook.sea.spectra.spectrum import highest_sea
 from stillhook.spec.lift.phase import Phase
 
@@ -67,11 +67,16 @@ def _not_claimed(state: PlanState, progress: Progress) -> dict[str, tuple[FloatA
     under = dict.fromkeys((shown, *(a for a in state.answered.axes.alternatives if a is Alternative.CAP)))
     seas = plan.environment.table()
     known = [phase.name for phase, _ in looked_at(plan)] if state.last is not Tier.CLOSED_FORM else []
-    demands = frequency(plan, tuple(under), seas, progress) if known else []
-    demands += [closed_form(plan, phase, seas, a) for phase in plan.phases if phase.name not in known for a in under]
+
+    def demands(case: LiftPlan) -> list[Demand]:
+        made = frequency(case, tuple(under), seas, progress) if known else []
+        others = [phase for phase in case.phases if phase.name not in known]
+        return made + [closed_form(case, phase, seas, a) for phase in others for a in under]
+
+    _, limits = of_cases(plan, demands)
     result = {}
     for phase in plan.phases:
-        of = [limits_in(plan, each) for each in demands if each.phase == phase.name]
+        of = [each for each in limits if each.phase == phase.name]
         tables = [_by_period(plan, Hs, each.Tp) for each in of for Hs in each.Hs.values()]
         result[phase.name] = _least(np.array(tables)), of[0].tier.value
     return result

@@ -11,6 +11,7 @@ from stillhook.physics.scalar import G
 from stillhook.report.document import Bullets, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import EMPTY, direction, fmt, percent
 from stillhook.spec.lift.rigging import Carrier
+from stillhook.units import number
 
 TITLE = "Weights and rigging"
 CARRIERS = {
@@ -49,7 +50,7 @@ def _weight(of: Mapping[str, Any]) -> list[Part]:
         ("high case, submerged", f"{fmt(w['submerged_high'], 'mass')}, {fmt(w['submerged_high'] * G, 'force')}"),
         (f"low case in air, {fmt(w['low_factor'])} W, no rigging", fmt(w["low_air"], "mass")),
         ("low case, submerged", f"{fmt(w['submerged_low'], 'mass')}, {fmt(w['submerged_low'] * G, 'force')}"),
-        ("displaced volume, least and largest", ", ".join(fmt(v, "volume") for v in w["volumes"])),
+        ("displaced volume, least and largest", ", ".join(f"{number(v)} m^3" for v in w["volumes"])),
         ("centre of gravity within", "not stated" if w["cog_box"] is None else _box(w["cog_box"])),
         (
             "source",
@@ -63,19 +64,13 @@ def _box(box: Sequence[float]) -> str:
     return f"{' by '.join(fmt(side, 'length') for side in box)}, about its nominal place"
 
 
+LOADS = (
+    *("phase", "in", "static, low", "static, high", "DAF", "dynamic", "at the tip", "capacity", "used"),
+    *("sea of the DAF", "by"),
+)
+
+
 def _hook_load(of: Mapping[str, Any]) -> list[Part]:
-    head = (
-        "phase",
-        "in",
-        "static,\nlow [kN]",
-        "static,\nhigh [kN]",
-        "DAF",
-        "dynamic\n[kN]",
-        "at the tip\n[kN]",
-        "capacity\n[kN]",
-        "used",
-        "largest in",
-    )
     rows = [
         [
             row["phase"],
@@ -84,7 +79,7 @@ def _hook_load(of: Mapping[str, Any]) -> list[Part]:
             fmt(row["DAF"], digits=3),
             *(_kN(row[key]) for key in ("dynamic", "F_top", "capacity")),
             percent(row["utilisation"]),
-            _place(row["from"]),
+            *_place(row["from"]),
         ]
         for row in of["hook_loads"]
     ]
@@ -92,35 +87,32 @@ def _hook_load(of: Mapping[str, Any]) -> list[Part]:
     by = "stated" if of["DAF_air_stated"] else f"by 0027/ND Rev 11 table 5-1 for a lift from {carrier}"
     text = (
         "In the seas of the limit as credited, of the alternative that leads and of the flat cap, by the highest tier."
-        f" DAF is the largest sling tension over SHL, in water too; its design value in air is {of['DAF_air']:.3f},"
-        f" {by}."
+        " DAF is the largest sling tension over SHL, in water too. Its design value in air is"
+        f" {of['DAF_air']:.3f}, {by}: {fmt(of['SHL'] * G * of['DAF_air'], 'force')}."
         " Static is below the hook; tension at the tip has hook and wire in it."
     )
     bases = dict.fromkeys(row["capacity_basis"] for row in of["hook_loads"] if row["capacity_basis"])
-    return [
-        Section(
-            "Hook load by phase", [Text(text), Table(head, rows), Bullets([f"Capacity: {basis}." for basis in bases])]
-        )
-    ]
+    capacities = Bullets([f"Capacity: {basis}." for basis in bases])
+    return [Section("Hook load by phase", [Text(text), Table(LOADS, rows, "Loads [kN]"), capacities])]
 
 
 def _kN(value: float | None) -> str:
     return EMPTY if value is None or math.isnan(value) else f"{value / 1e3:.0f}"
 
 
-def _place(source: Mapping[str, Any] | None) -> str:
+def _place(source: Mapping[str, Any] | None) -> tuple[str, str]:
     if source is None:
-        return EMPTY
-    sea = f"Hs {source['Hs']:.2f} m, {source['Tp']:g} s, {direction(source['beta'])}"
-    return f"{sea}; {source['tier']}, {source['alternative']}"
+        return EMPTY, EMPTY
+    sea = f"{source['Hs']:.2f} m, {source['Tp']:g} s, {direction(source['beta'])}"
+    return sea, f"{source['tier']}, {source['alternative']}"
 
 
 def _cases(cases: Mapping[str, Any]) -> list[Part]:
     if not cases["two"]:
         return []
     lines = [
-        "Every rule is judged for both cases by the closed form and the frequency-domain method; of both limits the"
-        " lower counts. The winch's own error is that of the high case.",
+        "Every rule is judged for both cases by closed form and frequency-domain method, as far as these were run; of"
+        " both limits the lower counts. The winch's error is that of the high case.",
     ]
     if "time" in cases["tiers"]:
         lines.append(

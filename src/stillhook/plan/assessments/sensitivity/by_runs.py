@@ -43,6 +43,8 @@ SLOPES = (0.3, 4.0)
 """Powers of the height with which a level may grow."""
 FAR, FURTHEST = 0.1, 2.0
 """Change of a limit, in ln, from which a variation is run there as well, and the factor on the height up to which."""
+BEYOND = 1.4
+"""Factor beyond the heights that were run up to which a limit is read from their growth."""
 MOST_OF = 0.75
 """Part of the seeds in which waves have to add something, as planned and otherwise."""
 EULER, OF_GUMBEL = 0.5772156649015329, math.sqrt(6.0) / math.pi
@@ -181,22 +183,26 @@ class Base:
 
     def moved(self, other: CellRuns, at: float | None = None) -> Moved:
         """The lowest limit of another cell over the rules; at: further height that it was run at [m]."""
+        lowest = self._lowest(other, at)
+        run = sorted({self.Hs_0, self.Hs_0 if at is None else at})
+        return Moved(lowest.rule, *self._as_run(lowest[1:4], run), lowest.used)
+
+    def _lowest(self, other: CellRuns, at: float | None = None) -> Moved:
+        """The same, however far from the heights that were run."""
         levels, there = other.levels(self.Hs_0), {} if at is None else other.levels(at)
         rows = [self._limit(key, level, at, there.get(key)) for key, level in levels.items() if key in self.levels]
         known = [row for row in rows if row is not None]
         return min(known, key=lambda row: (row.Hs, -row.used), default=Moved("", *[math.nan] * 4))
 
-    def further(self, moved: Moved, limit: float) -> float | None:
-        """Height at which a variation is run again [m]: near a limit that is far from the first; None where it is
-        not."""
-        H = (
-            snapped(min(max(moved.Hs, self.Hs_0 / FURTHEST), self.Hs_0 * FURTHEST, self.highest))
-            if moved.Hs > 0.0
-            else 0.0
-        )
-        if not (H > 0.0 and abs(math.log(H / min(limit, self.highest))) > FAR):
+    def further(self, other: CellRuns, limit: float) -> float | None:
+        """Height at which a variation is run again [m]: about its limit, where that is far from the first height and
+        from the limit as planned [m]; else None."""
+        value = self._lowest(other).Hs
+        if not value > 0.0:
             return None
-        return H if abs(math.log(H / self.Hs_0)) > FAR else None
+        H = snapped(min(max(value, self.Hs_0 / FURTHEST), self.Hs_0 * FURTHEST, self.highest))
+        far = min(abs(math.log(H / each)) for each in (min(limit, self.highest), self.Hs_0))
+        return H if far > FAR else None
 
     def _limit(self, key: str, level: Level, at: float | None = None, there: Level | None = None) -> Moved | None:
         base, growth = self.levels[key], self.growth.get(key)
@@ -220,8 +226,18 @@ class Base:
             power = growth.below if off < 0.0 else growth.above
             half = t_factor(len(level.x) - 1) / power * math.hypot(error, growth.error * off)
             ends = value * math.exp(-half), value * math.exp(half)
-        Hs, low, high = (x if x <= self.highest else math.inf for x in (value, *ends))
-        return Moved(key, Hs, low, high, _used(level, growth, change))
+        return Moved(key, value, *ends, _used(level, growth, change))
+
+    def _as_run(self, limit: tuple[float, float, float], run: Sequence[float]) -> tuple[float, float, float]:
+        """A limit with its ends [m], no further from the lowest and highest height that was run than `BEYOND`: below it
+        lies somewhere down to 0, above somewhere up to any height."""
+        value, low, high = limit
+        if 0.0 < value < run[0] / BEYOND:
+            value, low, high = run[0], 0.0, run[0]
+        elif run[-1] * BEYOND < value < math.inf and run[-1] < self.highest / BEYOND:
+            value, low, high = run[-1], run[-1], math.inf
+        Hs, low, high = (x if x <= self.highest else math.inf for x in (value, low, high))
+        return Hs, low, high
 
     @staticmethod
     def _crossing(level: Level, growth: Growth, change: float, H: float) -> float:

@@ -38,6 +38,8 @@ OF_TABLE = ("Tp", "heading", "certificate")
 """Factors whose ends the plan's own table may hold."""
 ASSUMED = "assumed"
 """Standard of a rule whose number no standard gives."""
+LEAST_DRAG = "C_D_least"
+"""Setting of the closed form: the least drag coefficient that it takes."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 
@@ -217,7 +219,9 @@ def of_added_mass(payload: Payload, f: float) -> Payload:
 def _drag(base: Cell, f: float) -> Cell:
     load = base.plan.payload
     other = load.model_copy(update={"C_D": f * load.C_D, "C_lin": f * load.C_lin})
-    return _with_plan(base, replace(base.plan, payload=other))
+    settings = base.plan.rules.settings
+    rules = replace(base.plan.rules, settings={**settings, LEAST_DRAG: f * settings[LEAST_DRAG]})
+    return _with_plan(base, replace(base.plan, payload=other, rules=rules))
 
 
 def _of_crane(base: Cell, change: Callable[[Crane], Crane]) -> Cell:

@@ -4,6 +4,7 @@ moves it less than runs scatter and what was not judged."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from stillhook.plan.assessments.sensitivity.ranking import ABOVE, NAME, NOT_JUDGED, base_of, height_of, ranked, swing
@@ -23,6 +24,8 @@ RESOLUTION = 150
 """Of the picture [dots per inch]."""
 WIDTH, ROW, FRAME = 7.2, 0.3, 0.75
 """Width of the picture, height of a bar, and of the frame of a panel [inch]."""
+PAPER_WIDTH, PAPER = 170.0, 225.0
+"""Width of a picture on paper, and its height at the most [mm]."""
 MOST, LEAST_SWING = 7, 0.04
 """Factors of a panel at the most, and part of the largest swing below which one is not drawn."""
 CAPTION = (
@@ -70,7 +73,11 @@ def _words(end: Mapping[str, Any], top: float) -> str:
     if not end["resolved"]:
         return "no change"
     ends = [end["Hs_low"], end["Hs_high"]]
-    known = all(x is not None for x in ends)
+    if ends[0] == 0.0 < end["Hs"]:
+        return f"< {fixed(end['Hs'], 2)}"
+    if ends[0] == end["Hs"] and ends[1] is None:
+        return f"> {fixed(end['Hs'], 2)}"
+    known = all(x is not None for x in ends) and ends[0] != ends[1]
     return f"{fixed(end['Hs'], 2)}{f' ({fixed(ends[0], 2)} to {fixed(ends[1], 2)})' if known else ''}"
 
 
@@ -134,7 +141,10 @@ def drawn(of: Mapping[str, Any]) -> dict[str, document.Figure]:
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         figure = tornadoes(of)
-        return {} if figure is None else kit.printed({STEM: figure}, RESOLUTION)
+        if figure is None:
+            return {}
+        height = min(float(figure.get_figheight()) / WIDTH * PAPER_WIDTH, PAPER)
+        return {stem: replace(each, height=height) for stem, each in kit.printed({STEM: figure}, RESOLUTION).items()}
 
 
 def tornadoes(of: Mapping[str, Any]) -> Figure | None:
@@ -169,7 +179,7 @@ def _tornado(ax: Axes, phase: Mapping[str, Any], rows: Sequence[Mapping[str, Any
             if Hs is None or not end["resolved"]:
                 continue
             ax.barh(place, Hs - base, 2.0 * half, left=base, color=colour)
-            if end["Hs_low"] is not None and end["Hs_high"] is not None:
+            if end["Hs_low"] is not None and end["Hs_high"] is not None and end["Hs_low"] > 0.0:
                 ax.hlines(place, end["Hs_low"], min(end["Hs_high"], top), color="black", lw=0.9)
     kit.threshold(ax, base, along="y")
     labels = [f"{f['title']}\n{' | '.join(end['text'] for end in f['ends'])}" for f in rows]

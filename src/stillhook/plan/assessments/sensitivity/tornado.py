@@ -53,7 +53,7 @@ def of_runs(
     further: dict[tuple[str, _Key], float] = {}
     for base, (of, _, _, _, ends) in zip(bases, lines, strict=True):
         limit = of.lowest[0]
-        at = {key: base.further(base.moved(runs), limit) for key, runs in ends.items()}
+        at = {key: base.further(runs, limit) for key, runs in ends.items()}
         further |= {(of.phase.name, key): H for key, H in at.items() if H is not None}
     again = [
         (runs, [further[of.phase.name, key]])
