@@ -76,7 +76,43 @@ def made_up(*, certificate: bool = False, synthetic: bool = True, blocks: bool =
     """The result of a made-up plan."""
     data = _data(certificate)
     found = _blocks(data, synthetic) if blocks else {}
-    return PlanResult(data=data, facts=_facts(certificate), blocks=found)
+    return PlanResult(data=data, facts=_facts(certificate) | {"card": card_of(data, certificate)}, blocks=found)
+
+
+def card_of(data: xarray.Dataset, certificate: bool = False) -> dict[str, Any]:
+    """The assessment "card" of a table: its credited limits are claimed, in every part of the lift alike."""
+    table = data.sel(credit="credited", alternative="strong-ssc")
+    names = ("Hs_limit_low", "alpha", "op_wf", "governing_phase", "governing_rule", "governing_tier")
+    highest, cells = float(data.attrs["Hs_highest"]), []
+    for i, beta in enumerate(table["heading"].values):
+        for k, Tp in enumerate(table["period"].values):
+            at = table.isel(heading=i, period=k)
+            Hs = float(at["Hs_limit"])
+            limit = {"Hs_limit": None if np.isnan(Hs) else min(Hs, highest), "above": Hs > highest}
+            more = {name: at[name].item() for name in names}
+            more |= {name: None for name in names[:3] if not np.isfinite(more[name])}
+            cells.append({"beta": float(beta), "T_p": float(Tp), "governing_end": "", **limit, **more})
+    speeds = [
+        {"T_p": float(Tp), "Hs_limit": 1.0, "share": 0.9, "protects": True, "sigma_v": 0.01 * float(Tp)}
+        for Tp in table["period"].values
+    ]
+    return {
+        "alternative": "strong-ssc",
+        "credit": {"by": "certificate", "certificate": "0123456789ab", "cap": 0.8, "share": 1.0}
+        if certificate
+        else {"by": "cap", "cap": 0.8},
+        "cells": cells,
+        "parts": [
+            {"name": "wave zone", "phases": list(PHASES[:3]), "cells": cells},
+            {"name": "deep", "phases": list(PHASES[3:5]), "cells": cells},
+            {"name": "landing", "phases": list(PHASES[5:]), "cells": cells},
+        ],
+        "tip_speed_per_metre": [{"beta": c["beta"], "T_p": c["T_p"], "sigma_v": 0.01 * c["T_p"]} for c in cells],
+        "tip_speed": {
+            "wave zone": [{**row, "share": 0.1, "protects": False} for row in speeds],
+            **dict.fromkeys(("deep", "landing"), speeds),
+        },
+    }
 
 
 def _data(certificate: bool) -> xarray.Dataset:

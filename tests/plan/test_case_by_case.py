@@ -10,7 +10,7 @@ from tests.plan.manifold import loaded, manifold
 from stillhook.cli import run
 from stillhook.plan.planning import plan as planned
 from stillhook.plan.report.document import brief, document
-from stillhook.plan.report.summary_page import OUTSIDE_ALPHA, tables
+from stillhook.plan.report.limits_summary import OUTSIDE_ALPHA, tables
 from stillhook.report.document import Table
 
 PLAN = (

@@ -21,13 +21,13 @@ from stillhook.plan.report import document as writing
 from stillhook.plan.report import figures as drawing
 from stillhook.plan.report.actions import actions
 from stillhook.plan.report.document import document, save_report
-from stillhook.plan.report.figures import ANSWER, answer, depth, figures, limit_tables, pictures
-from stillhook.plan.report.summary_page import verdict
+from stillhook.plan.report.figures import answer, depth, figures, limit_tables, pictures
+from stillhook.plan.report.limits_summary import verdict
 from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult, cause, load_plan_result, save_plan
-from stillhook.report.document import Document, Figure, Section, Table, Verdict
+from stillhook.report.document import Document, Figure, Table
 from stillhook.report.html import html
-from stillhook.report.kit import png, printed
+from stillhook.report.kit import png
 from stillhook.report.pdf import pages, pdf
 from stillhook.spec.validity import UNSIGNED
 
@@ -52,7 +52,7 @@ def result() -> PlanResult:
 @pytest.fixture(scope="module")
 def stems(result: PlanResult) -> tuple[str, ...]:
     behind = ("depth", "efficiency", "landing", "convergence")
-    return ("answer", "limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", *behind)
+    return ("claim", "answer", "limits-over-period", "limits-credited", "limits-twin", "waiting-by-month", *behind)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def told(result: PlanResult) -> str:
     return "\n".join(texts(written(result)))
 
 
-def said_on_the_first_page(result: PlanResult) -> str:
+def said_of_the_limits(result: PlanResult) -> str:
     return " ".join(verdict(result).text)
 
 
@@ -95,39 +95,44 @@ def first_table(parts) -> Table:
     return next(part for part in parts if isinstance(part, Table) and part.header)
 
 
-def test_the_first_page_tells_limit_credit_reference_period_and_forecast_height(result):
-    said = said_on_the_first_page(result)
+def of_limits(result: PlanResult) -> Table:
+    """The table that the operation is run by."""
+    return first_table(written(result).section("Limits, cell by cell").parts)
+
+
+def test_the_limits_in_words_tell_limit_credit_reference_period_and_forecast_height(result):
+    said = said_of_the_limits(result)
     assert re.search(
         r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said
     )
     assert "Simulated limit (not creditable)" in said
     assert "T_POP 24 h, T_C not assessed, so T_R is twice T_POP: T_R 48 h, weather restricted." in said
     assert "alpha 0.76: forecast limit OP_WF Hs" in said
-    table = first_table(written(result).front)
+    table = of_limits(result)
     assert table.header[:4] == ("Tp", "150°", "165°", "180°")
     assert len(table.rows) == result.data.sizes["period"]
 
 
-def test_the_limits_of_the_first_page_are_those_of_the_result(result):
-    table = first_table(written(result).front)
+def test_the_limits_of_the_table_are_those_of_the_result(result):
+    table = of_limits(result)
     Hs = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     for k, row in enumerate(table.rows):
         assert [float(x) for x in row[1:4]] == pytest.approx(Hs[:, k], abs=0.005)  # printed with two decimals
         op_wf = result.data["op_wf"].sel(credit="credited", alternative="strong-ssc").values[:, k]
-        assert float(row[-3]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
+        assert float(row[-1]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
 
 
 def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
-    table = first_table(written(result).front)
+    table = of_limits(result)
     assert "95 %" not in table.header  # the frequency-domain method has none
     data = result.data.copy(deep=True)
     here = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
     data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
-    table = first_table(written(replace(result, data=data)).front)
+    table = of_limits(replace(result, data=data))
     told = [row[table.header.index("95 %")] for row in table.rows]
     assert told == [*["frequency domain"] * 3, "1.90 to 2.20", *["frequency domain"] * 6]
     data["Hs_limit_high"].loc[here] = np.inf
-    told = [row[table.header.index("95 %")] for row in first_table(written(replace(result, data=data)).front).rows]
+    told = [row[table.header.index("95 %")] for row in of_limits(replace(result, data=data)).rows]
     assert told[3] == f"1.90 to > {data.attrs['Hs_highest']:g}"
 
 
@@ -148,7 +153,7 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     covered = made_up(certificate=True)
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
     followed = [{**phase, "compensated": True} for phase in covered.facts["phases"]]
-    said = said_on_the_first_page(replace(covered, facts={**covered.facts, "phases": followed}))
+    said = said_of_the_limits(replace(covered, facts={**covered.facts, "phases": followed}))
     assert "Simulated limits: the same (the crane's certificate covers the governing phases)." in said
     assert "not validated" not in told(covered)
 
@@ -168,7 +173,7 @@ def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
         (("over-boarding",), "the governing phases are not compensated"),
     ):
         manual = [{**phase, "compensated": phase["name"] in phases} for phase in covered.facts["phases"]]
-        told_of = said_on_the_first_page(replace(covered, facts={**covered.facts, "phases": manual}))
+        told_of = said_of_the_limits(replace(covered, facts={**covered.facts, "phases": manual}))
         assert f"Simulated limits: the same ({said}" in told_of
         assert "certificate covers" not in told_of
 
@@ -240,7 +245,7 @@ def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():
 def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):
     data = result.data.copy(deep=True)
     data["Hs_limit"].loc[{"credit": "credited", "heading": data["heading"][0], "period": 5.0}] = np.nan
-    rows = first_table(written(replace(result, data=data)).front).rows
+    rows = of_limits(replace(result, data=data)).rows
     assert rows[0][1] == "-"
     assert rows[0][4] in ("-", "lowering: capacity")
 
@@ -303,11 +308,11 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     assert pdf(report).startswith(b"%PDF")
 
 
-def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
+def test_of_many_headings_the_table_tells_the_best_and_the_worst(result):
     data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(
         heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0])
     )
-    table = first_table(written(replace(result, data=data)).front)
+    table = of_limits(replace(result, data=data))
     assert table.header[:3] == ("Tp", "best heading", "worst heading")
     Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     assert list(table.rows[0][1:3]) == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
@@ -338,34 +343,7 @@ def test_the_page_needs_nothing_from_outside(result, stems):
     assert not re.search(r"<link|<script[^>]|https?://|@import|url\(", page)
 
 
-def pages_of(result: PlanResult) -> int:
-    """Pages of the front alone: figures as they are drawn, no section behind it."""
-    drawn = printed({ANSWER: answer(result)}) if answer(result) is not None else {}
-    return len(pages(replace(document(result, drawn), sections=[]), 30.0))
-
-
-def table_of(result: PlanResult, headings: int, periods: int) -> PlanResult:
-    """The made-up result as one of so many headings and periods."""
-    i, k = ([round(x) for x in np.linspace(0, n - 1, m)] for n, m in ((3, headings), (10, periods)))
-    data = result.data.isel(heading=i, period=k)
-    data = data.assign_coords(
-        heading=np.radians(np.linspace(0.0, 345.0, headings)), period=np.linspace(4.0, 18.0, periods)
-    )
-    return replace(result, data=data)
-
-
-@pytest.mark.parametrize(("headings", "periods"), [(3, 10), (24, 16), (1, 1)])
-def test_the_first_page_holds_answer_figure_basis_and_what_to_do_on_one_sheet(result, headings, periods):
-    one = table_of(result, headings, periods)
-    assert pages_of(one) == 1
-    front = written(one).front
-    assert isinstance(front[0], Verdict)
-    titles = [part.title for part in front if isinstance(part, Section | Table) and part.title]
-    assert titles[-2:] == ["It rests on", "To do next"]
-    assert all(len(line) < 130 for line in front[-1].parts[0].lines)
-
-
-def test_the_figure_of_the_first_page_names_what_governs_and_boxes_the_worst_heading(result):
+def test_the_figure_of_the_limits_names_what_governs_and_boxes_the_worst_heading(result):
     figure = answer(result)
     Hs = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     ax = figure.axes[0]
@@ -383,7 +361,7 @@ def test_limits_that_are_alike_in_every_cell_are_a_sentence_and_no_figure(result
     data["Hs_limit"][:] = 2.0
     flat = replace(result, data=data)
     assert answer(flat) is None
-    told_of = texts(document(flat, dots(("depth",))).front)
+    told_of = texts(document(flat, dots(("depth",))).section("Limits, cell by cell"))
     assert any(text.startswith("In every cell of heading and period the credited limit") for text in told_of)
 
 
@@ -444,11 +422,22 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
     monkeypatch.setattr(writing, "pdf", lambda report: b"%PDF")
     assert command(["report", str(saved), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
+    assert [Path(f).name for f in answer["files"]] == [
+        "report.pdf",
+        "card.pdf",
+        "decision.pdf",
+        "report.html",
+        "card.json",
+        "decision.json",
+    ]
     assert all(Path(f).is_file() for f in answer["files"])
     assert answer["answer"].startswith("OP_LIM Hs")
     assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures", "--verbose"]) == 0
     assert sorted(p.name for p in (tmp_path / "other").iterdir()) == [
+        "card.json",
+        "card.pdf",
+        "decision.json",
+        "decision.pdf",
         "figure-depth.png",
         "figure-limits-credited.png",
         "report.html",
@@ -555,7 +544,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     odd = replace(
         result, data=data, facts={**result.facts, "operation": operation}, blocks={**result.blocks, "weather": weather}
     )
-    said = said_on_the_first_page(odd)
+    said = said_of_the_limits(odd)
     assert (
         "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that have one."
         in said
@@ -566,7 +555,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
         said,
     )
     assert "34 % of the records are outside the table's periods and headings and count as not workable." in said
-    assert "not given" not in said_on_the_first_page(result)
+    assert "not given" not in said_of_the_limits(result)
 
 
 def test_what_is_not_computed_is_told_with_its_reason(result):

@@ -11,7 +11,7 @@ from stillhook.plan.answer.metadata import oscillations
 from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
-from stillhook.plan.report.summary_page import verdict
+from stillhook.plan.report.limits_summary import verdict
 from stillhook.plan.report.words import sentence
 from stillhook.plan.table import Axes, Chosen
 from stillhook.tables.table import SourceKind

@@ -61,7 +61,7 @@ from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
-from stillhook.tables.table import Part, Text
+from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import quote, show
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
@@ -69,7 +69,7 @@ from stillhook.winches.load_path.interface import JointUnit
 SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
-LONGEST_NAME = 80
+LONGEST_NAME, LONGEST_NUMBER, LONGEST_REVISION = 80, 40, 12
 
 
 class WeatherTable(description.WeatherTable):
@@ -78,6 +78,16 @@ class WeatherTable(description.WeatherTable):
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
     source: Text | None = Field(default=None, description="model, provider and grid point of the weather")
     bias: Text | None = Field(default=None, description="known bias against measurements, in words")
+
+
+class DocumentTable(Spec):
+    """The table [document]: what stands at the head of the decision page and of the limits card."""
+
+    number: Text | None = Field(default=None, max_length=LONGEST_NUMBER, description="number of the document")
+    revision: Text | None = Field(default=None, max_length=LONGEST_REVISION, description="its revision, on every page")
+    field: Text | None = Field(default=None, max_length=LONGEST_NAME, description="field or site of the lift")
+    prepared_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who prepared the plan")
+    checked_by: Text | None = Field(default=None, max_length=LONGEST_NAME, description="who checked it")
 
 
 class PlanFile(LiftTables):
@@ -90,6 +100,7 @@ class PlanFile(LiftTables):
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
+    document: DocumentTable = Field(default_factory=DocumentTable)
     weight: WeightTable | None = None
     capacity: CapacityStatement | None = None
     load_chart: LoadChartTable | None = None
@@ -236,6 +247,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         credits_synthetic=file.synthetic_certificate is not None,
         not_claimed=holds_off(rows, holds, depth, standing),
         reconciled=_reconciled(file.reconciled, table, phases, rules),
+        document=file.document.model_dump(exclude_none=True),
         source=table.path.name,
     )
     notes = (

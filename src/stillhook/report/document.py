@@ -99,6 +99,14 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
+class Columns:
+    """Parts side by side where the page is wide enough."""
+
+    parts: Sequence[Part]
+    widths: Sequence[float]  # relative to each other
+
+
+@dataclass(frozen=True, slots=True)
 class Section:
     """Parts under a title; a section among them is a subsection."""
 
@@ -106,7 +114,7 @@ class Section:
     parts: Sequence[Part]
 
 
-Part = Text | Bullets | Table | Figure | Verdict | Section
+Part = Text | Bullets | Table | Figure | Verdict | Section | Columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +131,8 @@ class Document:
     watermark: str = ""
     signatures: Sequence[str] = ()  # captions of lines to sign on
     number: str = ""
+    revision: str = ""  # of the number
+    dense: bool = False  # the first page is one sheet of 9 pt
     date: str = "1970-01-01"  # ISO 8601
     made_by: str = f"Stillhook {__version__}"
 
@@ -145,7 +155,7 @@ def walk(parts: Sequence[Part]) -> Iterator[Part]:
     """Parts, each section followed by its own."""
     for part in parts:
         yield part
-        if isinstance(part, Section):
+        if isinstance(part, Section | Columns):
             yield from walk(part.parts)
 
 

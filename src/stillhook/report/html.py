@@ -11,7 +11,20 @@ from functools import cache
 from html import escape
 from importlib.resources import files
 
-from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Grey, Part, Section, Table, Text, Verdict
+from stillhook.report.document import (
+    Bullets,
+    Cell,
+    Column,
+    Columns,
+    Document,
+    Figure,
+    Grey,
+    Part,
+    Section,
+    Table,
+    Text,
+    Verdict,
+)
 from stillhook.report.formatting import typeset
 
 PAGE = "document.html"
@@ -121,6 +134,14 @@ def _part(part: Part, level: int, anchors: dict[int, str]) -> Iterator[str]:
             yield from _table(part, level)
         case Figure():
             yield from _figure(part)
+        case Columns(parts, widths):
+            columns = " ".join(f"minmax(0,{width:g}fr)" for width in widths)
+            yield f'<div class="columns" style="grid-template-columns:{columns}">'
+            for inner in parts:
+                yield "<div>"
+                yield from _part(inner, level, anchors)
+                yield "</div>"
+            yield "</div>"
         case Section(title, parts):
             yield f'<section id="{anchors[id(part)]}"><h{level}>{_escaped(title)}</h{level}>'
             for inner in parts:

@@ -14,7 +14,20 @@ from statistics import fmean
 from typing import Any
 
 from stillhook.errors import StillhookError
-from stillhook.report.document import Bullets, Cell, Document, Figure, Grey, Part, Section, Table, Text, Verdict, words
+from stillhook.report.document import (
+    Bullets,
+    Cell,
+    Columns,
+    Document,
+    Figure,
+    Grey,
+    Part,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    words,
+)
 from stillhook.report.formatting import typeset
 
 DATA, TEMPLATE = "document.json", "document.typ"
@@ -96,6 +109,8 @@ def _part(part: Part, folder: Path) -> dict[str, Any]:
             file = f"figure-{sum(1 for _ in folder.glob('figure-*'))}.png"
             (folder / file).write_bytes(png)
             return {"kind": "figure", "file": file, "caption": caption, "height": height}
+        case Columns(inner, widths):
+            return {"kind": "columns", "parts": _parts(inner, folder), "widths": list(widths)}
         case Section(title, inner):
             return {"kind": "section", "title": title, "parts": _parts(inner, folder)}
 

@@ -9,7 +9,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.base.progress import RUNS, Monitor, Relay
-from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
+from stillhook.report.document import (
+    Bullets,
+    Column,
+    Columns,
+    Document,
+    Figure,
+    Part,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    words,
+)
 from stillhook.report.formatting import display_number, display_unit, wrapped
 
 if TYPE_CHECKING:
@@ -192,6 +204,9 @@ def print_part(part: Part) -> None:
         case Section(title, parts):
             print()
             wrapped(title)
+            for inner in parts:
+                print_part(inner)
+        case Columns(parts):
             for inner in parts:
                 print_part(inner)
         case Figure():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +15,7 @@ from stillhook.cli.runs.plan import Work, run
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.formatting import fixed
-from stillhook.report.terminal import Answer, first_sentence, progress_bar, started
+from stillhook.report.terminal import Answer, progress_bar, started
 from stillhook.units import quote, show
 
 if TYPE_CHECKING:
@@ -96,35 +97,32 @@ def _in_waves(out: Path) -> None:
 
 
 def _lift(result: PlanResult, out: Path) -> None:
-    """The lift: limiting sea states, what governs, and where the report is."""
-    from stillhook.plan.report.document import PAGE, PDF, marks
-    from stillhook.plan.report.summary_page import verdict, waiting
+    """The lift: the claimable limit, the status, what governs, and where the report is."""
+    from stillhook.plan.report.decision.short import short
+    from stillhook.plan.report.document import PAGE, PDF
     from stillhook.report.kit import can_set
 
     limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
-    tolerance = show(limits["load-motion"], "length")
-    answer = verdict(result)
-    landed = f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited."
+    landed = f"{result.name}, landed within {show(limits['load-motion'], 'length')} over guide posts."
     report = out / (PDF if can_set() else PAGE)
-    marked = f"{'; '.join(mark.partition(':')[0] for mark in marks(result))}."
-    lines = [first_sentence(answer.text[0]), *waiting(result, brief=True)]
-    brief = Answer(landed, [marked, *lines], f"read {report}", "limits by period, days gained, tolerances")
-    say_answer(lambda: brief, lambda: _in_full(result, landed))
+    lines = short(result)
+    brief = Answer(landed, lines, f"read {report}", "simulated limits, days gained, tolerances")
+    say_answer(lambda: brief, lambda: _in_full(result, [landed, *lines]))
     say_left_out(pdf=True)
     if VERBOSE.get():
         print(f"report: {report.resolve()}")
 
 
-def _in_full(result: PlanResult, landed: str) -> None:
-    """Limits and days gained of every alternative, as simulated and as credited."""
+def _in_full(result: PlanResult, lines: Sequence[str]) -> None:
+    """The answer, and limits and days gained of every alternative, as simulated and as credited."""
     from stillhook.plan.report.document import marks
-    from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.report.limits_summary import verdict
     from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
     from stillhook.report.formatting import percent
 
     data, answer = result.data, verdict(result)
-    print(textwrap.fill(landed, WIDTH, subsequent_indent="  "))
-    for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
+    print(textwrap.fill(lines[0], WIDTH, subsequent_indent="  "))
+    for line in (*lines[1:], answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
     periods = [float(T) for T in data["period"].values if float(T) in PERIODS]
     weather = result.blocks.get("weather")

@@ -30,7 +30,6 @@ from stillhook.report.terminal import (
     progress_bar,
     say,
     say_if_compiling,
-    sentences,
 )
 
 if TYPE_CHECKING:
@@ -177,8 +176,8 @@ def run(lift_plan: LiftPlan, tier: str, work: Work) -> PlanResult:
     options |= {} if work.alpha is None else {"alpha": work.alpha}
     last = tier_of(tier)
     check_out(work.out, OUT_FILES)
-    _say_before(lift_plan, last, work.store)
     with client_of(work.scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
+        _say_before(lift_plan, last, work.store)
         result = planned(lift_plan, tier=last, client=client, progress=bar, **options)
     if work.out is not None:
         write_answer(result, work.out)
@@ -227,19 +226,17 @@ def _next(out: Path | None, file: str, tier: str) -> str:
 
 
 def _answer(result: PlanResult, step: str) -> Answer:
-    """The limits with what governs, operation, waiting, and what the limits rest on."""
-    from stillhook.plan.report.document import brief, marks
-    from stillhook.plan.report.summary_page import operation, verdict, waiting
+    """The claimable limit, the status, what governs, times, and waiting where it is of that limit."""
+    from stillhook.plan.report.decision.short import short
+    from stillhook.plan.report.decision.status import rests_on_synthetic
+    from stillhook.plan.report.document import brief
+    from stillhook.plan.report.limits_summary import waiting
     from stillhook.report.document import Table
 
-    outcome, document = verdict(result), brief(result)
-    notes = len([part for part in document.front if isinstance(part, Table)])
-    marked = [mark.partition(":")[0] for mark in marks(result)]
-    limit, *others = sentences(outcome.text[0]) if outcome.text else [""]
-    governing = next((each for each in others if each.startswith("Governing")), "")
-    lines = [outcome.word, " ".join((limit, governing)).strip(), f"{'; '.join(marked)}." if marked else ""]
-    lines += [*waiting(result, brief=True), first_sentence(operation(result))]
-    return Answer(result.name, lines, step, f"limits of every period and alternative in {notes} tables, remarks")
+    notes = len([part for part in brief(result).front if isinstance(part, Table)])
+    lines = short(result)
+    lines += [] if rests_on_synthetic(result) else map(first_sentence, waiting(result, brief=True))
+    return Answer(result.name, lines, step, f"simulated limits, every period and alternative in {notes} tables")
 
 
 WIDTH = 98
@@ -252,14 +249,15 @@ def report(
     figures: Annotated[bool, typer.Option("--figures", help="Also write every figure as a separate PNG.")] = False,
     json: Json = False,
 ) -> None:
-    """Write report.pdf and report.html of a lift plan from its saved results; nothing is computed again.
+    """Write report, decision page and limits card of a lift plan from its saved results; nothing is computed again.
 
     The same results give the same bytes. Exit code 1 where the plan has no workable sea.
 
     Example: stillhook report my-plan
     """
+    from stillhook.plan.report.decision.short import short
     from stillhook.plan.report.document import save_report
-    from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.report.limits_summary import verdict
     from stillhook.plan.result import PLAN_FILES, load_plan_result
 
     if figures:
@@ -269,14 +267,19 @@ def report(
     say("drawing and setting the report ...")
     WRITES.set(True)
     names = save_report(result, folder, figures=figures)
-    answer = verdict(result)
+    answer, lines = verdict(result), short(result)
 
     def in_full() -> None:
-        print(f"{result.name}: {answer.word}")
-        for line in answer.text:
+        print(result.name)
+        for line in (*lines, answer.word, *answer.text):
             wrapped(line, "  ")
 
-    data = {"name": result.name, "answer": answer.word, "files": [str(folder / name) for name in names]}
+    data = {
+        "name": result.name,
+        "answer": lines[0],
+        "status": lines[1],
+        "files": [str(folder / name) for name in names],
+    }
     step = f"read {folder / names[0]}"
     present(data, in_full, brief=lambda: _answer(result, step), json=json)
     announce(folder, names, quiet=json)

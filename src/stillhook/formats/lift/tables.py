@@ -141,6 +141,7 @@ class LiftTables(Spec):
     environment: Any = None
     operation: Any = None
     weather: Any = None
+    document: Any = None
     load_chart: Any = None
     capacity: Any = None
     synthetic_certificate: Any = None

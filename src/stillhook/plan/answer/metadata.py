@@ -51,6 +51,7 @@ def facts_of(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: W
     return picked(plan, "name", "source") | {
         "digest": answer_digest(plan, tiers, alpha, weather),
         "notes": list(plan.notes),
+        "document": dict(plan.document),
         "version": __version__,
         "code": results_hash(),
         "date": datetime.now(UTC).date().isoformat(),

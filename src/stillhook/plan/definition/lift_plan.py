@@ -215,7 +215,7 @@ class LiftPlan:
     load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
     items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
     the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
-    digest of every input.
+    document: number, revision and names for the head of its report; digest of every input.
     """
 
     name: str
@@ -251,6 +251,7 @@ class LiftPlan:
     credits_synthetic: bool = False
     not_claimed: tuple[Phase, ...] = ()
     reconciled: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    document: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()

@@ -10,13 +10,10 @@ from stillhook.plan.assessments.sensitivity.ranking import NAME, lowered
 from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
-    TWIN,
-    between,
     differs,
     height,
     highest,
     leading,
-    limits,
     sentence,
     write,
 )
@@ -40,8 +37,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("apart", pairs="; ".join(pairs))
     certificate = facts["crane"]["certificate"]
     if any(a.twin for a in result.alternatives) and (not certificate or certificate.get("synthetic")):
-        more = {"range": between(limits(result, TWIN, name), highest(result))}
-        yield _write("validate", **more) if differs(result, name) else _write("validate_same")
+        yield _write("validate") if differs(result, name) else _write("validate_same")
     if line := _most_sensitive(result):
         yield line
     op = facts["operation"]

@@ -160,7 +160,7 @@ def credit(result: PlanResult) -> list[Part]:
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
-    parts: list[Part] = [Text(TEXTS["credit"])]
+    parts: list[Part] = []
     state = (certificate or {}).get("condition")
     condition = [("condition", state["text"])] if state else []
     parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number), *condition]))
@@ -202,7 +202,7 @@ def models(result: PlanResult) -> list[Part]:
     answer = result.facts
     used = [t for t in names(result.data, "tier") if t in answer["tiers"]]
     parts: list[Part] = [facts([(t, TEXTS["tiers"][t]) for t in used])]
-    parts += [Text(TEXTS["counts"]), Text(TEXTS["extremes"])]
+    parts += [Text(TEXTS["counts"])]
     payload, vessel, crane = (answer[key] for key in ("payload", "vessel", "crane"))
     rows = [
         ("crane", f"{crane['name']}: {crane['title']}; SWL {fmt(crane['SWL'], 'mass')}"),

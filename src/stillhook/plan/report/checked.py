@@ -18,6 +18,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse, described
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import ROUNDING, as_row, limited, utilisation
 from stillhook.plan.report.basis import LIMITS, limits_of_rules
+from stillhook.plan.report.words import listed
 from stillhook.plan.result import grouped, picked
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
@@ -197,7 +198,7 @@ def remarks_at_rest(answer: Mapping[str, Any]) -> Iterator[CheckRemark]:
         row = max(rows, key=lambda row: row["value"])
         who = "any alternative" if len(under) == len(answer["alternatives"]) else ", ".join(under)
         value, limit = (variable(row["quantity"], row[key]) for key in ("value", "limit"))
-        phases = ", ".join(each["phase"] for each in rows)
+        phases = listed(each["phase"] for each in rows)
         text = (
             f'NOT POSSIBLE in any sea with {who}, by "{rule}":'
             f" {phases}; {row['phase']}: {value} at rest, limit {limit} ({row['basis']})"

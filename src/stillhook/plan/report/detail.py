@@ -12,7 +12,9 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.summary_page import side_by_side, waiting_in_full
+from stillhook.plan.report.decision.status import rests_on_synthetic
+from stillhook.plan.report.figures import ANSWER
+from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -46,20 +48,29 @@ from stillhook.weather.persistence import MONTHS
 if TYPE_CHECKING:
     import xarray
 
-BEHIND = ("depth", "efficiency", "landing", "convergence")
-"""Blocks behind the limits."""
+BEHIND, RESEARCH = ("depth", "landing"), ("efficiency", "convergence")
+"""Blocks behind the limits, and those that are of no use for approval."""
 PERIODS = 10
 """Columns of a table at most."""
 
 
 def limit_cells(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
-    """Curves, tables of cells, what governs."""
-    cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
+    """The table that the operation is run by, of the claimable limits, its figure, and how a cell is read."""
     return [
-        side_by_side(result),
-        *picture(figures, "limits-over-period"),
+        limits_table(result, simulated=False),
+        *(picture(figures, ANSWER) or ([alike(result)] if figures else [])),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
         *([Text(f"Limiting Hs{of_wind_sea(result)}.")] if of_wind_sea(result) else []),
+    ]
+
+
+def alternatives(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
+    """All alternatives side by side, credited and simulated: curves, tables of cells, what governs."""
+    cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
+    return [
+        *map(Text, verdict(result).text),
+        side_by_side(result),
+        *picture(figures, "limits-over-period"),
         *(figures[stem] for stem in cells),
         _governing(result),
     ]
@@ -166,8 +177,8 @@ def weather(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     return [
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
+        *([Text(TEXTS["not_claimed"])] if rests_on_synthetic(result) else []),
         waiting_in_full(result),
-        Text(TEXTS["persistence"]),
         facts(_series(result)),
         year_table(result),
         *picture(figures, "waiting-by-month"),
@@ -238,14 +249,14 @@ def _by_month(result: PlanResult) -> Part:
     return Table(header, rows, f"By month with {named(leading(result))}, credited")
 
 
-def behind(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
-    """Depth, efficiency, landing, convergence: those that were computed."""
+def behind(result: PlanResult, figures: Mapping[str, Figure], blocks: Sequence[str] = BEHIND) -> list[Part]:
+    """Some blocks: those that were computed, and why the others were not."""
     parts: list[Part] = []
-    for name in BEHIND:
+    for name in blocks:
         if name in result:
             parts += picture(figures, name)
     reasons = result.facts.get("not_computed", {})
-    missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in BEHIND if n not in result]
+    missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in blocks if n not in result]
     return [*parts, Text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
 
 

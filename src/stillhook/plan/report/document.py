@@ -3,19 +3,26 @@ terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.extras import installed
 from stillhook.errors import PlanError
+from stillhook.formats.results import save_json
 from stillhook.formats.table.workbook import write_sheets
 from stillhook.plan.assessments import ASSESSMENTS
 from stillhook.plan.assessments.rigging.section import rigging_sheet
 from stillhook.plan.report import basis, detail
+from stillhook.plan.report.actions import actions
+from stillhook.plan.report.decision.card import card, card_parts
+from stillhook.plan.report.decision.data import claimed, decision, head
+from stillhook.plan.report.decision.page import page, sheet, signatures, subtitle
+from stillhook.plan.report.decision.short import short
 from stillhook.plan.report.detail import tolerance_sweep
-from stillhook.plan.report.figures import pictures
-from stillhook.plan.report.summary_page import first_page, tables, verdict
+from stillhook.plan.report.figures import CLAIM, pictures
+from stillhook.plan.report.limits_summary import basis_rows, tables, verdict
 from stillhook.plan.report.words import TEXTS, named, sentence, write
 from stillhook.plan.result import (
     FACTS,
@@ -27,12 +34,11 @@ from stillhook.plan.result import (
     grouped,
     write_plan,
 )
-from stillhook.report.document import Bullets, Document, Figure, Part, Section
-from stillhook.report.formatting import groups
+from stillhook.report.document import Bullets, Document, Figure, Part, Section, Text
+from stillhook.report.document import facts as document_facts
 from stillhook.report.html import html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
-from stillhook.spec.validity import SHORT
 from stillhook.units import quote
 
 MISSING = ("not-assessed", FAILED)
@@ -41,18 +47,21 @@ MISSING = ("not-assessed", FAILED)
 
 def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
     """The report. figures: by stem, of `stillhook.plan.report.figures.pictures`."""
-    facts = result.facts
-    sections = {  # the answer's basis, then detail, then inputs, then what is not covered
+    facts, claim = result.facts, claimed(result)
+    of = decision(result)
+    sections: dict[
+        str, Sequence[Part]
+    ] = {  # what is left to do, the answer's basis, then detail, then inputs, then what is not covered
+        "To do before approval": [Bullets(actions(result)), document_facts(basis_rows(result), "It rests on")],
+        "Limits card": card_parts(card(result)),
         "Operation and phases": basis.operation(result),
         "Rules": basis.rules(result),
         "Credit for compensation": basis.credit(result),
         "Sea states analysed": basis.seas(result),
         "How the limits were calculated": basis.models(result),
-        "Limits, cell by cell": detail.limit_cells(result, figures),
-        "Limits, phase by phase": detail.by_phase(result),
+        "Limits, cell by cell": detail.limit_cells(claim, figures),
         "Weather and waiting": detail.weather(result, figures),
         "Behind the limits": detail.behind(result, figures),
-        "Landing tolerance, payload and depth": tolerance_sweep(result, figures),
         **{each.TITLE: each.parts(facts) for each in ASSESSMENTS if each.NAME in facts},
         "Inputs, versions, seeds": basis.inputs(result),
         "What is not covered": basis.not_covered(result),
@@ -60,21 +69,32 @@ def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
     return Document(
         title=TEXTS["heading"],
         name=result.name,
-        subtitle=_subtitle(result),
+        subtitle=subtitle(of["document"]),
         purpose=TEXTS["purpose"],
         marks=marks(result),
-        front=first_page(result, figures, marks(result)),
-        sections=[Section(f"{i}. {title}", parts) for i, (title, parts) in enumerate(sections.items(), 1)],
-        signatures=("Prepared by", "Checked by", "Marine warranty surveyor, place and date"),
-        number=groups(facts["digest"], SHORT),
+        front=page(of, figures.get(CLAIM)),
+        sections=[
+            *(Section(f"{i}. {title}", parts) for i, (title, parts) in enumerate(sections.items(), 1)),
+            Section(TEXTS["annex"], _annex(result, figures)),
+        ],
+        signatures=signatures(of["document"]),
+        number=of["document"]["number"],
+        revision=of["document"]["revision"],
+        dense=True,
         date=facts["date"],
         made_by=f"Stillhook {facts['version']}",
     )
 
 
-def _subtitle(result: PlanResult) -> str:
-    payload = result.facts["payload"]
-    return f"{payload.get('title') or payload['name']}, {result.facts['place']['depth']:g} m of water"
+def _annex(result: PlanResult, figures: Mapping[str, Figure]) -> list[Section]:
+    """What is no part of what is approved: alternatives, simulated limits, methods and their convergence."""
+    return [
+        Section("All alternatives, credited and simulated", detail.alternatives(result, figures)),
+        Section("Limits, phase by phase", detail.by_phase(result)),
+        Section("Landing tolerance, payload and depth", tolerance_sweep(result, figures)),
+        Section("Efficiency and convergence", detail.behind(result, figures, detail.RESEARCH)),
+        Section("Theory", [Text(TEXTS[key]) for key in ("credit", "extremes", "persistence")]),
+    ]
 
 
 def marks(result: PlanResult) -> list[str]:
@@ -91,11 +111,14 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(write(TEXTS["inconsistent"], n=len(wrong)))
     if UNSEALED in result.facts:
         lines.append(TEXTS["unsealed"])
-    return lines + [sentence(each) for each in result.caused(*MISSING)]
+    return [*lines, *dict.fromkeys(sentence(each) for each in result.caused(*MISSING))]
 
 
 PDF, PAGE = "report.pdf", "report.html"
-REPORT_FILES = (PDF, PAGE)
+CARD, DECISION = "card", "decision"
+"""Stems of the limits card and of the decision page, each as PDF and as JSON."""
+SHEETS = tuple(f"{stem}.{ending}" for stem in (CARD, DECISION) for ending in ("pdf", "json"))
+REPORT_FILES = (PDF, PAGE, *SHEETS)
 RIGGING = ("rigging.xlsx", "rigging.csv")
 """Items of the rigging for Excel, else as text."""
 OUT_FILES = (*REPORT_FILES, *PLAN_FILES, *RIGGING)
@@ -112,7 +135,8 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     result = for_print(result)
     try:
         images = draw_if_possible(lambda: pictures(result))
-        report = document(result, images)
+        report, sheets = document(result, images), {CARD: card(result), DECISION: decision(result)}
+        papers = {PDF: report, **_sheets(result, sheets, images, report.made_by)}
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         if UNSEALED not in result.facts:
             raise
@@ -120,7 +144,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
         line = f"{FACTS} has no hash, and a part of it is missing or odd ({odd}). Run the plan again."
         raise PlanError(f"report of {quote(result.name)}: {line}") from None
     try:
-        content = {PDF: pdf(report)} if can_set() else {}
+        content = {name: pdf(each) for name, each in papers.items()} if can_set() else {}
     except Unset as problem:
         raise PlanError(f"report of {result.name}: {problem}") from None
     content[PAGE] = html(report).encode()
@@ -128,7 +152,18 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
         content |= {f"{FIGURE}{stem}.png": image.png for stem, image in images.items()}
     for name, data in content.items():
         (folder / name).write_bytes(data)
-    return tuple(content)
+    return (*content, *(save_json(of, folder / f"{stem}.json").name for stem, of in sheets.items()))
+
+
+def _sheets(
+    result: PlanResult, data: Mapping[str, Mapping[str, Any]], images: Mapping[str, Figure], made_by: str
+) -> dict[str, Document]:
+    """The limits card and the decision page as documents of one page, by file name."""
+    of, about = data[CARD], data[DECISION]
+    return {
+        f"{CARD}.pdf": sheet(of, card_parts(of), made_by, TEXTS["card"]["title"], marks(result)),
+        f"{DECISION}.pdf": sheet(about, page(about, images.get(CLAIM)), made_by, TEXTS["heading"], marks(result)),
+    }
 
 
 def write_answer(result: PlanResult, folder: Path) -> None:
@@ -169,13 +204,16 @@ def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False
 
 
 def brief(result: PlanResult) -> Document:
-    """The first page, the whole year of weather, and what there is to remark, without their basis."""
+    """The claimable limit with its status, all limits, the whole year of weather, and what there is to remark, without
+    their basis."""
     result = for_print(result)
     facts = result.facts
-    parts: list[Part] = [verdict(result), *tables(result)]
+    parts: list[Part] = [*map(Text, short(result)), verdict(result), *tables(result)]
     parts += [detail.year_table(result)] if "weather" in result else []
     notes = grouped((sentence(each.get("credit_note") or ""), named(each["name"])) for each in facts["alternatives"])
     lines = [f"{', '.join(labels)}: {note}" for note, labels in notes.items() if note]
     lines += [TEXTS["rules"].format(**facts["rules"], editions=basis.editions(facts["rules"]))]
     remarks = [each for each in facts["remarks"] if each not in facts["notes"]]
-    return Document(facts["name"], name=_subtitle(result), front=[*parts, Bullets([*lines, *map(sentence, remarks)])])
+    return Document(
+        facts["name"], name=subtitle(head(result)), front=[*parts, Bullets([*lines, *map(sentence, remarks)])]
+    )

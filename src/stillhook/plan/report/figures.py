@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
+from stillhook.plan.report.decision.data import claimed
 from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
@@ -49,8 +50,8 @@ RESOLUTION = 150
 """Of pictures [dots per inch]."""
 ROWS = 10
 """Rows of cells in one picture at most; more alternatives go to another one."""
-ANSWER = "answer"
-"""Stem of the figure of the first page."""
+ANSWER, CLAIM = "answer", "claim"
+"""Stems of the figure of the claimable limits cell by cell, and of the small one of the first page."""
 HEADINGS, COLUMNS = 5, 14
 """Rows and columns of cells on the first page at most; all are in the section of the limits."""
 ROW, PANEL, FRAME = 0.33, 0.42, 0.8
@@ -82,8 +83,13 @@ def captioned(figure: Figure, key: str, *more: str, **values: Any) -> Figure:
 
 def figures(result: PlanResult) -> dict[str, Figure]:
     """Every figure of a plan by file stem, in the order in which a report shows them."""
-    first = answer(result)
-    of_limits = ({} if first is None else {ANSWER: first}) | {"limits-over-period": curves(result)}
+    claim = claimed(result)
+    first = answer(claim)
+    of_limits = (
+        {CLAIM: claim_curves(claim)}
+        | ({} if first is None else {ANSWER: first})
+        | {"limits-over-period": curves(result)}
+    )
     tables = limit_tables(result, CREDITED) | limit_tables(result, TWIN)
     return of_limits | tables | detail_figures(result)
 
@@ -114,6 +120,30 @@ def answer(result: PlanResult) -> Figure | None:
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
     return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
+
+
+def claim_curves(result: PlanResult) -> Figure:
+    """The claimable limits over period, a line a heading (of many headings the best and the worst of all), and below
+    them OP_WF at the worst heading."""
+    data, name = result.data, leading(result)
+    Hs = np.minimum(limits(result, CREDITED, name), highest(result))
+    T, worst = data["period"].values, worst_heading(Hs)
+    figure, ax = kit.panel(SMALL)
+    shown = range(len(Hs)) if len(Hs) <= HEADINGS else sorted({int(i) for i in (Hs.mean(axis=1).argsort()[[0, -1]])})
+    for i in shown:
+        label = f"OP_LIM, {direction(data['heading'].values[i])}"
+        ax.plot(T, Hs[i], marker="o", ms=2.5, lw=1.1, label=label)
+    op_wf = data["op_wf"].sel(credit=CREDITED, alternative=name).values[worst, range(len(T))]
+    if np.isfinite(op_wf).any():
+        ax.plot(T, op_wf, color="black", marker="s", ms=2.5, lw=1.1, ls="--", label="OP_WF, worst heading")
+    kit.axis(ax, "Tp [s]", "Hs [m]", zero="y", size="small")
+    ax.tick_params(labelsize="small")
+    ax.legend(fontsize="xx-small", frameon=False)
+    return captioned(figure, CLAIM)
+
+
+SMALL = (3.3, 1.9)
+"""Size of the figure of the first page [inch]: letters as they are, beside a table."""
 
 
 def _box(ax: Axes, i: int, k: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import string
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from stillhook.plan.result import CREDITS, Credit, PlanResult, Remark
 from stillhook.report.formatting import EMPTY, days, direction, fixed, fmt, kind_of, percent
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
-from stillhook.units import KINDS, number, show
+from stillhook.units import KINDS, number, quote, show
 
 if TYPE_CHECKING:
     import xarray
@@ -69,6 +69,11 @@ def described(alternative: str) -> str:
     if alternative in texts:
         return write(texts[alternative], cap=CAP)
     return write(texts["twin"], title=Mode(alternative).law.title)
+
+
+def listed(phases: Iterable[str]) -> str:
+    """Names of phases in a row; those with a comma in quotes."""
+    return ", ".join(quote(name) if "," in name else name for name in phases)
 
 
 def in_air(payload: Mapping[str, Any]) -> str:

@@ -1,17 +1,16 @@
-"""The first page of a plan's report: in which weather the lift may be done, what limits it, and on which conditions."""
+"""The limits of a plan in sentences and tables, as credited and as simulated: in which weather the lift may be done,
+what limits it, and on which conditions."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.plan.report.actions import actions
-from stillhook.plan.report.figures import ANSWER, STEEP
+from stillhook.plan.report.figures import STEEP
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -40,7 +39,7 @@ from stillhook.plan.report.words import (
     write,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.report.document import Bullets, Figure, Grey, Part, Section, Table, Text, Verdict, facts
+from stillhook.report.document import Grey, Part, Table, Text, Verdict, facts
 from stillhook.report.formatting import HOUR, direction, fixed, hours
 from stillhook.spec.validity import UNSIGNED
 
@@ -77,23 +76,11 @@ def tables(result: PlanResult) -> list[Part]:
     return [limits_table(result), side_by_side(result), *_conditions(result)]
 
 
-def first_page(result: PlanResult, figures: Mapping[str, Figure], marks: Sequence[str]) -> list[Part]:
-    """The answer, one figure, the table that the operation is run by, what it rests on, and what to do next. Sentences
-    that are among the marks above them, and what the section of weather has, are not repeated."""
-    full, name = verdict(result), leading(result)
-    rest = full.text[2:-1] if "weather" in result else full.text[2:]
-    text = [f"{_range(result, name)} {_twin(result, name, brief=True)}", *(each for each in rest if each not in marks)]
-    text += [_waiting(result, name, brief=True)] if "weather" in result else []
+def alike(result: PlanResult) -> Text:
+    """What stands in the place of a figure whose cells are all alike."""
+    name = leading(result)
     range_ = between(limits(result, CREDITED, name), highest(result))
-    alike = _write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED))
-    picture: Part | None = figures.get(ANSWER) or (None if not figures else Text(alike))
-    return [
-        Verdict(full.word, full.passed, text),
-        *([picture] if picture is not None else []),
-        limits_table(result),
-        facts(_basis(result), "It rests on"),
-        Section("To do next", [Bullets(actions(result))]),
-    ]
+    return Text(_write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED)))
 
 
 def waiting_in_full(result: PlanResult) -> Text:
@@ -217,9 +204,9 @@ def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
     return text + (_write("censored", share=censored) if censored > CENSORED else "")
 
 
-def limits_table(result: PlanResult) -> Table:
+def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
-    its 95 % interval where the twin was run, and OP_WF; the twin's own answer where it is another."""
+    its 95 % interval where the twin was run, and OP_WF; simulated: also the twin's own answer where it is another."""
     data, top, name = result.data, highest(result), leading(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
@@ -237,7 +224,7 @@ def limits_table(result: PlanResult) -> Table:
             open_ if _case_by_case(result, float(credited[at[k], k])) else fixed(float(values[at[k], k]), 2)
             for k in rows
         ]
-    if differs(result, name):
+    if simulated and differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
     title = f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)}; OP_WF [m] at the worst heading"
@@ -318,12 +305,12 @@ def side_by_side(result: PlanResult) -> Table:
 
 
 def _conditions(result: PlanResult) -> list[Part]:
-    rows = _basis(result)
+    rows = basis_rows(result)
     rows.insert(-1 - len(result.facts["notes"]), ("reading", reading(result)))
     return [Text(_write("conditions")), facts(rows)]
 
 
-def _basis(result: PlanResult) -> list[tuple[str, str]]:
+def basis_rows(result: PlanResult) -> list[tuple[str, str]]:
     """Lift, machine, seas, credit and notes of the plan, a line each."""
     crane, payload, place = (result.facts[key] for key in ("crane", "payload", "place"))
     settings = result.facts["settings"]

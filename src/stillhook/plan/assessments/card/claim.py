@@ -1,0 +1,109 @@
+"""Limits that may be claimed: those that are credited, a SYNTHETIC certificate left out of the credit.
+
+A certificate that the plan assumes, or that was made of simulated logs, shows what a validation would be worth. Nobody
+may claim what rests on it, so here the flat 80 % of compensation stands in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stillhook.plan.answer.dataset import Answered
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.result import CREDITS
+from stillhook.plan.table import BY_RULE, ENDS, TIERS, Chosen, Governed, credited_of, governing
+from stillhook.plan.weather.value import Forecast, forecast_limits
+from stillhook.spec.lift.joining import IN_AIR
+from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.validity import CAP
+
+CREDITED = CREDITS[1]
+WAVE_ZONE, DEEP, SEABED = "wave zone", "deep", "landing"
+"""Parts of a lift that have a column of their own on the limits card."""
+PART_OF: Mapping[PhaseKind, str] = {
+    **dict.fromkeys((*IN_AIR, PhaseKind.SPLASH), WAVE_ZONE),
+    **dict.fromkeys((PhaseKind.LOWERING, PhaseKind.DEEP), DEEP),
+    **dict.fromkeys((PhaseKind.STAND_OFF, PhaseKind.LANDING, PhaseKind.SEABED_LIFT_OFF), SEABED),
+}
+
+
+def parts_of(plan: LiftPlan) -> dict[str, list[Phase]]:
+    """Phases of each part of a lift, in the order of the plan."""
+    parts: dict[str, list[Phase]] = {}
+    for phase in plan.phases:
+        parts.setdefault(WAVE_ZONE if phase.kind is None else PART_OF[phase.kind], []).append(phase)
+    return parts
+
+
+def claimable(plan: LiftPlan, of: Answered) -> Chosen:
+    """Limits of all rules that may be claimed."""
+    certificate = plan.crane.certified
+    if certificate is None or not certificate.synthetic:
+        return of.credited
+    covers = of.certified.covers & ~of.certified.needs[:, :, None, None, None]
+    return credited_of(plan, of.modelled, np.unique(plan.environment.table().Hs), covers)
+
+
+def credit_of(plan: LiftPlan, of: Answered, alternative: Alternative) -> dict[str, Any]:
+    """What the claim rests on: no compensation, a flat share of it, or a certificate, which may cover a part alone."""
+    i = of.axes.alternatives.index(alternative)
+    followed = of.certified.needs[i] if alternative.twin else np.array([p.compensated for p in plan.phases])
+    if alternative.stands or not followed.any():
+        return {"by": "none"}
+    certificate = plan.crane.certified
+    share = float(np.nanmean(of.certified.share[i])) if alternative.twin else 0.0
+    if certificate is None or certificate.synthetic or share == 0.0:
+        return {"by": "cap", "cap": CAP}
+    return {"by": "certificate", "certificate": certificate.short, "cap": CAP, "share": share}
+
+
+def of_phases(plan: LiftPlan, chosen: Chosen, phases: Sequence[Phase]) -> Governed:
+    """The least limits over some phases alone."""
+    names = {phase.name for phase in phases}
+    inside = np.array([name in names for name in chosen.axes.phases])[None, :, None, None, None]
+    Hs, low, high = (np.where(inside, ends, np.nan) for ends in (chosen.Hs, chosen.low, chosen.high))
+    part = replace(chosen, Hs=Hs, low=low, high=high)
+    return governing(plan, part, part)[CREDITED]
+
+
+def forecast_of(plan: LiftPlan, governs: Governed, forecast: Forecast) -> Forecast:
+    """alpha and OP_WF of limits, the same under both credits."""
+    return forecast_limits(plan, forecast.table, dict.fromkeys(CREDITS, governs))
+
+
+def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative: Alternative) -> list[dict[str, Any]]:
+    """Every cell of an alternative: beta, T_p, Hs_limit (at most the highest sea analysed; None without a result),
+    above (whether that is no limit), Hs_limit_low, alpha, op_wf (None where there is no factor), and what governs."""
+    axes, highest = governs.axes, max(plan.environment.Hs)
+    i = axes.alternatives.index(alternative)
+    factors = forecast_of(plan, governs, forecast)
+    rows = []
+    for k, beta in enumerate(axes.headings):
+        for m, Tp in enumerate(axes.periods):
+            at = (i, k, m)
+            Hs, by = float(governs.Hs[at]), governs.phase[at] >= 0
+            rows.append(
+                {
+                    "beta": beta,
+                    "T_p": Tp,
+                    "Hs_limit": _number(min(Hs, highest)),
+                    "above": Hs > highest,
+                    "Hs_limit_low": _number(float(governs.low[at])),
+                    "alpha": _number(float(factors.alpha[(1, *at)])),
+                    "op_wf": _number(float(factors.op_wf[(1, *at)])),
+                    "governing_phase": axes.phases[governs.phase[at]] if by else "",
+                    "governing_rule": axes.rules[governs.rule[at]] if by else "",
+                    "governing_tier": TIERS[governs.tier[at]].value if by else "",
+                    "governing_end": ENDS[governs.ends[at]].value if governs.ends[at] != BY_RULE else "",
+                }
+            )
+    return rows
+
+
+def _number(value: float) -> float | None:
+    return value if np.isfinite(value) else None
