@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.plan.assessments.interface import PlanState
+from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import limited, utilisation
 from stillhook.plan.table import BY_RUNS, TIERS, Axes
@@ -19,7 +20,8 @@ from stillhook.spec.lift.phase import Phase
 
 class Governing(NamedTuple):
     """A phase with its column and tier; Hs: limit of every rule there [m], inf above the highest sea, NaN where there
-    is none; ends: of its 95 % interval; counts: what the plan's table has there, and of which tier."""
+    is none; ends: of its 95 % interval; counts: what the plan's table has there, and of which tier; plan: of the weight
+    case whose limit it is."""
 
     phase: Phase
     column: Column
@@ -27,6 +29,7 @@ class Governing(NamedTuple):
     Hs: Mapping[str, float]
     ends: Mapping[str, tuple[float, float]]
     counts: tuple[float, str]
+    plan: LiftPlan
 
     @property
     def lowest(self) -> tuple[float, str]:
@@ -72,7 +75,23 @@ def governing(state: PlanState, phase: Phase, alternative: Alternative) -> Gover
         {key: float(row[0]) for key, row in known_of.items()},
         {key: (float(row[1]), float(row[2])) for key, row in known_of.items()},
         (float(least[heading, period]), TIERS[tier].value),
+        _case(state, phase.name, alternative, TIERS[used], column, {key: row[0] for key, row in known_of.items()}),
     )
+
+
+def _case(
+    state: PlanState, phase: str, alternative: Alternative, tier: Tier, column: Column, Hs: Mapping[str, float]
+) -> LiftPlan:
+    """The plan with the weight case whose limit is the lowest of a column."""
+    who = (phase, alternative, tier)
+    of = next((x for x in state.limits if (x.phase, x.alternative, x.tier) == who), None)
+    known = {key: value for key, value in Hs.items() if not math.isnan(value)}
+    if of is None or state.plan.low is None or not known:
+        return state.plan
+    rule = min(known, key=lambda key: known[key])
+    at = np.flatnonzero(np.isclose(of.Tp, column[0]) & np.isclose(of.beta, column[1]))
+    low = of.low_weight.get(rule)
+    return state.plan.low if low is not None and len(at) and bool(low[at[0]]) else state.plan
 
 
 def _column(axes: Axes, place: Sequence[int]) -> Column:

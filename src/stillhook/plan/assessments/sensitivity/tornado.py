@@ -33,7 +33,7 @@ def of_runs(
     for of in cells:
         heights, middle = heights_of(of.Hs, highest)
         waves = SeaState(middle, *of.column)
-        runs = CellRuns.of(alone(plan, of.phase, shown, of.column, of.lowest[1]), state.execution, waves)
+        runs = CellRuns.of(alone(of.plan, of.phase, shown, of.column, of.lowest[1]), state.execution, waves)
         factors, ends = factors_of(runs.cell, plan.environment.heading_tolerance), dict[_Key, CellRuns]()
         wanted.append((runs, heights))
         for factor, end in ((f, e) for f in factors for e in f.ends):
@@ -190,7 +190,7 @@ def of_method(
 
 
 def _by_method(state: PlanState, of: Governing, shown: Alternative) -> dict[str, Any]:
-    base = alone(state.plan, of.phase, shown, of.column, of.lowest[1])
+    base = alone(of.plan, of.phase, shown, of.column, of.lowest[1])
     winch = winches(base) if of.tier is Tier.FREQUENCY else None
     known = limit_of(base, of.tier, winch)
 
