@@ -383,6 +383,7 @@ def page(facts: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "loads_to": min(loads, default=None),
         "loads_highest": facts["steady"]["highest"],
+        "trip_run_to": max((sea["Hs"] for sea in facts["seas"]), default=None),
         "touch_down_from": touch["Hs_from"],
         "touch_down_limit": touch["limit"],
         "no_stop_below": facts["near_seabed"]["depth"],

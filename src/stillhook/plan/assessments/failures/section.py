@@ -113,7 +113,10 @@ def _lost(of: Facts) -> list[Part]:
     steady, near = of["steady"], of["near_seabed"]
     loads, touch = steady["loads"], steady["touch_down"]
     highest = fmt(steady["highest"], "length")
-    text = "AHC lost, the load on the brake (frequency domain, all headings): "
+    text = (
+        "AHC lost, the load on the brake (frequency domain, all headings; the trip itself is run up to the limit of the"
+        " lift): "
+    )
     if loads["Hs_from"] is None:
         text += f"loads stay within limits up to Hs {highest}, the highest sea state analysed"
     else:
