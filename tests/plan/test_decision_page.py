@@ -100,10 +100,12 @@ def assessed(*, ok: bool = True) -> dict:
         {"key": key, "title": f"Failure {i} of the motion unit and its signal"} | bad for i, key in enumerate(keys)
     ]
     action = {"phase": name, "top": -1475.0, "bottom": -1500.0, "action": "hoist", "time": 250.0, "to": -1475.0}
+    cases[-1] |= {"verdict": "not-assessed", "reason": "no-time-allowed"}
+    unknown = action | {"action": "not-assessed", "time": None, "to": None}
     page_ = {"loads_to": 2.31, "loads_highest": 4.0, "touch_down_from": 1.44, "touch_down_limit": 0.5}
     failures = {
         "cases": cases,
-        "actions": [action, action | {"action": "hold", "time": 0.0, "to": None}] * 12,
+        "actions": [action, action | {"action": "hold", "time": 0.0, "to": None}, unknown] * 8,
         "page": page_ | {"no_stop_below": 1496.0, "clearance": 4.0},
     }
     row = {"phase": name, "static_low": 8e5, "static_high": 9.1e5, "F_top": 2.1e6, "capacity": 2.48e6}
@@ -206,6 +208,7 @@ def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(re
         assert line in text
     tables = [part for part in walk(card_parts(card(full))) if isinstance(part, Table)]
     actions = next(table for table in tables if "action" in table.header)
+    assert len(actions.rows) == 14
     assert list(actions.rows[0][1:]) == ["1475 m to 1500 m", "hoist to 1475 m", "250 s"]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import NO_FACTOR, forecast, label, limit
 from stillhook.plan.report.decision.data import claim_of, head
-from stillhook.plan.report.decision.page import HOLD, action_words, clipped, status, trip_assessed
+from stillhook.plan.report.decision.page import action_words, clipped, status, trip_assessed
 from stillhook.plan.report.decision.status import status_of
 from stillhook.plan.report.words import TEXTS, listed, valued, write
 from stillhook.plan.result import PlanResult
@@ -53,7 +53,6 @@ def card(result: PlanResult) -> dict[str, Any]:
         "window": WINDOW,
         "stops": list(_stops(plan, claim["alternative"])),
         "ahc_lost": plan.get("failures"),
-        "passages": [phase["name"] for phase in plan["phases"] if phase["kind"] == "splash-zone"],
         "hold_points": list(_hold_points(plan["phases"])),
     }
 
@@ -98,7 +97,7 @@ def _hold_points(phases: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, str]
 def card_parts(of: Mapping[str, Any]) -> list[Part]:
     """The sheet; of: `card`."""
     known = of["ahc_lost"] is not None and trip_assessed(of["ahc_lost"])
-    lost: list[Part] = [_actions(of["ahc_lost"], of["passages"])] if known else [Text(TEXTS["card"]["no_failures"])]
+    lost: list[Part] = [_actions(of["ahc_lost"])] if known else [Text(TEXTS["card"]["no_failures"])]
     return [
         status(of["status"]),
         *_limits(of),
@@ -146,20 +145,16 @@ def _stop_table(stops: Sequence[Mapping[str, Any]]) -> Table:
     return Table(("reading", "stop", "in", "by"), rows)
 
 
-def _actions(lost: Mapping[str, Any], passages: Sequence[str]) -> Table:
-    """What to do by depth where AHC is lost, from the top; the rows that take longest where there are too many. A
-    passage of the wave zone in which a stop was not assessed has no action but to go through."""
-    stop = next((case["verdict"] for case in lost["cases"] if case["key"] == "wave-zone-stop"), "not-assessed")
+def _actions(lost: Mapping[str, Any]) -> Table:
+    """What to do by depth where AHC is lost, from the top; the rows that take longest where there are too many."""
     rows = list(lost["actions"])
     while len(rows) > ACTIONS:
-        rows.remove(min(rows, key=lambda row: float(row["time"])))
+        rows.remove(min(rows, key=lambda row: float(row["time"] or 0.0)))
     body = []
     for row in rows:
         words = action_words(row)
-        if row["action"] == HOLD and row["phase"] in passages and stop == "not-assessed":
-            body.append([words["phase"], words["depth"], TEXTS["card"]["no_stop"], "-"])
-            continue
-        time = "at once" if not row["time"] else fmt(row["time"], "time", 2)
+        known = row["action"] != "not-assessed"
+        time = "-" if not known else "at once" if not row["time"] else fmt(row["time"], "time", 2)
         body.append([words["phase"], words["depth"], words["action"], time])
     return Table(("phase", "depth of the underside", "action", "safe after"), body)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.decision.data import ASSUMED
+from stillhook.plan.report.decision.status import TIMES_ONLY
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.plan.result import grouped
 from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict
@@ -136,7 +137,7 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         lines.append(write(texts[key], v=limit, Hs=highest if Hs is None else Hs))
     if own["no_stop_below"] is not None:
         lines.append(write(texts["no_stop_below"], depth=own["no_stop_below"]))
-    moves = [each for each in lost["actions"] if each["action"] != HOLD]
+    moves = [each for each in lost["actions"] if each["action"] not in (HOLD, "not-assessed")]
     if moves:
         slowest = max(moves, key=lambda each: float(each["time"]))
         lines.append(write(texts["safe"], **action_words(slowest), time=slowest["time"]))
@@ -209,7 +210,7 @@ def _failures(of: Mapping[str, Any]) -> list[Part]:
 
 
 def _case(case: Mapping[str, Any]) -> list[Cell]:
-    word, passed = VERDICTS[case["verdict"]]
+    word, passed = VERDICTS[case["verdict"]] if case.get("reason") != TIMES_ONLY else ("by times", None)
     Hs = case.get("Hs_from")
     return [clipped(case["title"], CASE), Verdict(word, passed), "" if Hs is None else f"{Hs:.2f} m"]
 

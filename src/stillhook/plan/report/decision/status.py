@@ -14,6 +14,8 @@ SYNTHETIC = "SYNTHETIC"
 """Start of the names of files of no real machine or place."""
 
 
+TIMES_ONLY = "no-time-allowed"
+"""Reason of a failure case that has times to compare with those of crew and vessel, and no verdict."""
 AT_LIMIT = 1.02
 """Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
 
@@ -58,7 +60,8 @@ def _of_assessments(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     texts = TEXTS["status"]
     if failures := facts.get("failures"):
         for verdict in ("not-ok", "not-assessed"):
-            if cases := [case["title"] for case in failures["cases"] if case["verdict"] == verdict]:
+            judged = [case for case in failures["cases"] if case.get("reason") != TIMES_ONLY]
+            if cases := [case["title"] for case in judged if case["verdict"] == verdict]:
                 yield f"failure-{verdict}", write(texts[f"failure-{verdict}"], cases=cases, n=len(cases))
     if rigging := facts.get("rigging"):
         if not (rigging["weight"] or {}).get("stated"):
