@@ -32,17 +32,15 @@ from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import toml_text
+from stillhook.plan.definition.holds import Holds, holds_off, with_holds
 from stillhook.plan.definition.lift_plan import (
     Environment,
-    Holds,
     LiftPlan,
     WeatherUse,
     check_chart,
     check_sinks,
     check_tips,
     check_wire,
-    holds_off,
-    with_holds,
 )
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.operation import OperationTable, operation_of

@@ -12,7 +12,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.quality.consistency import finite
-from stillhook.plan.definition.lift_plan import HELD, LiftPlan
+from stillhook.plan.definition.holds import HELD
+from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
