@@ -448,10 +448,9 @@ def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Co
 
 def holds_off(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
     """Holds of joined phases that say "off", with the usual times, as the phases that `with_holds` makes of others."""
-    pairs = zip((None, *phases), phases, strict=False)
     off = [
         phase.model_copy(update={"hold": None})
-        for before, phase in pairs
+        for before, phase in zip((None, *phases), phases, strict=False)
         if phase.hold == 0.0 and (before is None or before.kind is not PhaseKind.STAND_OFF)
     ]
     names = {phase.name for phase in phases}
