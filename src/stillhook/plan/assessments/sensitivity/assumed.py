@@ -58,7 +58,7 @@ def _rows(state: PlanState, moves: Sequence[Lowered]) -> Iterator[dict[str, Any]
     vessel = f"vessel {plan.vessel.name}"
     yield from _if_moved("roll damping", "as in the motions table", vessel, "vessel owner", _of(moves, "roll"))
     if plan.T_C is None:
-        text = f"the reference period: T_R is twice T_POP, {show(2.0 * plan.T_POP, 'time', 4)}"
+        text = f"sets the reference period: T_R is twice T_POP, {show(2.0 * plan.T_POP, 'time', 4)}"
         yield _row("contingency T_C", "not assessed", "plan, [operation] T_C", text, "contractor", 0.05)
 
 
@@ -81,7 +81,7 @@ def _row(
 def _moved(what: str, value: str, where: str, supplier: str, at: Lowered | None, weight: float = 0.0) -> dict[str, Any]:
     """A row of what a limit falls to with another value."""
     if at is None:
-        return _row(what, value, where, "no limit that is assessed", supplier, weight)
+        return _row(what, value, where, "no limit that is assessed depends on it", supplier, weight)
     text = f"{at.phase}: Hs {fixed(at.base, 2)} to {fixed(at.Hs, 2)} m with {at.text}"
     return _row(what, value, where, text, supplier, weight + at.by / at.base, at)
 
@@ -101,7 +101,7 @@ def _not_held(plan: LiftPlan) -> list[Phase]:
 
 def _hold_off(phase: Phase, moves: Sequence[Lowered]) -> dict[str, Any]:
     """A hold that is left out, with the limit that it would have."""
-    text = f"a stop in {phase.name} is not assessed and must not be made"
+    text = f"a stop in {phase.name} is not claimed and must not be made"
     at = _of([row for row in moves if row.phase == phase.name], "hold") if phase.kind is PhaseKind.SPLASH else None
     if at is not None:
         text = f"{text}: Hs {fixed(at.base, 2)} to {fixed(at.Hs, 2)} m with {at.text}"

@@ -161,7 +161,7 @@ def _actions(lost: Mapping[str, Any]) -> Table:
 
 ACTIONS = 14
 """Bands of depth on the card at most."""
-PHASES, BASIS = 40, 60
+PHASES, BASIS = 60, 90
 """Letters of phases and of the basis of a stop value at most."""
 
 

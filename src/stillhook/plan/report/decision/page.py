@@ -8,7 +8,7 @@ from typing import Any
 
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.decision.data import ASSUMED
-from stillhook.plan.report.decision.status import TIMES_ONLY
+from stillhook.plan.report.decision.status import SYNTHETIC, TIMES_ONLY
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.plan.result import grouped
 from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict
@@ -17,8 +17,8 @@ from stillhook.report.formatting import fixed, fmt, hours
 NOT_ASSESSED = TEXTS["decision"]["not_assessed"]
 LONG, NAME, PHASE = 60, 40, 24
 """Letters of a cell of the page, of a name in a sentence, and of that of a phase in a cell, at most."""
-REASON = 90
-"""Letters of a reason of the status at most."""
+REASON, BASIS = 90, 110
+"""Letters of a reason of the status, and of what a capacity is of, at most."""
 
 
 def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
@@ -126,11 +126,7 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
     texts, own = TEXTS["ahc_lost"], lost["page"]
     highest = own["loads_highest"]
     lines = [] if trip_assessed(lost) else [texts["no_trip"]]
-    lines += [
-        write(texts["loads"], Hs=own["loads_to"])
-        if own["loads_to"] is not None
-        else write(texts["loads_all"], Hs=highest)
-    ]
+    lines.append(_loads_on_brake(own))
     if own["touch_down_limit"] is not None:
         Hs, limit = own["touch_down_from"], own["touch_down_limit"]
         key = "touch_down" if Hs is not None else "no_touch_down"
@@ -142,6 +138,15 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         slowest = max(moves, key=lambda each: float(each["time"]))
         lines.append(write(texts["safe"], **action_words(slowest), time=slowest["time"]))
     return [Text(" ".join([*lines, texts["card"]]))]
+
+
+def _loads_on_brake(own: Mapping[str, Any]) -> str:
+    """Up to which sea loads stay within limits: through the trip as far as it was run, and on the brake after it."""
+    texts, to, run_to = TEXTS["ahc_lost"], own["loads_to"], own.get("trip_run_to")
+    line = write(texts["loads"], Hs=to) if to is not None else write(texts["loads_all"], Hs=own["loads_highest"])
+    if run_to is None or (to is not None and to <= run_to):
+        return line
+    return f"{write(texts['trip'], Hs=run_to)} {line}"
 
 
 def trip_assessed(failures: Mapping[str, Any]) -> bool:
@@ -181,7 +186,7 @@ def _loads(of: Mapping[str, Any]) -> list[Part]:
     if used:
         row = max(used, key=lambda each: float(each["utilisation"]))
         static = max(float(each["static_high"]) for each in rigging["hook_loads"])
-        basis = clipped(row["capacity_basis"], LONG)
+        basis = clipped(row["capacity_basis"], BASIS)
         lines.append(
             write(
                 texts["hook_load"],
@@ -212,7 +217,8 @@ def _failures(of: Mapping[str, Any]) -> list[Part]:
 def _case(case: Mapping[str, Any]) -> list[Cell]:
     word, passed = VERDICTS[case["verdict"]] if case.get("reason") != TIMES_ONLY else ("by times", None)
     Hs = case.get("Hs_from")
-    return [clipped(case["title"], CASE), Verdict(word, passed), "" if Hs is None else f"{Hs:.2f} m"]
+    from_ = f"{Hs:.2f} m" if Hs is not None else "any" if case["verdict"] == "not-ok" else ""
+    return [clipped(case["title"], CASE), Verdict(word, passed), from_]
 
 
 CASE = 40
@@ -230,8 +236,19 @@ def _assumed(of: Mapping[str, Any]) -> list[str]:
     if of["assumed"] is None:
         return [f"{NOT_ASSESSED.capitalize()}."]
     rows = of["assumed"]["rows"][:ASSUMED]
-    lines = [write(TEXTS["decision"]["assumed"], **row) for row in rows]
+    lines = [write(TEXTS["decision"]["assumed"], **{**row, "moves": _moves(row)}) for row in rows]
     return [clipped(line, LINE) for line in lines] or ["None."]
+
+
+def _moves(row: Mapping[str, Any]) -> str:
+    """By how much a limit changes with the other value: the limits themselves are simulated, and not claimable."""
+    base, other = row.get("Hs_from"), row.get("Hs_to")
+    text, _, value = str(row["moves"]).partition(": Hs ")
+    if text != row.get("phase"):
+        return text
+    value = value.partition(" with ")[2]
+    change = f"{100.0 * (other / base - 1.0):+.0f} %" if base and other is not None else ""
+    return write(TEXTS["decision"]["moved"], phase=text, change=change, value=value)
 
 
 LINE = 124
@@ -246,9 +263,10 @@ def _quality(of: Mapping[str, Any]) -> str:
     ran = "No runs of the twin." if not runs["n"] else f"{runs['n']:,} runs, {seeds[0]} to {seeds[1]} seeds a cell."
     if hindcast is None:
         return " ".join((agreement, ran, texts["no_hindcast"]))
-    mark = "SYNTHETIC " if hindcast["synthetic"] else ""
+    known = hindcast["source"].startswith(SYNTHETIC) or not hindcast["synthetic"]
+    source = hindcast["source"] if known else f"{SYNTHETIC} {hindcast['source']}"
     days = {key: hindcast[key][:10] for key in ("first", "last")}
-    return " ".join((agreement, ran, write(texts["hindcast"], mark=mark, **{**hindcast, **days})))
+    return " ".join((agreement, ran, write(texts["hindcast"], **{**hindcast, "source": source, **days})))
 
 
 def subtitle(about: Mapping[str, Any]) -> str:
