@@ -126,7 +126,7 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
     texts, own = TEXTS["ahc_lost"], lost["page"]
     highest = own["loads_highest"]
     lines = [] if trip_assessed(lost) else [texts["no_trip"]]
-    lines.append(_loads_on_brake(own))
+    lines.append(_loads_on_brake(lost))
     if own["touch_down_limit"] is not None:
         Hs, limit = own["touch_down_from"], own["touch_down_limit"]
         key = "touch_down" if Hs is not None else "no_touch_down"
@@ -140,9 +140,10 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
     return [Text(" ".join([*lines, texts["card"]]))]
 
 
-def _loads_on_brake(own: Mapping[str, Any]) -> str:
+def _loads_on_brake(failures: Mapping[str, Any]) -> str:
     """Up to which sea loads stay within limits: through the trip as far as it was run, and on the brake after it."""
-    texts, to, run_to = TEXTS["ahc_lost"], own["loads_to"], own.get("trip_run_to")
+    texts, own = TEXTS["ahc_lost"], failures["page"]
+    to, run_to = own["loads_to"], own.get("trip_run_to") if trip_assessed(failures) else None
     line = write(texts["loads"], Hs=to) if to is not None else write(texts["loads_all"], Hs=own["loads_highest"])
     if run_to is None or (to is not None and to <= run_to):
         return line
