@@ -120,7 +120,7 @@ def test_a_dataset_draws_the_figure_of_what_it_is(data: Callable[[], Any], words
         (lambda: stillhook.plot.lowering(lowered(), case=3), "case = 3: the cases are 0 to 0"),
         (lambda: stillhook.plot.map(charted(), "settling"), 'value = "settling": choose one of e_c_pp, eta_c, p_max'),
         (lambda: stillhook.plot.map(run()), "a map is needed"),
-        (lambda: stillhook.plot.plan(planned(), HOSTILE), "choose one of answer"),
+        (lambda: stillhook.plot.plan(planned(), HOSTILE), "choose one of claim, answer"),
         (lambda: planned().data.stillhook.plot(), "no figure of this Dataset"),
     ],
 )

@@ -13,7 +13,7 @@ from stillhook import load_crane
 from stillhook.plan import plan
 from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
-from stillhook.plan.assessments.failures.assessment import Work
+from stillhook.plan.assessments.failures.assessment import Work, page
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
 from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
@@ -99,6 +99,16 @@ def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(f
     assert all(verdicts[failure.key] == "not-assessed" for failure in FAILURES)
     assert verdicts["drive-off"] == "not-assessed"
     assert facts["page"]["loads_to"] > 0.0
+
+
+def test_loads_are_within_limits_up_to_the_lowest_sea_in_which_a_trip_is_not():
+    # the row that uses most begins to fail at 0.75 m, another at 0.70 m
+    trip = {"key": "ahc-trip", "verdict": "not-ok", "loads": "not-ok"}
+    trip |= {"rows": [{"Hs_from": 0.75}, {"Hs_from": 0.70}, {"Hs_from": None}], "worst": {"Hs_from": 0.75}}
+    steady = {"loads": {"Hs_from": 4.3}, "touch_down": {"Hs_from": 1.4, "limit": 0.5}, "highest": 6.0}
+    made_up = {"cases": [trip], "steady": steady, "seas": [], "near_seabed": {"depth": None, "fall": 1.0}}
+    assert page(made_up)["loads_to"] == 0.70
+    assert page({**made_up, "cases": [trip | {"loads": "ok"}]})["loads_to"] == 4.3
 
 
 def test_the_closed_form_alone_assesses_no_failure():

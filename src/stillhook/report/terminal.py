@@ -22,7 +22,7 @@ from stillhook.report.document import (
     Verdict,
     words,
 )
-from stillhook.report.formatting import display_number, display_unit, wrapped
+from stillhook.report.formatting import counted, display_number, display_unit, wrapped
 
 if TYPE_CHECKING:
     from rich.table import Table as Grid
@@ -69,7 +69,7 @@ class Answer:
         lines = [line for each in self.lines if each for line in folded(each)]
         room = MOST_LINES - FILE_LINES * files - 1 - len(title) - len(step)
         hidden = len(lines) - room if len(lines) > room else 0
-        more = [self.more, f"{hidden} more lines" if hidden else ""]
+        more = [self.more, counted(hidden, "more line") if hidden else ""]
         end = f"More with --verbose: {'; '.join(filter(None, more))}." if any(more) else ""
         return [*title, *lines[:room], *step, *(_cut(folded(end), 1) if end else [])]
 

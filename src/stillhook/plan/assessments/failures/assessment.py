@@ -377,9 +377,10 @@ def _reversal(work: Work) -> dict[str, Any]:
 def page(facts: Mapping[str, Any]) -> dict[str, Any]:
     """What the decision page says: AHC lost in the same seas, and the verdict of every case."""
     trip = next((c for c in facts["cases"] if c["key"] == AHC_TRIP), None)
-    by_trip = None if trip is None or trip.get("loads") != NOT_OK else trip.get("worst", {}).get("Hs_from")
+    fails = trip is not None and trip.get("loads") == NOT_OK
+    by_trip = [row["Hs_from"] for row in trip["rows"]] if trip is not None and fails else []
     steady, touch = facts["steady"]["loads"], facts["steady"]["touch_down"]
-    loads = [x for x in (by_trip, steady["Hs_from"]) if x is not None]
+    loads = [x for x in (*by_trip, steady["Hs_from"]) if x is not None]
     return {
         "loads_to": min(loads, default=None),
         "loads_highest": facts["steady"]["highest"],
