@@ -3,7 +3,6 @@ and which weight case was run by which tier."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -108,9 +107,3 @@ def _cases(state: PlanState) -> dict[str, Any]:
                 governs.append({"rule": rule, "n": n, "of": of, **where})
     runs = 0 if state.twin is None else int(state.twin.runs.get("n_low_weight", 0))
     return {"two": True, "tiers": [tier.value for tier in tiers], "runs_low": runs, "low_governs": governs}
-
-
-def utilisation_of(facts: Mapping[str, Any]) -> float:
-    """Largest utilisation of the items of a rigging; NaN without items."""
-    of = (facts.get("legs") or {}).get("worst")
-    return math.nan if of is None else float(of["utilisation"])
