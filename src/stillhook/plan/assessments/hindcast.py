@@ -76,10 +76,10 @@ def _stated(state: PlanState) -> dict[str, Any]:
     assert records is not None
     directions = "come_from" in records.columns
     sense = NOT_STATED if use is None or use.sense is None else use.sense
-    told = next(
+    by_file = next(
         (note for note in records.notes if "direction" in note), "" if sense != NOT_STATED else "as the file states"
     )
-    text = (f"{sense} by the plan" if sense != NOT_STATED else told) if directions else "no directions"
+    text = (f"{sense} by the plan" if sense != NOT_STATED else by_file) if directions else "no directions"
     synthetic = any(SYNTHETIC in line.lower() for line in (records.source, *records.notes))
     return {
         "model": (use.source if use is not None else "") or NOT_STATED,

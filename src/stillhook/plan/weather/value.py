@@ -127,8 +127,8 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
             key = credit, alternative
-            persistence_of[key], waited[key] = found = of(forecast.op_wf[c, a])
-            compared[key] = of(forecast.compared[c, a]) if forecast.case_by_case[c, a].any() else found
+            persistence_of[key], waited[key] = pair = of(forecast.op_wf[c, a])
+            compared[key] = of(forecast.compared[c, a]) if forecast.case_by_case[c, a].any() else pair
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
     month = month_of(weather.time)
     return WeatherValue(persistence_of, waited, compared, month, best, forecast.window, judge)

@@ -73,16 +73,16 @@ def without_ahc(
 
 def _least(place: Braked, rules: Sequence[str], columns: Sequence[Any]) -> dict[str, Any] | None:
     """Least height of some rules over all columns; None where none is passed up to the highest sea."""
-    found = [
+    exceeded = [
         (float(Hs[i]), key, i)
         for key in rules
         for Hs in [place.Hs[key]]
         for i in [int(np.nanargmin(Hs))]
         if np.isfinite(Hs[i])
     ]
-    if not found:
+    if not exceeded:
         return None
-    Hs, key, i = min(found)
+    Hs, key, i = min(exceeded)
     row = {"Hs_from": Hs, "rule": key, "phase": place.phase, "z": place.z}
     return row | {"Tp": float(columns[i][0]), "beta": float(columns[i][1])}
 

@@ -40,7 +40,7 @@ def height_of(end: Mapping[str, Any], top: float) -> float | None:
 
 
 def swing(factor: Mapping[str, Any], phase: Mapping[str, Any], top: float) -> float:
-    """How far a factor moves a limit at the most [m]; 0 where no end is told from the scatter of the runs."""
+    """How far a factor moves a limit at the most [m]; 0 where no end is distinguished from the scatter of the runs."""
     heights = [height_of(end, top) for end in factor["ends"] if end["resolved"]]
     return max((abs(Hs - base_of(phase, top)) for Hs in heights if Hs is not None), default=0.0)
 
