@@ -6,19 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stillhook.base.progress import Progress
-from stillhook.plan.assessments.failures.assessment import assessed
+from stillhook.plan.assessments.failures.assessment import assess
 from stillhook.plan.assessments.failures.section import section
-from stillhook.plan.assessments.interface import PlanState
 from stillhook.report.document import Part
+
+__all__ = ["EXPECTED", "NAME", "TITLE", "assess", "parts"]
 
 NAME, TITLE = "failures", "Failure cases"
 EXPECTED = 25.0
-
-
-def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
-    """Plain data in SI: `stillhook.plan.assessments.failures.assessment`."""
-    return assessed(state, progress)
 
 
 def parts(facts: Mapping[str, Any]) -> Sequence[Part]:

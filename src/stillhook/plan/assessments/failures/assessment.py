@@ -191,7 +191,7 @@ ALIKE = 0.02
 """Part of the depth by which a stop at depth and the stand-off may differ and be alike."""
 
 
-def assessed(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
+def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
     """Failure cases of a plan as plain data [SI]; with runs of the twin where the plan has them, else what other
     methods give, and the rest as not assessed."""
     if state.last is Tier.CLOSED_FORM:

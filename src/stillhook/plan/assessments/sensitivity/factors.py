@@ -135,7 +135,7 @@ def _judged(base: Cell, name: str, make: Callable[[Cell, float], Cell | None], t
         return Factor(name, reason="the payload has no drag")
     if name == "certificate" and base.winch.controller is None:
         return Factor(name, reason="no compensation is credited in this phase")
-    if name == "rule" and (reason := _given(base)):
+    if name == "rule" and (reason := _not_assumed(base)):
         return Factor(name, reason=reason)
     low, high = spread(name, plan.crane)
     if name == "delay" and plan.sensors.delay:
@@ -294,7 +294,7 @@ def _governing(base: Cell) -> Limited:
     return next(each for each in limited(base.plan, base.phase, base.alternative) if each.rule.key == base.rule)
 
 
-def _given(base: Cell) -> str:
+def _not_assumed(base: Cell) -> str:
     """Why the number of the rule that governs is no assumption; empty where it is one."""
     known = [each for each in limited(base.plan, base.phase, base.alternative) if each.rule.key == base.rule]
     if not known:

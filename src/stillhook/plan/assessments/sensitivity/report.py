@@ -39,7 +39,7 @@ def parts(facts: Mapping[str, Any]) -> list[Part]:
     """The section from the facts of a result."""
     of, result = facts[NAME], list[Part]()
     result.append(Text(_basis(of)))
-    pictures = kit.draw_if_possible(lambda: drawn(of))
+    pictures = kit.draw_if_possible(lambda: figures(of))
     result += list(pictures.values())
     for phase in of["phases"]:
         result.append(Section(phase["phase"], _phase(phase, of["Hs_highest"])))
@@ -134,7 +134,7 @@ def _used(phase: Mapping[str, Any]) -> str:
     return f" There waves use at most {percent(max(used), 2)} of what a rule leaves them." if used else ""
 
 
-def drawn(of: Mapping[str, Any]) -> dict[str, document.Figure]:
+def figures(of: Mapping[str, Any]) -> dict[str, document.Figure]:
     """The tornadoes as one picture with its caption, by stem; none where nothing moves a limit."""
     import matplotlib  # heavy
 
@@ -165,7 +165,7 @@ def tornadoes(of: Mapping[str, Any]) -> Figure | None:
 
 
 def _bars(phase: Mapping[str, Any], top: float) -> list[Mapping[str, Any]]:
-    """Factors that are drawn: those that move the limit most, and none that hardly does beside the first."""
+    """Factors of a panel: those that move the limit most, and none that hardly does compared with the first."""
     rows = ranked(phase, top)
     least = LEAST_SWING * swing(rows[0], phase, top) if rows else 0.0
     return [factor for factor in rows[:MOST] if swing(factor, phase, top) >= least]
