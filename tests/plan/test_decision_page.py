@@ -6,19 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.plan.made_up import card_of, made_up
+from tests.plan.made_up import card_of, made_up, with_synthetic_certificate
 
 from stillhook.plan.assessments.card.tip_speed import per_metre, share_of_tip
 from stillhook.plan.file import LONGEST_NUMBER, LONGEST_REVISION, load_plan
 from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, stopped
 from stillhook.plan.report.decision.card import card, card_parts
-from stillhook.plan.report.decision.data import claimed, decision
-from stillhook.plan.report.decision.page import page, sheet
+from stillhook.plan.report.decision.data import decision
+from stillhook.plan.report.decision.page import page, sheet, waiting_words
 from stillhook.plan.report.decision.short import short
+from stillhook.plan.report.detail import weather
 from stillhook.plan.report.document import document, marks
 from stillhook.plan.report.figures import CLAIM, claim_curves
+from stillhook.plan.report.limits_summary import side_by_side, verdict, waiting
+from stillhook.plan.report.words import named
 from stillhook.plan.result import PlanResult, cause
-from stillhook.report.document import Section, Table, Verdict, walk
+from stillhook.report.document import Section, Table, Text, Verdict, walk
+from stillhook.report.formatting import DAY
 from stillhook.report.kit import printed
 from stillhook.report.pdf import pages
 from stillhook.response.forcing import forcing_of_seas
@@ -126,7 +130,10 @@ def assessed(*, ok: bool = True) -> dict:
     row = dict.fromkeys(("what", "value", "where", "moves", "supplier"), name)
     assumed = {"rows": [row] * 5, "n": 12}
     source = {"source": f"{name}.csv", "model": name, "first": "2011-01-01T00", "last": "2013-12-31T23"}
-    hindcast = {**source, "n_years": 3, "n_gaps": 2, "synthetic": False}
+    days = {"value": 11.1 * DAY, "low": 10.4 * DAY, "high": 12.8 * DAY}
+    waits = {"waiting": [{"month": 0, "n_years": 3, "wait_p50": days, "wait_p90": days}]}
+    hindcast = {**source, "n_years": 3, "n_gaps": 2, "synthetic": False, "window": 2.0 * DAY, **waits}
+    hindcast |= {"as_credited": waits}
     return {"failures": failures, "rigging": rigging, "quality": quality, "assumed": assumed, "hindcast": hindcast}
 
 
@@ -153,7 +160,7 @@ def test_the_decision_page_is_one_sheet_with_its_sections_in_order(result, headi
 
 def sheets_of(result: PlanResult) -> tuple[int, int]:
     """Pages of the decision page and of the card alone, as set on paper."""
-    drawn = printed({CLAIM: claim_curves(claimed(result))})
+    drawn = printed({CLAIM: claim_curves(result)})
     of, about = card(result), decision(result)
     return tuple(
         len(pages(sheet(data, parts, "Stillhook", "Lift plan", marks(result)), 30.0))
@@ -233,17 +240,44 @@ def test_page_one_has_no_limit_by_the_twin_alone(result):
     assert "imulated" not in text
 
 
-def test_what_a_synthetic_certificate_credits_is_not_claimed(result):
-    certificate = {"number": "0123456789ab", "statement": "", "synthetic": True, "assumed": True}
-    marked = {**result.facts, "crane": {**result.facts["crane"], "certificate": certificate}}
-    lower = [cell | {"Hs_limit": 0.5, "op_wf": None, "alpha": None} for cell in result.facts["card"]["cells"]]
-    odd = replace(result, facts={**marked, "card": {**result.facts["card"], "cells": lower}})
-    Hs = claimed(odd).data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
-    assert (Hs == 0.5).all()
-    others = claimed(odd).data["Hs_limit"].sel(credit="credited", alternative="ssc").values
-    assert (others == result.data["Hs_limit"].sel(credit="credited", alternative="ssc").values).all()
-    assert short(odd)[0].startswith("NO GO IN ANY Tp BAND")
+def test_what_a_synthetic_certificate_credits_is_not_claimed():
+    odd = with_synthetic_certificate()
+    Hs, name = odd.data["Hs_limit"].sel(alternative="strong-ssc"), "strong-ssc"
+    assert (Hs.sel(credit="credited") > Hs.sel(credit="claimable")).any()
+    assert (odd.claim, made_up().claim) == ("claimable", "credited")
     assert "SYNTHETIC certificate" in short(odd)[1]
+    least = f"{np.nanmin(Hs.sel(credit='claimable')):.2f}"
+    assert verdict(odd).text[0].startswith(f"Claimable limit with {named(name)}: Hs {least} to ")
+    assert verdict(odd).word == verdict(made_up()).word
+    assert f"{named(name)}, SYNTHETIC certificate" in [row[0] for row in side_by_side(odd).rows]
+    assert not [row for row in side_by_side(made_up()).rows if "SYNTHETIC" in row[0]]
+    none = [cell | {"Hs_limit": 0.5, "op_wf": None, "alpha": None} for cell in odd.facts["card"]["cells"]]
+    none = replace(odd, facts={**odd.facts, "card": {**odd.facts["card"], "cells": none}})
+    assert short(none)[0].startswith("NO GO IN ANY Tp BAND")
+
+
+def test_the_waiting_of_the_claim_comes_first_and_that_with_the_certificate_beside_it():
+    """The first is that of a plan without the certificate, in the report and on the terminal."""
+    odd, less = with_synthetic_certificate(), made_up()
+    claim, credited = (text.replace("claimable", "credited") for text in waiting(odd, brief=True))
+    assert [claim] == waiting(less, brief=True)
+    assert credited.startswith(
+        "With this certificate if it were real (may not be claimed): Waiting for a window of 48 h"
+    )
+    assert credited.partition("mean")[2] != claim.partition("mean")[2]
+    assert [part.text for part in weather(odd, {}) if isinstance(part, Text)][1].startswith("Waiting for a window")
+
+
+def test_page_one_has_the_waiting_with_its_sampling_error():
+    year = {"month": 0, "n_years": 9, "wait_p50": {"value": 2.0 * DAY, "low": DAY, "high": 3.0 * DAY}}
+    year["wait_p90"] = {"value": 9.0 * DAY, "low": math.nan, "high": math.nan}
+    credited = {"waiting": [year | {"wait_p50": {"value": DAY, "low": math.nan, "high": math.nan}}]}
+    one = {"window": 2.0 * DAY, "waiting": [year]}
+    assert waiting_words(one) == ["Waiting for a window of 48 h: P50 2.0 (1.0 to 3.0) d, P90 9.0 d."]
+    both = waiting_words(one | {"as_credited": credited})
+    assert both == [*waiting_words(one), "With this certificate if it were real: P50 1.0 d, P90 9.0 d."]
+    assert waiting_words(one | {"waiting": []}) == ["Waiting for a window of 48 h: never a window."]
+    assert waiting_words(None) == waiting_words({"window": DAY, "reason": "no OP_WF"}) == []
 
 
 def test_page_and_card_are_plain_data_with_revision_and_names(result):

@@ -8,7 +8,6 @@ import numpy as np
 
 from stillhook.plan.assessments.sensitivity.ranking import NAME, lowered
 from stillhook.plan.report.words import (
-    CREDITED,
     TEXTS,
     differs,
     height,
@@ -41,7 +40,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
     if line := _most_sensitive(result):
         yield line
     op = facts["operation"]
-    cells = result.data.sel(credit=CREDITED, alternative=name)
+    cells = result.data.sel(credit=result.claim, alternative=name)
     without = int((~np.isfinite(cells["alpha"].values)).sum())
     if op["weather_restricted"] and without:
         lowest = float(op.get("alpha_table", {}).get("Hs_lowest", 1.0))

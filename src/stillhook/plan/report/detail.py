@@ -12,9 +12,8 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.decision.status import rests_on_synthetic
 from stillhook.plan.report.figures import ANSWER
-from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
+from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -177,8 +176,7 @@ def weather(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     return [
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
-        *([Text(TEXTS["not_claimed"])] if rests_on_synthetic(result) else []),
-        waiting_in_full(result),
+        *map(Text, waiting(result)),
         facts(_series(result)),
         year_table(result),
         *picture(figures, "waiting-by-month"),
@@ -218,7 +216,7 @@ def _more(x: float, digits: int) -> str:
 def _series(result: PlanResult) -> list[tuple[str, str]]:
     """What the waiting was counted on."""
     block, attrs = result["weather"], result["weather"].attrs
-    cells = block.sel(credit=CREDITED, alternative=leading(result), month=0)
+    cells = block.sel(credit=result.claim, alternative=leading(result), month=0)
     n_hours, n_gaps = (fixed(float(cells[key]), 0) for key in ("n_hours", "n_gaps"))
     rows = [
         ("series", f"{attrs['source']}{' (SYNTHETIC)' if attrs['synthetic'] else ''}"),
@@ -240,13 +238,13 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
 def _by_month(result: PlanResult) -> Part:
     block, rows = result["weather"], []
     for month, label in enumerate(MONTHS, start=1):
-        cells = block.sel(credit=CREDITED, alternative=leading(result), month=month)
+        cells = block.sel(credit=result.claim, alternative=leading(result), month=month)
         if math.isnan(float(cells["operability"])):
             continue
         counts = [fixed(float(cells[k]), 0) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
         rows.append([label, *workable(cells), *counts])
     header = ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored")
-    return Table(header, rows, f"By month with {named(leading(result))}, credited")
+    return Table(header, rows, f"By month with {named(leading(result))}, {result.claim}")
 
 
 def behind(result: PlanResult, figures: Mapping[str, Figure], blocks: Sequence[str] = BEHIND) -> list[Part]:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from stillhook.plan.assessments.hindcast import in_days
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
 from stillhook.plan.report.decision.data import ASSUMED
 from stillhook.plan.report.decision.status import SYNTHETIC, TIMES_ONLY
@@ -71,13 +72,32 @@ def claim_basis(of: Mapping[str, Any]) -> str:
     return write(TEXTS["decision"]["claim_by"], op_wf=headline(bands, "op_wf") or "-", no_go=stopped(bands), **values)
 
 
+def waiting_words(hindcast: Mapping[str, Any] | None) -> list[str]:
+    """Waiting by what may be claimed, with its sampling error, and by what is credited where that is more."""
+    texts = TEXTS["decision"]
+    if hindcast is None or "waiting" not in hindcast:
+        return []
+    lines = [write(texts["waiting"], window=hours(hindcast["window"]), wait=_fractiles(hindcast))]
+    if (credited := hindcast.get("as_credited")) is not None:
+        lines.append(write(texts["if_real"], wait=_fractiles(credited)))
+    return lines
+
+
+def _fractiles(of: Mapping[str, Any]) -> str:
+    """P50 and P90 of waiting over the whole year."""
+    year = next((row for row in of.get("waiting", ()) if row["month"] == 0), None)
+    if year is None:
+        return str(TEXTS["decision"]["no_window"])
+    return ", ".join(f"{name} {in_days(year[key])} d" for name, key in (("P50", "wait_p50"), ("P90", "wait_p90")))
+
+
 def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
     head: list[Part] = [Text(f"{times(of['operation'])} {_rules(of)} {_alpha(of['operation'])}")]
     if not of["claim"]["bands"]:
         return [*head, Text(claim_basis(of))]
     bands = [band_row(band) for band in of["claim"]["bands"]]
     table = Table(("Tp", "OP_LIM", "OP_WF", "alpha", "governs; Hs in m"), bands, bold_columns=(2,))
-    claim = Verdict(claim_words(of), None, [claim_basis(of)])
+    claim = Verdict(claim_words(of), None, [claim_basis(of), *waiting_words(of["hindcast"])])
     return [*head, claim, table if figure is None else Columns([table, figure], (8, 5))]
 
 

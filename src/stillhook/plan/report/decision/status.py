@@ -26,16 +26,11 @@ def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[st
     return {"for_approval": not reasons, "reasons": reasons}
 
 
-def rests_on_synthetic(result: PlanResult) -> bool:
-    """Whether what is credited rests on a SYNTHETIC certificate, so that it may not be claimed."""
-    return bool((result.facts["crane"]["certificate"] or {}).get("synthetic"))
-
-
 def _reasons(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
     facts = result.facts
     charts = [each["file"] for each in facts["inputs"] if each["item"] == "load chart"]
     synthetic = {
-        "certificate": rests_on_synthetic(result),
+        "certificate": bool((facts["crane"]["certificate"] or {}).get("synthetic")),
         "weather": "weather" in result and bool(result["weather"].attrs["synthetic"]),
         "chart": any(str(name).startswith(SYNTHETIC) for name in charts),
     }
