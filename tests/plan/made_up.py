@@ -84,8 +84,8 @@ def with_synthetic_certificate(*, synthetic: bool = True) -> PlanResult:
     less = made_up(synthetic=synthetic)
 
     def of(block: xarray.Dataset) -> xarray.Dataset:
-        credits = ["twin", "credited", "claimable"]
-        return block.sel(credit=["twin", "twin", "credited"]).assign_coords(credit=credits)
+        three = block.sel(credit=["twin", "twin", "credited"])
+        return three.assign_coords(credit=["twin", "credited", "claimable"])
 
     certificate = {"number": "0123456789ab", "statement": "", "synthetic": True, "assumed": True}
     facts = {**less.facts, "crane": {**less.facts["crane"], "certificate": certificate}}
