@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from dataclasses import replace
 from importlib.resources import files
 from itertools import pairwise
@@ -10,15 +11,19 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
+from stillhook.base.progress import Parts
+from stillhook.kernels import build
 from stillhook.plan import plan
 from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
-from stillhook.plan.assessments.failures.assessment import Work, page
+from stillhook.plan.assessments.failures import runs as failure_runs
+from stillhook.plan.assessments.failures.assessment import Work, _of_winch, page
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
 from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
 from stillhook.plan.assessments.failures.judging import height_from, used, worst
 from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
+from stillhook.plan.assessments.failures.section import _why
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
@@ -26,6 +31,7 @@ from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SETTLE, SeaState
+from stillhook.plan.report.decision.status import _of_assessments
 from stillhook.report.document import Table, Verdict, walk
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Sensors
@@ -299,6 +305,33 @@ def test_a_stopped_assessment_takes_its_runs_from_the_store(runs, lift):
     assert {path.name for path in store.iterdir()} == before
     for name, values in of(runs, "ahc-trip").items():
         assert np.array_equal(values, of(again, "ahc-trip")[name], equal_nan=True)
+
+
+SENSORS = {"motion-frozen", "motion-drift", "load-cell-zero", "load-cell-over"}
+
+
+def test_faults_of_sensors_without_a_compiler_are_not_assessed_and_say_so(lift, monkeypatch):
+    """A wheel holds no model with sensors: every other failure is run, and the plan is not for approval."""
+    made = build._driver
+
+    def shipped(plant, lanes, setup, extra):
+        return build._by_numba(None, None) if setup.sensors else made(plant, lanes, setup, extra)
+
+    monkeypatch.setattr(build, "_driver", shipped)
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.setattr(failure_runs, "MOMENTS", TRAINS)
+    one = FailureRuns(Cells(replace(lift, phases=(lift.phase("landing, held"),)), Execution()), Alternative.SSC)
+    work = Work(None, Parts(None, {"trip": 1.0, "others": 1.0}), one, [SEA])
+    by_key = {case["key"]: case for case in _of_winch(work)}
+    assert {key for key, case in by_key.items() if case["verdict"] == "not-assessed"} == SENSORS
+    for key in SENSORS:
+        why = _why(by_key[key])
+        assert why.startswith("not simulated: No compiler is installed.")
+        assert "sensors with faults" in why
+        assert why.endswith('pip install "stillhook[compiler]".')
+        assert "\n" not in why
+    reasons = dict(_of_assessments({"failures": {"cases": list(by_key.values())}}))
+    assert reasons["failure-not-assessed"].startswith("4 failure cases not assessed: Motion unit frozen, ")
 
 
 def test_a_run_that_fails_is_never_ok(runs, lift):
