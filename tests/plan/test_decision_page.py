@@ -247,7 +247,7 @@ def test_what_a_synthetic_certificate_credits_is_not_claimed():
     assert (odd.claim, made_up().claim) == ("claimable", "credited")
     assert "SYNTHETIC certificate" in short(odd)[1]
     least = f"{np.nanmin(Hs.sel(credit='claimable')):.2f}"
-    assert verdict(odd).text[0].startswith(f"Claimable limit with {named(name)}: Hs {least} to ")
+    assert verdict(odd).text[0].startswith(f"Claimable limit with {named(name)}: Hs {least} m to ")
     assert verdict(odd).word == verdict(made_up()).word
     assert f"{named(name)}, SYNTHETIC certificate" in [row[0] for row in side_by_side(odd).rows]
     assert not [row for row in side_by_side(made_up()).rows if "SYNTHETIC" in row[0]]

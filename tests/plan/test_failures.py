@@ -27,11 +27,11 @@ from stillhook.plan.assessments.failures.section import _why
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
+from stillhook.plan.report.decision.status import _of_assessments
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SETTLE, SeaState
-from stillhook.plan.report.decision.status import _of_assessments
 from stillhook.report.document import Table, Verdict, walk
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Sensors

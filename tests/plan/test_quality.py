@@ -160,7 +160,7 @@ def test_what_a_synthetic_certificate_credits_may_not_be_claimed_and_waits_less(
 
     time = np.datetime64("2001-01-01T00:00:00") + np.arange(6 * 365 * 8) * np.timedelta64(3, "h")
     height = np.repeat([0.4, 1.2, 6.0, 6.0], 16)[np.arange(len(time)) % 64]  # two days, two days and four
-    columns = {"H_m0": height, "T_p": np.full(len(time), 6.0), "come_from": np.zeros(len(time))}
+    columns = {"H_m0": height, "T_p": np.full(len(time), 6.0)}
     records = Weather(time, columns, 3 * 3600.0, "made up")
     with_weather = [
         replace(less, plan=p, answered=a, records=records, forecast=forecast_limits(p, load_alpha_table(), a.governs))

@@ -15,7 +15,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import Credit
-from stillhook.plan.table import TIERS, Axes, Governed, by_credit, chosen, governing
+from stillhook.plan.table import TIERS, Axes, Governed, by_credit, chosen, governing, lower_where_apart
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
 from stillhook.weather.persistence import Window, waits
@@ -103,7 +103,9 @@ def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterato
     for draw in draws:
         Hs = of.limits.Hs.copy()
         Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
-        yield governing(plan, by_credit(plan, chosen(replace(of.limits, Hs=Hs)), of.certified))
+        drawn = replace(of.limits, Hs=Hs)
+        modelled = lower_where_apart(plan, drawn, chosen(drawn))
+        yield governing(plan, by_credit(plan, modelled, of.certified))
 
 
 def _numbers(value: WeatherValue, axes: Axes, forecast: Forecast, window: Window) -> dict[str, FloatArray]:

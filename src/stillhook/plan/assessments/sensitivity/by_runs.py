@@ -67,9 +67,11 @@ class Level:
 
     @property
     def known(self) -> bool:
-        """Whether waves added something in most runs: of what they do seldom these runs are too few."""
+        """Whether waves added something in most runs, and at the rule's level: of what they do seldom these runs are
+        too few."""
         least = 1e-9 * max(abs(self.still), 1e-9)
-        return int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
+        most = int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
+        return most and self.over_mean > 0.0
 
     @property
     def over_mean(self) -> float:
