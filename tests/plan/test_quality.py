@@ -146,6 +146,7 @@ def test_a_limit_at_the_highest_sea_that_a_certificate_covers_is_the_end_of_its_
 
 def test_what_a_synthetic_certificate_credits_may_not_be_claimed_and_waits_less(lift):
     """The claim is the answer of the same plan without a certificate, limit by limit and wait by wait."""
+    lift = replace(lift, environment=lift.environment.model_copy(update={"heading_tolerance": 0.0}))
     made = [limits("down", a, Tier.TIME, dynamic_load=(Hs, Hs)) for a, Hs in ((CAP, 1.0), (SSC, 2.0))]
     less = state(lift, *made)
     covered = replace(less.answered.certified, covers=np.ones_like(less.answered.certified.covers))
