@@ -2,12 +2,14 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.plan.made_up import card_of, made_up, with_synthetic_certificate
 
+from stillhook.cli.runs.plan import _answer
 from stillhook.plan.assessments.card.tip_speed import per_metre, share_of_tip
 from stillhook.plan.file import LONGEST_NUMBER, LONGEST_REVISION, load_plan
 from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, stopped
@@ -259,12 +261,16 @@ def test_what_a_synthetic_certificate_credits_is_not_claimed():
 def test_the_waiting_of_the_claim_comes_first_and_that_with_the_certificate_beside_it():
     """The first is that of a plan without the certificate, in the report and on the terminal."""
     odd, less = with_synthetic_certificate(), made_up()
-    claim, credited = (text.replace("claimable", "credited") for text in waiting(odd, brief=True))
-    assert [claim] == waiting(less, brief=True)
+    claim, credited = (text.replace("claimable", "credited") for text in waiting(odd))
+    assert [claim] == waiting(less)
     assert credited.startswith(
         "With this certificate if it were real (may not be claimed): Waiting for a window of 48 h"
     )
     assert credited.partition("mean")[2] != claim.partition("mean")[2]
+    (both,) = waiting(odd, brief=True)
+    days = [re.findall(r"P[59]0 [0-9.]+ d", text)[:2] for text in (claim, credited)]
+    assert re.findall(r"P[59]0 [0-9.]+ d", both) == [*days[0], *days[1]]
+    assert " ".join(_answer(odd, "x").text()).find(both[:90]) > 0
     assert [part.text for part in weather(odd, {}) if isinstance(part, Text)][1].startswith("Waiting for a window")
 
 

@@ -174,14 +174,25 @@ def _lowest(result: PlanResult) -> float:
 
 def waiting(result: PlanResult, *, brief: bool = False) -> list[str]:
     """Waiting, operability and gains with the leading alternative by what may be claimed, and by what is credited where
-    that is more; nothing without weather. brief: without what the numbers leave out."""
+    that is more; nothing without weather. brief: without what the numbers leave out, both in a sentence."""
     if "weather" not in result:
         return []
     name, claim = leading(result), result.claim
-    lines = [_waiting(result, name, claim, brief=brief)]
-    if differs(result, name, CREDITED):
-        lines.append(_write("if_real", waiting=_waiting(result, name, CREDITED, brief=True)))
-    return lines
+    if not differs(result, name, CREDITED):
+        return [_waiting(result, name, claim, brief=brief)]
+    if brief:
+        year = result["weather"].sel(alternative=name, month=0)
+        ends = {credit: workable(year.sel(credit=credit))[2:] for credit in (claim, CREDITED)}
+        return [_write("waiting_both", claim=ends[claim], real=ends[CREDITED], **_window(result))]
+    credited = _write("if_real", waiting=_waiting(result, name, CREDITED, brief=True))
+    return [_waiting(result, name, claim, brief=False), credited]
+
+
+def _window(result: PlanResult) -> dict[str, str]:
+    """The window that is waited for, and a mark of SYNTHETIC weather."""
+    attrs = result["weather"].attrs
+    mark = "SYNTHETIC weather, " if attrs["synthetic"] else ""
+    return {"window": hours(attrs.get("window", attrs["T_R"])), "mark": mark}
 
 
 def _waiting(result: PlanResult, name: str, credit: Credit, *, brief: bool) -> str:
@@ -191,8 +202,7 @@ def _waiting(result: PlanResult, name: str, credit: Credit, *, brief: bool) -> s
     cells = block.sel(credit=credit, alternative=name, month=0)
     operability, mean, median, high = workable(cells)
     waits = {"mean": mean, "median": median, "high": high, "operability": operability}
-    mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
-    text = _write("waiting", window=hours(block.attrs.get("window", block.attrs["T_R"])), mark=mark, **waits)
+    text = _write("waiting", **_window(result), **waits)
     against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [o for o in against if math.isfinite(float(cells["days_gained"].sel(over=o)))]
     text += (
