@@ -117,7 +117,8 @@ def answer(result: PlanResult) -> Figure | None:
     ]
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
-    return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
+    of = {"name": named(name), "credit": result.claim, "codes": "; ".join(words) or "nothing"}
+    return captioned(figure, ANSWER, more, **of)
 
 
 def claim_curves(result: PlanResult) -> Figure:
