@@ -17,8 +17,6 @@ from stillhook.spec.validity import SHORT
 if TYPE_CHECKING:
     import xarray
 
-ASSUMED = 5
-"""Assumed numbers on the page at most."""
 ASSESSED = ("failures", "rigging", "quality", "assumed", "hindcast")
 """Assessments that the page reads, by their keys in a result; None where one is missing."""
 NOT_ENTERED = "not entered"
