@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.assessments.rigging.section import AT_LIMIT
 from stillhook.plan.assessments.sensitivity import assumed
 from stillhook.plan.report.decision.bands import forecast, headline, label, limit, open_bands, stopped
-from stillhook.plan.report.decision.status import AT_LIMIT, SYNTHETIC
+from stillhook.plan.report.decision.status import SYNTHETIC
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.plan.result import grouped
 from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict

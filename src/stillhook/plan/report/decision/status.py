@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.assessments.rigging.section import AT_LIMIT
 from stillhook.plan.report.words import TEXTS, sentence, write
 from stillhook.plan.result import FAILED, UNSEALED, PlanResult
 
@@ -13,9 +14,6 @@ CARRY = ("card", "failures", "rigging", "quality")
 """Assessments without which no plan is for approval."""
 SYNTHETIC = "SYNTHETIC"
 """Start of the names of files of no real machine or place."""
-
-AT_LIMIT = 1.02
-"""Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
 
 
 def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
