@@ -120,9 +120,8 @@ def by_phase(result: PlanResult) -> list[Part]:
             rows.append([label, by, str(seeds or ""), *(height(float(worst[k]), highest(result)) for k in columns)])
     head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
     sentence = (
-        f"Least limit over the rules [m] at the worst heading, with {named(name)}: by each tier, and as credited (bold):"
-        ' no more than with the flat cap, which may be below all of them. "-": the tier does not have the rule that'
-        " that limits there."
+        f"Least limit over the rules [m] at the worst heading, with {named(name)}: by each tier, and credited (bold),"
+        ' which is no more than with the flat cap. "-": the tier does not have the rule that limits there.'
     )
     return [Text(sentence), Table(head, rows, bold_rows=strong), *_by_rule(result, name)]
 
@@ -134,7 +133,7 @@ def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: st
     least = np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0))
     if credit == TWIN:  # of a tier that has not the rule that limits by another one
         every = result.data["Hs_rule"].sel(credit=credit, alternative=name, phase=phase)
-        limits = np.isfinite(every).any("tier").transpose("rule", ...).values
+        limits = np.isfinite(every.transpose("tier", "rule", ...).values).any(axis=0)
         least = np.where(np.isposinf(least) & (np.isnan(Hs) & limits).any(axis=0), np.nan, least)
     if credit == CREDITED and "Hs_steepest" in result.data:
         least = np.minimum(least, result.data["Hs_steepest"].values)

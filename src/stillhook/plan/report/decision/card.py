@@ -151,7 +151,7 @@ def _stop_table(stops: Sequence[Mapping[str, Any]], phases: Sequence[str]) -> Ta
     rows = []
     for each in stops:
         sign = "above" if each["sense"] == "at-most" else "below"
-        limits = [f"{valued(x, each['quantity'])} to Hs {fmt(Hs, 'length')}" for Hs, x in each["by_Hs"]]
+        limits = [f"{valued(x['limit'], each['quantity'])} to Hs {fmt(x['Hs'], 'length')}" for x in each["by_Hs"]]
         limit = f"{sign} {', '.join(limits) or valued(each['limit'], each['quantity'])}"
         basis = (each["basis"] or "").rpartition(", of ")[2] if limits else each["basis"] or ""
         rows.append([each["name"], limit, clipped(_where(each, phases), PHASES), clipped(basis, BASIS)])
