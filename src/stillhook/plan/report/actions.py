@@ -19,7 +19,7 @@ from stillhook.plan.report.words import (
 )
 from stillhook.plan.result import FAILED, PlanResult
 
-MOST = 8
+MOST = 10
 """Lines at most: those of the end are the least urgent."""
 
 

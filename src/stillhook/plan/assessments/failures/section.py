@@ -97,7 +97,7 @@ def _from(case: Facts) -> str:
 
 def _peaks(case: Facts) -> tuple[str, str, str, str]:
     """Largest and least numbers of all rows of a case."""
-    rows = case["rows"]
+    rows = [*case["rows"], *case.get("by_depth", [])]
 
     def most(name: str, kind: str, of: Any = max) -> str:
         values = [row[name] for row in rows if row[name] is not None]
@@ -138,7 +138,7 @@ def _lost(of: Facts) -> list[Part]:
     if near["depth"] is not None:
         text += (
             f". In the seas of the limit the load moves {fmt(near['fall'], 'length', 3)} down from where it is"
-            f" suspended: no stop below {fmt(near['depth'], 'length', 5)}"
+            f" suspended: no stop below {near['depth']:.1f} m"
         )
     if touch["Hs_from"] is None:
         return [Text(f"{text}.")]
@@ -281,7 +281,7 @@ def _speed(v: float | None) -> str:
 
 def _depth(z: float) -> str:
     """A height of the underside as a depth, or a height above the water."""
-    return fmt(-z, "length", 4) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
+    return fmt(round(0.0 - z, 1), "length", 5) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
 
 
 def _span(top: float, bottom: float) -> str:

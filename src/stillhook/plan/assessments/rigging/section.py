@@ -133,7 +133,7 @@ def _cases(cases: Mapping[str, Any]) -> list[Part]:
     for row in cases["low_governs"]:
         counts = low.setdefault((row["rule"], row["phase"], row["tier"]), [0, 0])
         counts[0], counts[1] = counts[0] + row["n"], counts[1] + row["of"]
-    table = [[rule, phase, tier, f"{n} of {of}"] for (rule, phase, tier), (n, of) in low.items()]
+    table = [[rule.replace("-", " "), phase, tier, f"{n} of {of}"] for (rule, phase, tier), (n, of) in low.items()]
     head = ("rule", "phase", "tier", "limits of the low case")
     return [Section("Low and high weight case", [Bullets(lines), *([Table(head, table)] if table else [])])]
 

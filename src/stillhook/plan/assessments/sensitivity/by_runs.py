@@ -240,7 +240,7 @@ class Base:
             value, low, high = run[0], 0.0, run[0]
         elif run[-1] * BEYOND < value < math.inf and run[-1] < self.highest / BEYOND:
             value, low, high = run[-1], run[-1], math.inf
-        Hs, low, high = (x if x <= self.highest else math.inf for x in (value, low, high))
+        Hs, low, high = (math.inf if x > self.highest else x for x in (value, low, high))  # NaN stays
         return Hs, low, high
 
     @staticmethod

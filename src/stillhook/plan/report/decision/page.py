@@ -136,8 +136,8 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         return [Text(f"{NOT_ASSESSED.capitalize()}.")]
     texts, own = TEXTS["ahc_lost"], lost["page"]
     highest = own["loads_highest"]
-    lines = [] if trip_assessed(lost) else [texts["no_trip"]]
-    lines.append(_loads_on_brake(lost))
+    loads = _loads_on_brake(lost)
+    lines = [loads] if trip_assessed(lost) else [f"{texts['no_trip']} {loads[:1].lower()}{loads[1:]}"]
     if own["touch_down_limit"] is not None:
         Hs, limit = own["touch_down_from"], own["touch_down_limit"]
         key = "touch_down" if Hs is not None else "no_touch_down"
@@ -158,7 +158,7 @@ def _loads_on_brake(failures: Mapping[str, Any]) -> str:
     line = write(texts["loads"], Hs=to) if to is not None else write(texts["loads_all"], Hs=own["loads_highest"])
     if run_to is None or (to is not None and to <= run_to):
         return line
-    return f"{write(texts['trip'], Hs=run_to)} {line}"
+    return f"{write(texts['trip'], Hs=run_to)} {line[:1].lower()}{line[1:]}"
 
 
 def trip_assessed(failures: Mapping[str, Any]) -> bool:
@@ -183,7 +183,7 @@ def action_words(row: Mapping[str, Any]) -> dict[str, str]:
 
 def depth_words(z: float) -> str:
     """A height of the payload's underside as a depth."""
-    return fmt(0.0 - z, "length", 4) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
+    return fmt(round(0.0 - z, 1), "length", 5) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
 
 
 def _loads(of: Mapping[str, Any]) -> list[Part]:
