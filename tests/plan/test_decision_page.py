@@ -12,7 +12,7 @@ from tests.plan.made_up import card_of, made_up, with_synthetic_certificate
 from stillhook.cli.runs.plan import _answer
 from stillhook.plan.assessments.card.tip_speed import per_metre, share_of_tip
 from stillhook.plan.file import LONGEST_NUMBER, LONGEST_REVISION, load_plan
-from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, stopped
+from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, open_bands, stopped
 from stillhook.plan.report.decision.card import card, card_parts
 from stillhook.plan.report.decision.data import decision
 from stillhook.plan.report.decision.page import page, sheet, waiting_words
@@ -126,7 +126,7 @@ def assessed(*, ok: bool = True) -> dict:
     quality = {
         "checks": [{"check": "cells", "n": 9, "failed": [] if ok else [{}]}],
         "agreement": {"phase": name, "rule": "load-motion", "tier": "frequency", "Tp": 9.0, "factor": 1.4},
-        "tiers": [{}] * 7,
+        "tiers": [{"reason": "lower"}] * 2 + [{"reason": "wave-zone"}] * 5,
         "steep": {"n": 12, "of": 360},
     }
     row = dict.fromkeys(("what", "value", "where", "moves", "supplier"), name)
@@ -199,8 +199,32 @@ def test_what_is_not_within_limits_is_a_reason_against_operation():
     assert codes == ["failure-not-ok", "over-used", "contradicted"]
     bare = assessed()
     bare["rigging"] |= {"weight": None, "legs": None}
-    codes = [each["code"] for each in decision(replace(odd, facts={**odd.facts, **bare}))["status"]["reasons"]]
-    assert codes == ["no-weight", "no-legs"]
+    of = decision(replace(odd, facts={**odd.facts, **bare}))
+    assert [each["code"] for each in of["status"]["reasons"]] == ["no-weight", "no-legs"]
+    line = (
+        "Weight contingency and CoG not assessed (no [weight]); slings, shackles and lift points not assessed (no legs"
+    )
+    assert line in str(page(of, None)[0])
+
+
+def test_a_hook_load_that_uses_all_of_the_capacity_at_the_limit_says_why_it_is_more_than_all(result):
+    full = assessed()
+    texts = []
+    for used in (0.99, 1.02):
+        full["rigging"]["hook_loads"][0] |= {"utilisation": used}
+        texts.append(str(page(decision(replace(result, facts={**result.facts, **full})), None)))
+    assert ["read between two heights of runs" in text for text in texts] == [False, True]
+
+
+def test_the_claim_names_the_periods_in_which_there_is_a_go(result):
+    bands = decision(result)["claim"]["bands"]
+    closed = [{**band, "no_go": "no alpha"} if i in (0, 4) else band for i, band in enumerate(bands)]
+    one, last = closed[4], closed[-1]
+    assert open_bands(closed).split(", ") == [
+        f"{closed[1]['T_p_from']:g} to {one['T_p_from']:g} s",
+        f"{one['T_p_to']:g} to {last['T_p_from']:g} s",
+    ]
+    assert open_bands([last]) == ""
 
 
 def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(result):
@@ -209,10 +233,11 @@ def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(re
     for line in (
         "Loads are within limits to Hs 2.31 m.",
         "Touch-down over 0.50 m/s from Hs 1.44 m.",
-        "No stop below 1496 m.",
+        "No stop below 1496.0 m.",
         "submerged 84 t low, 98 t high",
         "skew load factor 1.25",
-        "Methods agree within a factor of 1.40",
+        "Methods are at most a factor of 1.40 apart in the limits that govern",
+        "7 limits of phase and rule are more than 1.5 apart: the lower counts in 2, the more detailed method for a stated reason in 5",
     ):
         assert line in text
     tables = [part for part in walk(card_parts(card(full))) if isinstance(part, Table)]

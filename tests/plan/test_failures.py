@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 from importlib.resources import files
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from stillhook.plan import plan
 from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
 from stillhook.plan.assessments.failures import runs as failure_runs
-from stillhook.plan.assessments.failures.assessment import Work, _of_winch, page
+from stillhook.plan.assessments.failures.assessment import Work, _of_winch, _stop_in_wave_zone, page
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
 from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
@@ -110,10 +111,14 @@ def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(f
 def test_loads_are_within_limits_up_to_the_lowest_sea_in_which_a_trip_is_not():
     # the row that uses most begins to fail at 0.75 m, another at 0.70 m
     trip = {"key": "ahc-trip", "verdict": "not-ok", "loads": "not-ok"}
-    trip |= {"rows": [{"Hs_from": 0.75}, {"Hs_from": 0.70}, {"Hs_from": None}], "worst": {"Hs_from": 0.75}}
+    rows = [{"Hs": 2.0, "Hs_from": Hs, "v_landed": v} for Hs, v in ((0.75, None), (0.70, 0.3), (1.3, 0.6), (None, 0.1))]
+    trip |= {"rows": rows, "worst": rows[0]}
     steady = {"loads": {"Hs_from": 4.3}, "touch_down": {"Hs_from": 1.4, "limit": 0.5}, "highest": 6.0}
     made_up = {"cases": [trip], "steady": steady, "seas": [], "near_seabed": {"depth": None, "fall": 1.0}}
     assert page(made_up)["loads_to"] == 0.70
+    assert (
+        page(made_up)["touch_down_from"] == 1.3
+    )  # of the run that touches down at 0.6 m/s, below the 1.4 m on the brake
     assert page({**made_up, "cases": [trip | {"loads": "ok"}]})["loads_to"] == 4.3
 
 
@@ -219,6 +224,29 @@ SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touc
 
 
 STOPPED = {"key": "wave-zone-stop", "by_depth": [{}]}
+
+
+def test_a_stop_that_is_beyond_a_limit_at_any_depth_is_not_ok(lift):
+    def rows(wanted):
+        used = {each.z: 1.05 if each.z == 0.0 else 0.9 for each in wanted}
+        return [
+            {
+                "phase": "splash zone",
+                "z": z,
+                "Tp": 9.0,
+                "rule": "dynamic-load",
+                "used": x,
+                "Hs_from": 1.7 if x > 1.0 else None,
+            }
+            for z, x in used.items()
+        ]
+
+    runs = SimpleNamespace(request=lambda wanted: None)
+    work = SimpleNamespace(plan=lift, state=SimpleNamespace(twin=True), seas=[SEA], runs=runs, rows=rows)
+    work.judge = lambda wanted, progress: None
+    case = _stop_in_wave_zone(work, None)
+    assert (case["verdict"], case["Hs_from"], case["worst"]["z"]) == ("not-ok", 1.7, 0.0)
+    assert [row["used"] for row in case["rows"]] == [0.9]
 
 
 def test_without_a_run_of_a_stop_nothing_is_said_of_the_wave_zone(lift):

@@ -298,7 +298,12 @@ def detail_figures(result: PlanResult) -> dict[str, Figure]:
         "landing": ("landing", landing),
         "convergence": ("convergence", convergence),
     }
-    return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if block in result}
+    return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if drawn(result, block)}
+
+
+def drawn(result: PlanResult, block: str) -> bool:
+    """Whether a block is there with something to draw: no convergence of one number of runs."""
+    return block in result and result[block].sizes.get("n", 2) > 1
 
 
 DEPTH = {

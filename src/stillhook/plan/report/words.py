@@ -155,6 +155,8 @@ def valued(value: object, quantity: str) -> str:
     if not isinstance(value, int | float):
         return EMPTY if value is None else str(value)
     kind = kind_of(quantity)
+    if quantity.endswith("_share"):
+        return percent(value)
     if kind == "speed":  # at sea motions are stated in m/s, winches in m/min
         return f"{fmt(value, digits=3)} m/s ({fmt(value, kind, 3)})"
     return fmt(value, kind)

@@ -12,8 +12,6 @@ from stillhook.plan.result import PlanResult
 from stillhook.report.formatting import groups
 from stillhook.spec.validity import SHORT
 
-ASSUMED = 5
-"""Assumed numbers on the page at most."""
 ASSESSED = ("failures", "rigging", "quality", "assumed", "hindcast")
 """Assessments that the page reads, by their keys in a result; None where one is missing."""
 NOT_ENTERED = "not entered"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.assessments.rigging.section import AT_LIMIT
 from stillhook.plan.report.words import TEXTS, sentence, write
 from stillhook.plan.result import FAILED, UNSEALED, PlanResult
 
@@ -12,12 +14,6 @@ CARRY = ("card", "failures", "rigging", "quality")
 """Assessments without which no plan is for approval."""
 SYNTHETIC = "SYNTHETIC"
 """Start of the names of files of no real machine or place."""
-
-
-TIMES_ONLY = "no-time-allowed"
-"""Reason of a failure case that has times to compare with those of crew and vessel, and no verdict."""
-AT_LIMIT = 1.02
-"""Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
 
 
 def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -62,7 +58,7 @@ def _of_assessments(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if not (rigging["weight"] or {}).get("stated"):
             yield "no-weight", write(texts["no-weight"])
         if rigging["legs"] is None or not rigging["legs"]["items"]:
-            yield "no-legs", write(texts["no-legs"])
+            yield "no-legs", write(texts["no-legs"], missing="legs" if rigging["legs"] is None else "items")
         elif rigging["legs"]["worst"]["utilisation"] > 1.0:
             yield "over-used", write(texts["over-used"], **rigging["legs"]["worst"])
         if any((row["utilisation"] or 0.0) > AT_LIMIT for row in rigging["hook_loads"]):
