@@ -98,6 +98,7 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
         bottom_B=drag_growth(payload, covered.B, rho),
         reach=reach,
     )
+    rows.flags.writeable = False
     return record, rows
 
 
