@@ -70,15 +70,15 @@ def main() -> None:
     stages = Stages()
     plan(args.plan, threads=args.threads, progress=Monitor(stages))
     stages(Event("end", "", 0, 0, None, 1.0))
-    found = ratios(stages.spent)
+    shares = ratios(stages.spent)
     if args.json:
-        print(json.dumps({"seconds": stages.spent, "ratios": found}))
+        print(json.dumps({"seconds": stages.spent, "ratios": shares}))
         return
     seconds = Table("part", "processor time", title=f'Lift plan "{args.plan}", {args.threads} threads')
     for name, value in stages.spent.items():
         seconds.add_row(name, f"{value:.1f} s")
     over = Table("part", "of the plan without it")
-    for name, value in found.items():
+    for name, value in shares.items():
         over.add_row(name, f"{100.0 * value:.0f} %")
     Console().print(seconds, over)
 
