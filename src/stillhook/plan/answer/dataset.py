@@ -54,6 +54,11 @@ class Answered:
         return CLAIMABLE if CLAIMABLE in self.counting else CREDITS[1]
 
     @property
+    def claimed(self) -> Governed:
+        """What governs the limits that may be claimed."""
+        return self.governs[self.claim]
+
+    @property
     def ran(self) -> bool:
         """Whether runs of the twin gave any limit."""
         return bool((~np.isnan(self.limits.Hs[TIERS.index(Tier.TIME)])).any())

@@ -42,7 +42,6 @@ from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone, 
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
-from stillhook.plan.result import CREDITS
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.time_domain.cells import Cells
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState
@@ -247,9 +246,9 @@ def too_fast(cases: Sequence[Mapping[str, Any]], limit: float) -> list[float]:
 
 
 def seas_of_limit(state: PlanState, alternative: Alternative) -> list[SeaState]:
-    """The sea of the credited limit in every period at the heading in which it is the lowest, up to the highest sea of
+    """The sea of the claimable limit in every period at the heading in which it is the lowest, up to the highest sea of
     the table; periods in which nothing is within limits are left out."""
-    table, axes = state.answered.governs[CREDITS[1]], state.answered.axes
+    table, axes = state.answered.claimed, state.answered.axes
     Hs = np.minimum(table.Hs[axes.alternatives.index(alternative)], max(state.plan.environment.Hs))
     seas = []
     for j, Tp in enumerate(axes.periods):

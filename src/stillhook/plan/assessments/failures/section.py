@@ -52,7 +52,7 @@ def section(of: Facts) -> list[Part]:
 def _basis(of: Facts) -> str:
     a = of["assumed"]
     return (
-        f"In the seas of the credited limit with {Alternative(of['alternative']).label}, at the worst heading of every"
+        f"In the seas of the claimable limit with {Alternative(of['alternative']).label}, at the worst heading of every"
         f" period, each failure begins at {of['moments']} moments of {of['trains']} wave trains, and the"
         f" {fmt(of['after'], 'time')} after it count."
         " The worst moment is compared with the limits of loads and touch-down of the lift without a failure;"

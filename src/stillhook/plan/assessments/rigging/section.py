@@ -89,7 +89,7 @@ def _hook_load(of: Mapping[str, Any]) -> list[Part]:
     carrier = CARRIERS[of["carrier"]]
     by = "stated" if of["DAF_air_stated"] else f"by 0027/ND Rev 11 table 5-1 for a lift from {carrier}"
     text = (
-        "In the seas of the limit as credited, of the alternative that leads and of the flat cap, by the highest tier."
+        "In the seas of the claimable limit, of the alternative that leads and of the flat cap, by the highest tier."
         " DAF is the largest sling tension over SHL, in water too. Its design value in air is"
         f" {of['DAF_air']:.3f}, {by}: {fmt(of['SHL'] * G * of['DAF_air'], 'force')}."
         " Static is below the hook; tension at the tip has hook and wire in it."
