@@ -65,8 +65,14 @@ class LossMap:
     D_max: float
     source: str
     synthetic: bool = False
+    omega_low: float = math.nan
+    """Lowest speed of the complete map, of which this may be a part [rad/s]; default its own."""
     findings: tuple[str, ...] = ()
     """What was found, left out or changed while the map was read: nothing is dropped in silence."""
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.omega_low) and len(self):
+            object.__setattr__(self, "omega_low", float(self.omega_m.min()))
 
     def __len__(self) -> int:
         return len(self.T_f)
@@ -78,7 +84,7 @@ class LossMap:
 
     @property
     def motor(self) -> LossMotor:
-        return LossMotor(self.D_max)
+        return LossMotor(self.D_max, omega_low=self.omega_low)
 
     def at(self, rows: NDArray[Any]) -> LossMap:
         """The map with these cells alone (mask or indices)."""
