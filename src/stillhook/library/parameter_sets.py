@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -18,6 +18,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.loss_map import with_map
 from stillhook.library.toml.tree import (
     EVIDENCE,
     Leaf,
@@ -30,11 +31,11 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
-from stillhook.library.write import file_value, joined, leaf_tables, toml_value
+from stillhook.library.write import file_value, joined, leaf_tables, record_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
-from stillhook.winches.circuits.tables import Motor, TorqueLoss
+from stillhook.winches.circuits.tables import LossModel, Motor, TorqueLoss
 
 SYMMETRY = 1e-6
 """Relative difference across the diagonal that is rounding of a written matrix."""
@@ -151,6 +152,8 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
 
 
 SUFFIX = ".toml"
+ALTERNATIVES = "alternatives"
+"""Table of a motor's file with the models that fit as well, a table for each."""
 FRICTION, MOTORS = "friction", "motors"
 OF_SHELF = {FRICTION: FileKind.FRICTION, MOTORS: FileKind.MOTOR}
 ANY = "set"
@@ -175,14 +178,15 @@ class FrictionSet:
 
 @dataclass(frozen=True)
 class LossSet:
-    """A motor with its torque loss (model MJ4, Moslatt 2020 eq. 2.12), sources and evidence; the evidence is about X_1
-    to X_5."""
+    """A motor with its torque loss, sources and evidence; the evidence is about X_1 to X_5 of MJ4 (Moslatt 2020 eq.
+    2.12). alternatives: models that fit the motor's map as well as the one that its file names."""
 
     name: str
     title: str
     motor: Motor
     sources: Mapping[str, Source]
     evidence: Evidence | None = None
+    alternatives: tuple[LossModel, ...] = ()
 
 
 _Set = TypeVar("_Set", bound=FrictionSet | LossSet)
@@ -273,6 +277,8 @@ def set_toml(item: FrictionSet | LossSet) -> str:
     tables[""].insert(0, f"title = {toml_value(item.title)}")
     if item.evidence is not None:
         tables[EVIDENCE] = list(_evidence_lines(item.evidence))
+    for model in item.alternatives if isinstance(item, LossSet) else ():
+        tables |= record_tables(model, f"{ALTERNATIVES}.{model.law}")
     return joined(tables)
 
 
@@ -309,7 +315,17 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
         raise SpecError(f"{where} = {quote(str(name_or_path))}: {line}") from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
-    return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
+    table = parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
+    for model in (table.get("loss_model"), *_alternatives(table)):
+        if isinstance(model, dict) and str(model.get("map", "")).endswith(".csv"):
+            model["map"] = str(path.parent / model["map"])
+    return path.name, table
+
+
+def _alternatives(table: Mapping[str, Any]) -> list[Any]:
+    """Tables of the models that fit as well."""
+    models = table.get(ALTERNATIVES, {})
+    return list(models.values()) if isinstance(models, dict) else [models]
 
 
 def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
@@ -317,8 +333,10 @@ def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
 
 
 def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
-    numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, "title")}
-    return tree(numbers, label, user=user)
+    numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, ALTERNATIVES, "title")}
+    read = with_map(tree(numbers, label, user=user), label, Path())
+    assert isinstance(read, dict)
+    return read
 
 
 def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> _Set:
@@ -331,7 +349,31 @@ def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> 
     except ValidationError as error:
         raise explain(error, model, label, data) from None
     evidence = evidence_of(table.get(EVIDENCE), allowed, label)
-    return kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
+    made = kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
+    if isinstance(made, LossSet):
+        return replace(made, alternatives=_read_alternatives(label, table))
+    return made
+
+
+def _read_alternatives(label: str, table: Mapping[str, Any]) -> tuple[LossModel, ...]:
+    """The models that fit as well. Errors: SpecError, one line."""
+    out = []
+    for i, model in enumerate(_alternatives(table)):
+        place = (
+            f"{label}: {ALTERNATIVES}.{list(table[ALTERNATIVES])[i]}"
+            if isinstance(table[ALTERNATIVES], dict)
+            else label
+        )
+        if not isinstance(model, dict):
+            raise SpecError(f"{place}: it must be a table, with law and C, or law and map.")
+        read = with_map({"loss_model": tree(model, label, user=True)}, place, Path())
+        assert isinstance(read, dict)
+        data = values(read)["loss_model"]
+        try:
+            out.append(LossModel.model_validate(data))
+        except ValidationError as error:
+            raise explain(error, LossModel, place, data) from None
+    return tuple(out)
 
 
 def _title(label: str, table: Mapping[str, Any]) -> str:

@@ -26,10 +26,10 @@ from stillhook.engine.lowering.summary import (
     phases_of,
     run_numbers_of,
 )
+from stillhook.engine.pack.winch import losses_of
 from stillhook.engine.runner import Run, each_case
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
-from stillhook.engine.pack.winch import losses_of
 from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library import crane_toml

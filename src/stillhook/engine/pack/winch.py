@@ -18,9 +18,9 @@ from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import Motors
+from stillhook.physics.hydraulics.motor_laws import FITTED
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl
-from stillhook.physics.hydraulics.motor_laws import FITTED
 from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter, suspended_load
 from stillhook.physics.records import other_classes
 from stillhook.physics.scalar import G

@@ -8,7 +8,8 @@ tuple -> struct, an array of floats -> double *. - Statements: docstring; `a = x
 x`; if / elif / else; `for i in range(...)` with a constant step; break; return; the call of a function that returns
 nothing. A name keeps its type. - Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - *
 / // % ** <<`, `-x`, comparisons, and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by
-position or keyword, elements of an array around the function, abs, math.sqrt, math.ceil, math.copysign. Conditions are truth values, never numbers; indices are
+position or keyword, elements of an array around the function, abs,
+math.sqrt, math.ceil, math.copysign. Conditions are truth values, never numbers; indices are
 not negative.
 
 `//` and `%` are for integers and floor as in Python. A loop over `range(LANES)` is marked as free of dependences.
