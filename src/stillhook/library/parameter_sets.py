@@ -317,8 +317,10 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     table = parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
     for model in (table.get("loss_model"), *_alternatives(table)):
-        if isinstance(model, dict) and str(model.get("map", "")).endswith(".csv"):
-            model["map"] = str(path.parent / model["map"])
+        node = model.get("map") if isinstance(model, dict) else None
+        at, key = (node, "value") if isinstance(node, dict) else (model, "map")
+        if node is not None and str(at.get(key)).endswith(".csv"):
+            at[key] = str(path.parent / at[key])
     return path.name, table
 
 
@@ -334,9 +336,7 @@ def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
 
 def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
     numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, ALTERNATIVES, "title")}
-    read = with_map(tree(numbers, label, user=user), label, Path())
-    assert isinstance(read, dict)
-    return read
+    return with_map(tree(numbers, label, user=user), label, Path())
 
 
 def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> _Set:
@@ -366,9 +366,7 @@ def _read_alternatives(label: str, table: Mapping[str, Any]) -> tuple[LossModel,
         )
         if not isinstance(model, dict):
             raise SpecError(f"{place}: it must be a table, with law and C, or law and map.")
-        read = with_map({"loss_model": tree(model, label, user=True)}, place, Path())
-        assert isinstance(read, dict)
-        data = values(read)["loss_model"]
+        data = values(with_map({"loss_model": tree(model, label, user=True)}, place, Path()))["loss_model"]
         try:
             out.append(LossModel.model_validate(data))
         except ValidationError as error:

@@ -256,6 +256,10 @@ def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> s
     if motor.D_loss_min is not None and alpha * motor.D_max < (1.0 - LOSS_BEYOND) * motor.D_loss_min:
         least = motor.D_loss_min / motor.D_max
         out.append(f"{100.0 * alpha:.2g} % of their displacement, which were fitted from {100.0 * least:.0f} % up")
+    most = motor.D_max if motor.loss_model is None or motor.loss_model.D_m is None else motor.loss_model.D_m[-1]
+    if alpha * motor.D_max > (1.0 + LOSS_BEYOND) * most:
+        largest = 100.0 * most / motor.D_max
+        out.append(f"{100.0 * alpha:.0f} % of their displacement, which were measured up to {largest:.0f} %")
     if motor.n_loss_max is not None and omega_m > (1.0 + LOSS_BEYOND) * motor.n_loss_max:
         out.append(f"{show(omega_m, 'rotation', 3)}, which were fitted up to {show(motor.n_loss_max, 'rotation')}")
     if motor.dp_loss_max is not None and abs(dp_m) > (1.0 + LOSS_BEYOND) * motor.dp_loss_max:

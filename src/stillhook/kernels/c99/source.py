@@ -141,8 +141,9 @@ class Translator:
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> CFunction:
         """The C function for these argument types; translated when first used. `export` names an entry of the
         library."""
-        if isinstance(scalar_of(fn), ByRecord):
-            fn = scalar_of(fn).choose(types[-1])
+        scalar = scalar_of(fn)
+        if isinstance(scalar, ByRecord):
+            fn = scalar.choose(types[-1])
         scalar, fn = scalar_of(fn), plain(fn)
         key = (fn, types, export)
         if key not in self.functions:

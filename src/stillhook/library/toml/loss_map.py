@@ -23,16 +23,16 @@ EXAMPLES = "examples"
 RANGE = ("D_loss_min", "n_loss_max", "dp_loss_max")
 
 
-def with_map(motor: Leaf | Tree | None, place: str, folder: Path | None) -> Leaf | Tree | None:
+def with_map(motor: Tree, place: str, folder: Path | None) -> Tree:
     """The table of a set of motors, whose `loss_model` names a map, with the map's levels and losses, and its range as
     that of the loss; any other as it is.
 
     place: of the table in messages; folder: from which the file is seen, None where only the library is left.
     Errors: SpecError of one line.
     """
-    model = motor.get("loss_model") if isinstance(motor, dict) else None
+    model = motor.get("loss_model")
     named = model.get("map") if isinstance(model, dict) else None
-    if not isinstance(motor, dict) or not isinstance(model, dict) or not isinstance(named, Leaf) or "T_f" in model:
+    if not isinstance(model, dict) or not isinstance(named, Leaf) or "T_f" in model:
         return motor
     where = f"{place}.loss_model.map = {quote(named.value)}"
     file = _file(named.value, where, folder)
@@ -90,7 +90,7 @@ def read_loss_map(path: Path, where: str) -> dict[str, list[float]]:
             raise SpecError(f"{where}: line {number}: this combination is given twice. Leave one of them.")
         cells[D, n, dp] = T_f
     levels = [sorted({key[i] for key in cells}) for i in range(3)]
-    grid = list(itertools.product(*levels))
+    grid: list[Any] = list(itertools.product(*levels))
     for at in grid:
         if at not in cells:
             cell = ", ".join(show(x, kind, 4) for x, kind in zip(at, FIELDS.values(), strict=False))

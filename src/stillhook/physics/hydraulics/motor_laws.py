@@ -154,21 +154,33 @@ def map_record(
     """Class of the record by which the twin knows a map: scale of the loss [-]; levels and losses are constants of its
     kernels.
 
+    Parameters: as `map_torque`. The loss at the lowest speed level is dry friction, as it is held below.
+    """
+    label = f"map-{hashlib.sha256(repr((D_m, omega_m, dp_m, T_f)).encode()).hexdigest()[:12]}"
+    made = record("Loss", f"{__name__} {label}", scale=float)
+    FITTED[made] = FittedLoss(label, map_torque(D_m, omega_m, dp_m, T_f))
+    return made
+
+
+class Measured(NamedTuple):
+    """A map as it was measured."""
+
+    scale: float = 1.0
+
+
+def map_torque(D_m: Any, omega_m: Any, dp_m: Any, T_f: Any) -> Callable[..., Any]:
+    """Loss by a map, f(omega_m, D_m, dp_m, record with its scale) [N m], from Python of arrays as well: trilinear
+    between levels; outside, the loss at the edge is held. Even in speed and pressure drop.
+
     Parameters: levels of displacement [m^3/rad], speed [rad/s] and pressure drop [Pa], each rising; T_f loss at every
     combination, the pressure drop fastest [N m].
-
-    Outside of the levels the loss at the edge is held, so that at speeds below the lowest level its loss is dry
-    friction. The loss is even in speed and pressure drop.
     """
     axes = [np.array(levels) for levels in (D_m, omega_m, dp_m)]
     T = np.array(T_f).reshape([len(levels) for levels in axes])
-    label = f"map-{hashlib.sha256(b''.join(a.tobytes() for a in (*axes, T))).hexdigest()[:12]}"
     for i, levels in enumerate(axes):
         if len(levels) == 1:  # one level holds everywhere
             axes[i], T = np.array([levels[0], 2.0 * levels[0]]), np.repeat(T, 2, axis=i)
-    made = record("Loss", f"{__name__} {label}", scale=float)
-    FITTED[made] = FittedLoss(label, _trilinear(axes, T, [len(x) for x in (D_m, omega_m, dp_m)]))
-    return made
+    return _trilinear(axes, T, [len(x) for x in (D_m, omega_m, dp_m)])
 
 
 def _place(levels: Any, known: int) -> Any:

@@ -69,7 +69,7 @@ class TorqueLoss(Spec):
     X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
 
 
-MAP = "map"
+MJ4, MAP = "mj4", "map"
 LossName = StrEnum(  # type: ignore[misc]
     "LossName", {name.upper().replace("-", "_"): name for name in (*(law for law in LAWS if law not in BLIND), MAP)}
 )
@@ -120,7 +120,7 @@ class LossModel(Spec):
         return self
 
     def _needs_parameters(self) -> None:
-        names = () if self.law == LossName.MJ4 else LAWS[self.law].record._fields
+        names = () if self.law == MJ4 else LAWS[self.law].record._fields
         if len(names) != len(self.C or ()):
             takes = f"{len(names)} numbers, {', '.join(names)}" if names else "none: its numbers are those of loss"
             raise ValueError(f'C: "{self.law}" takes {takes}; here are {len(self.C or ())}.')
@@ -149,7 +149,7 @@ class LossModel(Spec):
         """The record by which the twin knows it."""
         if self.law == MAP:
             return map_record(*self.levels, self.T_f)(self.scale)
-        if self.law == LossName.MJ4:
+        if self.law == MJ4:
             return TorqueLossFit(*(self.scale * getattr(loss, name) for name in TorqueLossFit._fields))
         motor = LossMotor(D_max) if self.n_low is None else LossMotor(D_max, omega_low=self.n_low)
         return record_of(self.law)(LAWS[self.law].record(*(self.C or ())), motor, self.scale)
