@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -31,11 +31,11 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
-from stillhook.library.write import file_value, joined, leaf_tables, record_tables, toml_value
+from stillhook.library.write import file_value, joined, leaf_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
-from stillhook.winches.circuits.tables import LossModel, Motor, TorqueLoss
+from stillhook.winches.circuits.tables import Motor, TorqueLoss
 
 SYMMETRY = 1e-6
 """Relative difference across the diagonal that is rounding of a written matrix."""
@@ -152,8 +152,6 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
 
 
 SUFFIX = ".toml"
-ALTERNATIVES = "alternatives"
-"""Table of a motor's file with the models that fit as well, a table for each."""
 FRICTION, MOTORS = "friction", "motors"
 OF_SHELF = {FRICTION: FileKind.FRICTION, MOTORS: FileKind.MOTOR}
 ANY = "set"
@@ -179,14 +177,13 @@ class FrictionSet:
 @dataclass(frozen=True)
 class LossSet:
     """A motor with its torque loss, sources and evidence; the evidence is about X_1 to X_5 of MJ4 (Moslatt 2020 eq.
-    2.12). alternatives: models that fit the motor's map as well as the one that its file names."""
+    2.12)."""
 
     name: str
     title: str
     motor: Motor
     sources: Mapping[str, Source]
     evidence: Evidence | None = None
-    alternatives: tuple[LossModel, ...] = ()
 
 
 _Set = TypeVar("_Set", bound=FrictionSet | LossSet)
@@ -277,8 +274,6 @@ def set_toml(item: FrictionSet | LossSet) -> str:
     tables[""].insert(0, f"title = {toml_value(item.title)}")
     if item.evidence is not None:
         tables[EVIDENCE] = list(_evidence_lines(item.evidence))
-    for model in item.alternatives if isinstance(item, LossSet) else ():
-        tables |= record_tables(model, f"{ALTERNATIVES}.{model.law}")
     return joined(tables)
 
 
@@ -316,18 +311,12 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     table = parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
-    for model in (table.get("loss_model"), *_alternatives(table)):
-        node = model.get("map") if isinstance(model, dict) else None
-        at, key = (node, "value") if isinstance(node, dict) else (model, "map")
-        if node is not None and str(at.get(key)).endswith(".csv"):
-            at[key] = str(path.parent / at[key])
+    at, key = table.get("loss_model"), "map"
+    if isinstance(at, dict) and isinstance(at.get(key), dict):
+        at, key = at[key], "value"
+    if isinstance(at, dict) and str(at.get(key)).endswith(".csv"):  # seen from this file
+        at[key] = str(path.parent / at[key])
     return path.name, table
-
-
-def _alternatives(table: Mapping[str, Any]) -> list[Any]:
-    """Tables of the models that fit as well."""
-    models = table.get(ALTERNATIVES, {})
-    return list(models.values()) if isinstance(models, dict) else [models]
 
 
 def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
@@ -335,7 +324,7 @@ def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
 
 
 def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
-    numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, ALTERNATIVES, "title")}
+    numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, "title")}
     return with_map(tree(numbers, label, user=user), label, Path())
 
 
@@ -349,29 +338,7 @@ def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> 
     except ValidationError as error:
         raise explain(error, model, label, data) from None
     evidence = evidence_of(table.get(EVIDENCE), allowed, label)
-    made = kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
-    if isinstance(made, LossSet):
-        return replace(made, alternatives=_read_alternatives(label, table))
-    return made
-
-
-def _read_alternatives(label: str, table: Mapping[str, Any]) -> tuple[LossModel, ...]:
-    """The models that fit as well. Errors: SpecError, one line."""
-    out = []
-    for i, model in enumerate(_alternatives(table)):
-        place = (
-            f"{label}: {ALTERNATIVES}.{list(table[ALTERNATIVES])[i]}"
-            if isinstance(table[ALTERNATIVES], dict)
-            else label
-        )
-        if not isinstance(model, dict):
-            raise SpecError(f"{place}: it must be a table, with law and C, or law and map.")
-        data = values(with_map({"loss_model": tree(model, label, user=True)}, place, Path()))["loss_model"]
-        try:
-            out.append(LossModel.model_validate(data))
-        except ValidationError as error:
-            raise explain(error, LossModel, place, data) from None
-    return tuple(out)
+    return kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
 
 
 def _title(label: str, table: Mapping[str, Any]) -> str:

@@ -323,7 +323,7 @@ def rounded(data: Any, digits: int) -> Any:
 def content(crane: Crane, *, digits: int = 17) -> dict[str, str]:
     """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate
     are none. digits: how many of a number count; 17 are all."""
-    loss: Any = {"loss_model": {"map"}}
+    loss: Any = {"loss_model": {"map"}, "alternatives": True}
     named: Any = {"motor": {"type": True, **loss}}
     bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
     bare |= {"active": named, "passive": named, "friction": {"library"}}

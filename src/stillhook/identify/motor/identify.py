@@ -39,7 +39,7 @@ from stillhook.report.document import Bullets, Document, Figure, Section, Table,
 from stillhook.report.formatting import EMPTY, fmt, percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import number, show
-from stillhook.winches.circuits.tables import MAP, MJ4, TorqueLoss
+from stillhook.winches.circuits.tables import MAP, MJ4, LossAlternatives, LossName, TorqueLoss
 from stillhook.winches.circuits.tables import LossModel as LossTable
 
 SAME_SIZE = 0.02
@@ -224,18 +224,23 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
         text_of = f"map {m.source}" if result.law == MAP else text.replace("MJ4", result.fit.card.title)
         source = Source(text=text_of, kind=SourceKind.FITTED)
         sources |= {f"loss_model.{field}": source for field in LossTable.model_fields}
-    motor = lender.motor.model_copy(update={"loss": loss, "loss_model": model, **dict.fromkeys(LOSS_RANGE), **extra})
+    others = [x.value for x in result.ranking.equals if x not in BLIND and x.value != result.law]
+    fitted = {law.replace("-", "_"): _crane_model(result, law) for law in others}
+    for law in fitted:
+        source = Source(text=text.replace("MJ4", law.upper()), kind=SourceKind.FITTED)
+        sources |= {f"alternatives.{law}.{field}": source for field in LossTable.model_fields}
+    models = {"loss": loss, "loss_model": model, "alternatives": LossAlternatives(**fitted) if fitted else None}
+    motor = lender.motor.model_copy(update={**models, **dict.fromkeys(LOSS_RANGE), **extra})
     title = f"{prefix}{lender.title}, torque loss fitted to {m.source}"
-    names = [x.value for x in result.ranking.equals if x not in BLIND and x.value != result.law]
-    alternatives = tuple(_crane_model(result, law) for law in names)
-    return LossSet(name, title, motor, sources, _evidence(result, text), alternatives)
+    return LossSet(name, title, motor, sources, _evidence(result, text))
 
 
 MAP_FILE = "map.csv"
 
 
-def _crane_model(result: MotorLoss, law: str) -> LossTable:
+def _crane_model(result: MotorLoss, model: str) -> LossTable:
     """The table of a crane file for a model that was fitted, or for the map."""
+    law = LossName(model)
     if law == MAP:
         return LossTable.model_construct(None, law=law, map=MAP_FILE, scale=1.0)
     if law == MJ4:

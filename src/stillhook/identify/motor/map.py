@@ -394,8 +394,8 @@ def mapped_loss(m: LossMap) -> MappedLoss:
     -----
     Held, not continued: a straight line through the last two cells may cross zero or give a loss that was not measured.
     With held values the loss stays inside what the map has. Full grids are interpolated as the twin does it
-    (trilinear, `stillhook.physics.hydraulics.motor_laws.map_torque`), others over the simplices between scattered cells, with the axes scaled to their range; outside of
-    those the nearest cell counts.
+    (trilinear, `stillhook.physics.hydraulics.motor_laws.map_torque`), others over the simplices between scattered
+    cells, with the axes scaled to their range; outside of those the nearest cell counts.
     Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
     """
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator

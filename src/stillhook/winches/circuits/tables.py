@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
 from stillhook.physics.hydraulics import lines, swash
@@ -155,6 +155,19 @@ class LossModel(Spec):
         return record_of(self.law)(LAWS[self.law].record(*(self.C or ())), motor, self.scale)
 
 
+_FITTED_AS_WELL: dict[str, Any] = {
+    law.replace("-", "_"): (LossModel | None, Field(default=None, description="a model that fits as well"))
+    for law in LossName
+    if law != MAP
+}
+LossAlternatives: Any = create_model(
+    "LossAlternatives",
+    __base__=Spec,
+    __doc__="Models that fit the map of a motor as well as the one in force, a table for each.",
+    **_FITTED_AS_WELL,
+)
+
+
 class Motor(Spec):
     """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
 
@@ -164,6 +177,7 @@ class Motor(Spec):
     J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
     loss: TorqueLoss
     loss_model: LossModel | None = Field(default=None, description="model of the torque loss in place of MJ4")
+    alternatives: LossAlternatives | None = Field(default=None, description="models that fit as well")
     C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
     C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
     D_loss_min: u.Displacement | None = Field(
@@ -175,6 +189,11 @@ class Motor(Spec):
     dp_loss_max: u.Pressure | None = Field(
         default=None, gt=0, description="largest pressure difference at which the loss was fitted"
     )
+
+    @property
+    def law(self) -> str:
+        """Name of the model of its loss."""
+        return MJ4 if self.loss_model is None else str(self.loss_model.law)
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:
@@ -405,6 +424,12 @@ def loss_fit(motor: Motor) -> Any:
     if motor.loss_model is not None:
         return motor.loss_model.fit(loss, motor.D_max)
     return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
+
+
+def alternatives_of(motor: Motor) -> tuple[LossModel, ...]:
+    """Models of a motor's loss that fit as well as the one in force."""
+    models = () if motor.alternatives is None else (model for _, model in motor.alternatives)
+    return tuple(model for model in models if model is not None)
 
 
 def motors_record(motor: Any, C_1: float, C_2: float) -> Motors:
