@@ -217,7 +217,7 @@ def _by_numba(function: Any, folder: Path) -> Any:
         return machine_code(function, folder)
 
 
-def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
+def c_source(plant: str, lanes: tuple[int, ...] = (1, 16), setup: Setup = LOAD_ON_WIRE) -> str:
     """One C99 file with everything that a plant's kernels do.
 
     For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in
@@ -225,7 +225,7 @@ def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
     """
     t = Translator()
     for n in lanes:
-        d = driver(plant, n)
+        d = driver(plant, n, setup)
         lane = dict(fields(d.Lane))
         step = tuple(lane[f] for f in ("x", "u", "geo", "tip_0", "tip_1", "tip_2", "p"))
         for name in ("run", "at_rest"):

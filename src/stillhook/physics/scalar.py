@@ -168,6 +168,10 @@ exp = in_kernels(_exp_python, Scalar(_exp, error_model="numpy", fastmath={"contr
 Called from Python it takes arrays as well, so that measured data can be put into the same equations."""
 
 
+def _cube(x):
+    return x * x * x
+
+
 def _power(x, n):
     """exp(n ln x): ln of the mantissa as its series in s = (m - 1) / (m + 1), m in 0.71 to 1.42."""
     e = bits(x) // 4503599627370496 - 1023
@@ -182,6 +186,7 @@ def _power(x, n):
     return exp(n * ln) if x > 0.0 else 0.0
 
 
+cube = in_kernels(lambda x: x**3, Scalar(_cube))
 power = in_kernels(lambda x, n: x**n, Scalar(_power))
 """x to the power n, x not negative and n above 0, without the library's pow, whose last bit differs from one to the
 next; relative error below 1e-13. Called from Python it takes arrays as well."""

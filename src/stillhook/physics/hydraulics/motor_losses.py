@@ -14,29 +14,30 @@ from typing import Any, NamedTuple
 
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss, torque_loss_dry
 from stillhook.physics.records import define
-from stillhook.physics.scalar import maximum, power, scalar, sqrt
+from stillhook.physics.scalar import cube, maximum, power, scalar, sqrt
 
 RHO_OIL = 870.0
 """Density of a mineral hydraulic oil HLP 46 at 40 degC [kg/m^3]. Assumed (typical of the class; the map's own oil is
 rarely stated)."""
 MU_OIL = 46.0e-6 * RHO_OIL
 """Its dynamic viscosity [Pa s]: 46 mm^2/s at 40 degC is what class 46 of ISO 3448 means. Assumed."""
-SIN_ALPHA = math.sin(math.radians(25.0))
-"""Sine of the swivel angle of a bent-axis motor of the A6VM type at full displacement [-]. Assumed; only Pacey's model
-uses it."""
+ALPHA_MAX = math.radians(25.0)
+"""Swivel angle of a bent-axis motor of the A6VM type at full displacement [rad]. Assumed; only Pacey's model asks for
+it."""
 OMEGA_LOW = 400.0 * math.pi / 30.0
 """Lowest speed of paper A's maps [rad/s]."""
 
 
 class LossMotor(NamedTuple):
-    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], sin_alpha
-    of its full swivel angle [-], omega_low lowest speed of the fit, below which a term that grows without bound, and a
+    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], sine and
+    tangent of its full swivel angle [-], omega_low lowest speed of the fit, below which a term that grows without bound, and a
     model that interpolates, keep their value [rad/s]."""
 
     D_max: float
     rho: float = RHO_OIL
     mu: float = MU_OIL
-    sin_alpha: float = SIN_ALPHA
+    sin_alpha: float = math.sin(ALPHA_MAX)
+    tan_alpha: float = math.tan(ALPHA_MAX)
     omega_low: float = OMEGA_LOW
 
 
@@ -210,9 +211,8 @@ def thoma(omega_m, D_m, dp_m, fit, motor):
     Source: Moslatt 2020 paper A eq. 3; alpha_m = D_m / D_max. Differs from print: bars on dp_m.
     """
     steady = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
-    alpha_m = D_m / motor.D_max
     size = power(motor.D_max, 5.0 / 3.0)
-    return steady + fit.C_e * alpha_m * alpha_m * alpha_m * size * motor.rho * omega_m * omega_m
+    return steady + fit.C_e * cube(D_m / motor.D_max) * size * motor.rho * omega_m * omega_m
 
 
 @scalar
@@ -224,9 +224,8 @@ def swivel_factor(D_m, motor):
     0.785 (tan = 1), inside the working range, so alpha is read as the swivel angle of a bent-axis motor, whose stroke
     goes as its sine.
     """
-    S = motor.sin_alpha
-    s = D_m / motor.D_max * S
-    return (1.0 - S / sqrt(1.0 - S * S)) / (1.0 - s / sqrt(1.0 - s * s))
+    s = D_m / motor.D_max * motor.sin_alpha
+    return (1.0 - motor.tan_alpha) / (1.0 - s / sqrt(1.0 - s * s))
 
 
 @scalar
@@ -289,7 +288,7 @@ def mj3(omega_m, D_m, dp_m, fit, motor):
 
     Source: Moslatt 2020 paper A eq. 9. Differs from print: bars on dp_m.
     """
-    turbulent = fit.C_i * motor.rho * omega_m * omega_m * D_m * D_m * D_m
+    turbulent = fit.C_i * motor.rho * omega_m * omega_m * cube(D_m)
     return fit.C_e + fit.C_f * abs(dp_m) + fit.C_g * motor.mu * abs(omega_m) + turbulent
 
 
