@@ -32,8 +32,8 @@ class Scalar:
 class ByRecord(Scalar):
     """A function of three numbers and a record: which one a kernel inlines follows from the record's class."""
 
-    def __init__(self, choose: Callable[[type], Callable[..., Any]]) -> None:
-        super().__init__(choose)
+    def __init__(self, source: Callable[..., Any], choose: Callable[[type], Callable[..., Any]]) -> None:
+        super().__init__(source)
         self.choose = choose
 
 
@@ -58,7 +58,7 @@ def by_record(choose: Callable[[type], Callable[..., Any]]) -> Callable[..., Any
     def chosen(a, b, c, record):
         return choose(type(record))(a, b, c, record)
 
-    return in_kernels(chosen, ByRecord(choose))
+    return in_kernels(chosen, ByRecord(chosen, choose))
 
 
 def scalar_of(function: Any) -> Scalar | None:
