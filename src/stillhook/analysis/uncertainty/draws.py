@@ -91,7 +91,7 @@ class Drawing:
         out |= {path: draws[:, k] for path, k in self._set.items() if not path.endswith(MODEL)}
         out |= {path: self._models(path, draws[:, k], draws) for path, k in self._set.items() if path.endswith(MODEL)}
         for path, parts in self._scales.items():
-            if path.removesuffix(".scale") in self._set:
+            if path.endswith(".scale") and path.removesuffix(".scale") in self._set:
                 continue
             x = out[path] if path in out else np.full(len(draws), self._base(path))
             for k, share in parts:

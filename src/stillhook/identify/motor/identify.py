@@ -203,9 +203,8 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
     if result.like is None:
         size = show(result.map.D_max, "displacement")
         raise IdentifyError(
-            f"{result.map.source}: no motor of the library has {size}, and a map contains nothing about inertia,"
-            " speed limits"
-            " and leakage. Name a motor that lends them (like)."
+            f"{result.map.source}: no motor of the library has {size}, and a map contains nothing about inertia, speed"
+            " limits and leakage. Name a motor that lends them (like)."
         )
     lender, m, fit = load_losses(result.like), result.map, result.mj4
     prefix = "SYNTHETIC " if m.synthetic else ""
