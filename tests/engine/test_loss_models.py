@@ -137,8 +137,8 @@ def test_outside_the_range_of_a_map_there_is_a_note(example):
 
 @pytest.mark.thorough
 def test_a_kernel_with_a_map_is_the_same_in_c(tmp_path, example):
-    from dataclasses import replace
     import ctypes
+    from dataclasses import replace
 
     from numpy.ctypeslib import ndpointer
 

@@ -267,11 +267,9 @@ def missing(crane: Crane, path: str) -> bool:
     table = path.partition(".")[0]
     if table in Crane.model_fields and crane.table(table) is None:
         return True
-    motor, _, inner = path.partition(".loss_model")
-    if inner:
-        return (
-            operator.attrgetter(f"{motor}.loss_model" if inner.strip(".") else f"{motor}.alternatives")(crane) is None
-        )
+    motor, of_model, inner = path.partition(".loss_model")
+    if of_model:
+        return operator.attrgetter(f"{motor}.loss_model" if inner else f"{motor}.alternatives")(crane) is None
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
 
 

@@ -137,8 +137,8 @@ def friction(
     if settings.loops and campaign.motor.law != MJ4:
         law = campaign.motor.law
         raise IdentifyError(
-            f'{campaign.source}: fit.loops: the second loop fits MJ4, and the motors have "{law}". Remove loops, or name'
-            " a motor with MJ4."
+            f'{campaign.source}: fit.loops: the second loop fits MJ4, and the motors have "{law}". Remove loops, or'
+            " name a motor with MJ4."
         )
     like = None if settings.like is None else Y.of(load_friction(settings.like).system)._asdict()
     swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _effective_radius(campaign, points)

@@ -30,8 +30,8 @@ OMEGA_LOW = 400.0 * math.pi / 30.0
 
 class LossMotor(NamedTuple):
     """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], sine and
-    tangent of its full swivel angle [-], omega_low lowest speed of the fit, below which a term that grows without bound, and a
-    model that interpolates, keep their value [rad/s]."""
+    tangent of its full swivel angle [-], omega_low lowest speed of the fit, below which a term that grows without
+    bound, and a model that interpolates, keep their value [rad/s]."""
 
     D_max: float
     rho: float = RHO_OIL
