@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.uncertainty.draws import HELD, Drawing, Uncertainty
+from stillhook.analysis.uncertainty.draws import HELD, Drawing, Uncertainty, draws, unit_points
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law, distribution
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import SpecError, StillhookError, UnitError
@@ -227,6 +227,60 @@ def test_a_drawn_set_of_motor_losses_is_scaled_where_passive_motors_are_outside_
     drawn, _ = next(Drawing(crane, EMPTY, columns).pairs(losses))
     assert drawn.active.motor.loss.X_4 == 15.0
     assert drawn.passive.motor.loss.X_4 == pytest.approx(7.5)
+
+
+MJ3, MJ2 = (
+    {"law": law, "C": C} for law, C in (("mj3", [12.0, 1e-7, 0.5, 4e7]), ("mj2", [13.0, 1e-7, 0.5, 4e7, 1e-14]))
+)
+
+
+def alike_models():
+    """A crane whose motors have two models that fit as well as MJ4."""
+    return changed(load_crane("nov-150t"), {"active": {"motor": {"alternatives": {"mj3": MJ3, "mj2": MJ2}}}})
+
+
+def test_models_that_fit_equally_well_are_drawn_alike_often_and_scaled_with_the_loss():
+    crane = alike_models()
+    uncertainty = Uncertainty.of({"loss_model": "default", "motor_loss": {"uniform": [0.9, 1.1]}}).on((crane, CASE))
+    sample = draws(uncertainty, 256, 1)
+    pairs = list(Drawing(crane, CASE, sample.columns).pairs(sample.values))
+    laws = [drawn.active.motor.law for drawn, _ in pairs]
+    assert {law: laws.count(law) for law in set(laws)} == pytest.approx(
+        dict.fromkeys(("mj4", "mj3", "mj2"), 256 / 3), abs=6
+    )
+    factor = sample.values[:, sample.columns.index("motor_loss")]
+    for (drawn, _), x in zip(pairs, factor.tolist(), strict=True):
+        motor = drawn.active.motor
+        scale = motor.loss.X_4 / crane.active.motor.loss.X_4 if motor.law == "mj4" else motor.loss_model.scale
+        assert scale == pytest.approx(x)
+        assert drawn.passive.motor.law == "mj4"
+
+
+def test_a_drawn_model_is_that_of_a_crane_file():
+    crane = alike_models()
+    drawing = Drawing(crane, CASE, ["loss_model"])
+    quick, _ = next(drawing.pairs(np.array([[2.5]])))
+    slow, _ = drawing.checked(np.array([2.5]), "a test")
+    assert quick.active.motor.loss_model == slow.active.motor.loss_model
+    assert slow.active.motor.law == "mj3"
+
+
+def test_a_crane_without_models_that_fit_equally_well_has_no_such_factor():
+    crane = load_crane("nov-150t")
+    with pytest.raises(SpecError, match="does not give alternatives of its motors' loss models"):
+        Uncertainty.of({"loss_model": "default"}).on((crane, CASE))
+    assert "loss_model" not in Uncertainty.default().on((crane, CASE)).factors
+    assert "loss_model" in Uncertainty.default().on((alike_models(), CASE)).factors
+
+
+STORED = ([0.21451920736581087, 0.34854538552463055], [0.14095560275018215, 0.7400441095232964])
+"""Draws of the first two factors, and of the last two before loss_model, as they were without it."""
+
+
+def test_a_new_factor_moves_no_draw_of_the_others():
+    u = unit_points(8, 0)[0]
+    assert u[3, :2] == pytest.approx(STORED[0], abs=1e-15)
+    assert u[3, 38:40] == pytest.approx(STORED[1], abs=1e-15)
 
 
 def test_the_wider_ends_of_motor_loss_are_for_motors_outside_their_fit():

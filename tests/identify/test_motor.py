@@ -12,18 +12,21 @@ from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.cli import run
 from stillhook.cli.identify import MOTOR_FILES, STEMS
+from stillhook.errors import LogError
 from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
 from stillhook.identify.motor.fit import LossModel
-from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, report, to_dict
-from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, map_table, report, to_dict
+from stillhook.identify.motor.map import LossMap, gridded
 from stillhook.library import load_crane, motor
-from stillhook.library.parameter_sets import load_losses, set_toml
+from stillhook.library.parameter_sets import load_losses, save_set, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.report.document import Verdict
 from stillhook.report.html import html
 from stillhook.report.kit import png
 from stillhook.spec.crane import SourceKind
+from stillhook.winches.circuits.tables import loss_fit
 
 pytestmark = pytest.mark.slow
 
@@ -105,12 +108,54 @@ def test_a_parameter_at_its_bound_claims_no_error_in_the_file(small):
 
 
 @pytest.mark.thorough
-def test_a_forced_model_is_looked_at_and_mj4_is_still_written(small):
+def test_a_model_by_name_is_looked_at_and_written_and_mj4_beside_it(small):
     found = identify_motor(small, model="mj6")
     assert found.model is LossModel.MJ6
     assert found.ranking.recommended is LossModel.MJ4
-    assert loss_set(found, "x").motor.loss.X_4 == found.mj4["X_4"]
+    motor = loss_set(found, "x").motor
+    assert motor.loss.X_4 == found.mj4["X_4"]
+    assert motor.law == "mj6"
+    assert motor.loss_model.C == tuple(found.fit.values)
+    assert "names MJ6, as requested, and the twin runs it" in html(report(found, {}))
+
+
+@pytest.mark.thorough
+def test_a_model_that_is_blind_to_displacement_is_looked_at_and_mj4_is_written(small):
+    found = identify_motor(small, model="wilson")
+    assert loss_set(found, "x").motor.law == "mj4"
     assert "twin runs MJ4" in html(report(found, {}))
+
+
+@pytest.mark.parametrize("model", ["map", "mj5", "ortwig", None])
+def test_a_crane_file_takes_the_motor_file_of_any_model_and_of_the_map(small, model, tmp_path):
+    found = identify_motor(small, model=model)
+    save_set(loss_set(found, "motor"), tmp_path / "motor.toml")
+    (tmp_path / "map.csv").write_text(map_table(found))
+    (tmp_path / "crane.toml").write_text('base = "nov-150t"\n[active.motor]\ntype = "motor.toml"\n')
+    motor = load_crane(tmp_path / "crane.toml").active.motor
+    assert motor.law == (model or "mj4")
+    assert motor.D_loss_min == pytest.approx(small.D_m.min())
+    omega, D, dp = small.omega_m, small.D_m, small.dp_m
+    loss = np.array([motor_loss(*map(float, at), loss_fit(motor)) for at in zip(omega, D, dp, strict=True)])
+    expected = small.T_f if model == "map" else found.fit.torque(omega, D, dp)
+    assert loss == pytest.approx(expected, rel=1e-6 if model == "map" else 1e-9)
+    as_good = {law for law, of in motor.alternatives if of is not None}
+    assert as_good == {x.value for x in found.ranking.equals} - {motor.law}
+
+
+def test_a_map_with_gaps_is_filled_between_its_cells_and_says_how_many(small):
+    holes = small.at(np.random.default_rng(0).random(len(small)) < 0.9)
+    (D, omega, dp, T_f), filled = gridded(holes)
+    assert filled == len(small) - len(holes) > 0
+    assert len(T_f) == len(D) * len(omega) * len(dp) == len(small)
+    assert f"{filled} combinations interpolated" in map_table(identify_motor(holes, model="map")).splitlines()[0]
+
+
+def test_scattered_settings_are_no_map_of_the_twin(small):
+    rng = np.random.default_rng(0)
+    moved = replace(small, **{n: small.axis(n) * rng.uniform(0.5, 1.0, len(small)) for n in ("D_m", "omega_m", "dp_m")})
+    with pytest.raises(LogError, match=r"cells for \d+ combinations of levels: the settings are scattered"):
+        gridded(moved)
 
 
 @pytest.mark.thorough

@@ -147,8 +147,16 @@ def test_loss_is_linear_in_every_parameter_but_the_bent_ones(model, share):
 
 @pytest.mark.parametrize("model", WITH_NOTCHES)
 def test_notch_loss_grows_without_bound_towards_standstill(model):
-    slow, slower = (loss(model, w, 4e-5, 2e7) for w in (1e-3, 1e-4))
+    as_printed = A6VM280._replace(omega_low=0.0)
+    slow, slower = (loss(model, w, 4e-5, 2e7, motor=as_printed) for w in (1e-3, 1e-4))
     assert slower > 9.0 * slow
+
+
+@pytest.mark.parametrize("model", WITH_NOTCHES)
+def test_notch_loss_is_held_below_the_lowest_speed_of_the_fit(model):
+    low, printed = A6VM280.omega_low, A6VM280._replace(omega_low=0.0)
+    assert loss(model, low, 4e-5, 2e7) == loss(model, low, 4e-5, 2e7, motor=printed)
+    assert eq.notch_loss(0.0, 2e7, 1e-8, A6VM280) == eq.notch_loss(low, 2e7, 1e-8, printed)
 
 
 def test_without_notches_mj1_is_mj2_and_without_high_pressure_friction_mj2_is_mj3():
@@ -185,7 +193,7 @@ def test_at_full_displacement_variable_models_are_their_fixed_parents():
 def test_paceys_factor_has_no_pole_in_the_working_range(alpha):
     """Read as an angle: with the relative displacement itself 1 - tan(0.785) is 0."""
     factor = eq.swivel_factor(alpha * A6VM280.D_max, A6VM280)
-    assert 1.0 - math.tan(A6VM280.alpha_max) <= factor <= 1.0 + ALIKE
+    assert 1.0 - A6VM280.tan_alpha <= factor <= 1.0 + ALIKE
 
 
 def test_two_lines_meet_at_the_break_and_have_their_own_slopes():

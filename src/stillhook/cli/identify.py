@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stillhook.logs.log import Log
 
 STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
-MOTOR_FILES = ("motor.toml", "report.html", "models.json", *(f"{stem}.png" for stem in STEMS))
+MOTOR_FILES = ("motor.toml", "report.html", "models.json", "map.csv", *(f"{stem}.png" for stem in STEMS))
 MAP_HELP = (
     "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
     " headings."
@@ -49,7 +49,8 @@ def motor(
     out: Out = None,
     like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
     model: Annotated[
-        str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")
+        str | None,
+        typer.Option(help="Model to look at, and for the motor file, instead of MJ4: wilson ... mj6, or map."),
     ] = None,
     threshold: Annotated[
         float, typer.Option(help="Error in % of nominal torque beyond which a model must not be used.")
@@ -58,7 +59,9 @@ def motor(
 ) -> None:
     """Fit and rank torque-loss models on a supplier's map, recommend one, say where it must not be used (paper A).
 
-    Exit code 1 if no model holds on most of the map, or the map does not determine MJ4, which the twin runs.
+    The motor file holds MJ4, or what --model names (--model map: the map itself, with its table map.csv), and the
+    models that fit as well, for stillhook uncertainty. Exit code 1 if no model holds on most of the map, or the map
+    does not determine that of the motor file.
 
     Example: stillhook identify motor A6VM215.csv --out A6VM215
     """
@@ -90,17 +93,17 @@ def motor(
 def _motor_files(result: MotorLoss) -> dict[str, Any]:
     """Motor file, report, all models and figures by file. A motor file that must not be used is left out."""
     from stillhook.identify.motor.figures import figures
-    from stillhook.identify.motor.identify import loss_set, report, to_dict
+    from stillhook.identify.motor.identify import loss_set, map_table, report, to_dict
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
     from stillhook.report.kit import draw_if_possible, pngs
 
-    chosen, page, numbers = MOTOR_FILES[:3]
+    chosen, page, numbers, table = MOTOR_FILES[:4]
     pictures = draw_if_possible(lambda: pngs(figures(result)))
     files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
     files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
     if not result.drops_in:
-        say(f"{chosen} is not written: MJ4 is not determined by this map, or wrong on most of it.")
+        say(f"{chosen} is not written: {result.law.upper()} is not determined by this map, or wrong on most of it.")
     elif result.like is None:
         say(
             f"{chosen} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia"
@@ -108,6 +111,8 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
         )
     else:
         files[chosen] = set_toml(loss_set(result, chosen.removesuffix(".toml")))
+    if result.law == "map":
+        files[table] = map_table(result)
     return files
 
 

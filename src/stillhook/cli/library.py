@@ -35,6 +35,10 @@ class Kind(NamedTuple):
     rows: Callable[[], list[dict[str, Any]]]
 
 
+MODELS = ("loss_model", "alternatives")
+"""Fields of a motor with other loss models than MJ4, which few have."""
+
+
 def _cranes() -> list[dict[str, Any]]:
     from stillhook.library import cranes, load_crane
 
@@ -77,7 +81,7 @@ def _frictions() -> list[dict[str, Any]]:
             "set": item.name,
             "kind": kind,
             "title": item.title,
-            "values": values.model_dump(),
+            "values": values.model_dump(exclude={n for n in MODELS if getattr(values, n, None) is None}),
             "evidence": None if item.evidence is None else item.evidence.model_dump(),
             "sources": provenance(item),
         }

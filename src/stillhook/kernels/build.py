@@ -33,7 +33,8 @@ from stillhook.kernels.drivers import lift, loop
 from stillhook.kernels.drivers.equations import Equations, equations_of
 from stillhook.kernels.drivers.rest import rest_of
 from stillhook.kernels.drivers.winch import Driver, LaneParts, winch_driver
-from stillhook.physics.records import fields
+from stillhook.physics.hydraulics.motor_laws import labelled
+from stillhook.physics.records import fields, with_class
 from stillhook.winches.load_path.registry import ELEMENTS
 from stillhook.winches.registry import WINCH_TYPES
 
@@ -49,16 +50,20 @@ class Setup(NamedTuple):
     """What a kernel runs besides a winch. path: names of the elements below it from the drum down, of
     `stillhook.winches.load_path.registry`: one that moves with the winch's own state, such as a host's tension, or the
     three of a lowering; () what the winch type names as its PATH. guarded: what the PLC reads comes from outside, and
-    `stillhook.control.guard` stands before it. sensors: those of the crane, by name."""
+    `stillhook.control.guard` stands before it. sensors: those of the crane, by name. losses: torque losses of motors by
+    other models than MJ4, each with its place in the winch's Params and its label of
+    `stillhook.physics.hydraulics.motor_laws`."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
     sensors: tuple[str, ...] = ()
+    losses: tuple[tuple[str, str], ...] = ()
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
-        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *self.path))
+        losses = (f"{place}-{loss}" for place, loss in self.losses)
+        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *self.path, *losses))
 
 
 LOAD_ON_WIRE = Setup()
@@ -153,7 +158,8 @@ def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, 
     lowers = len(below) > 1
     path = module.PATH if lowers or not below else below[0]
     parts = lift.lane_parts(*below) if lowers else LaneParts()
-    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers), parts)
+    Params = functools.reduce(lambda of, loss: with_class(of, loss[0], labelled(loss[1])), setup.losses, module.Params)
+    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers, setup.losses), parts, Params)
     rest, run = rest_of(made), lift.run_of(made, *below) if lowers else loop.run_of(made)
     folder = _folder(plant, setup, extra_controllers)
     code = _machine_code({"run": run, "at_rest": rest.at_rest}, folder, lanes)
@@ -170,10 +176,10 @@ def compiled(function: Any, name: str) -> Any:
 def equations(d: Driver) -> Equations:
     """The equations of a driver for one lane, for what differentiates them: compiled on first call, cached on disk;
     plain Python where no compiler is installed."""
-    plant, extra_controllers = d.made_of
+    plant, extra_controllers, losses = d.made_of
     made = equations_of(d)
     kernels = {"rates_at": made.rates_at, "cycles_at": made.cycles_at}
-    folder = _folder(plant, LOAD_ON_WIRE, extra_controllers, "equations-")
+    folder = _folder(plant, Setup(losses=losses), extra_controllers, "equations-")
     return dataclasses.replace(made, **_machine_code(kernels, folder, 1, make=_by_numba_or_python))
 
 
@@ -202,9 +208,9 @@ def _by_numba_or_python(function: Any, folder: Path) -> Any:
 def _by_numba(function: Any, folder: Path) -> Any:
     if importlib.util.find_spec("numba") is None:
         raise SimulationError(
-            "No compiler is installed. A winch or controller of your own, sensors with faults or drift, changed sources"
-            " and processors that the package holds no compiled model for need one: pip install"
-            ' "stillhook[compiler]".'
+            "No compiler is installed. A winch or controller of your own, sensors with faults or drift, a loss model"
+            " other than MJ4, changed sources and processors that the package holds no compiled model for need one: pip"
+            ' install "stillhook[compiler]".'
         )
     from stillhook.kernels.by_numba import machine_code  # heavy
 
@@ -212,7 +218,7 @@ def _by_numba(function: Any, folder: Path) -> Any:
         return machine_code(function, folder)
 
 
-def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
+def c_source(plant: str, lanes: tuple[int, ...] = (1, 16), setup: Setup = LOAD_ON_WIRE) -> str:
     """One C99 file with everything that a plant's kernels do.
 
     For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in
@@ -220,7 +226,7 @@ def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
     """
     t = Translator()
     for n in lanes:
-        d = driver(plant, n)
+        d = driver(plant, n, setup)
         lane = dict(fields(d.Lane))
         step = tuple(lane[f] for f in ("x", "u", "geo", "tip_0", "tip_1", "tip_2", "p"))
         for name in ("run", "at_rest"):

@@ -12,10 +12,10 @@ import numba
 from llvmlite import ir
 from numba import njit, types
 from numba.core.caching import FunctionCache
-from numba.extending import intrinsic, typeof_impl
+from numba.extending import intrinsic, overload, typeof_impl
 
 from stillhook.kernels.cache import make_private
-from stillhook.physics.scalar import STRICT, Operation, Scalar, scalar_of
+from stillhook.physics.scalar import STRICT, ByRecord, Operation, Scalar, scalar_of
 
 
 @functools.cache
@@ -25,7 +25,23 @@ def kernel_of(scalar: Scalar) -> Any:
     It has no wrapper for calls of the machine code from Python: building those takes half of the compile time.
     """
     source = OPERATIONS[scalar.source.__name__] if isinstance(scalar, Operation) else scalar.source
+    if isinstance(scalar, ByRecord):
+        source = _by_record(scalar)
     return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **scalar.options)(source)
+
+
+def _by_record(scalar: ByRecord) -> Any:
+    """A function that calls the one of the class of its last argument."""
+
+    def chosen(a: Any, b: Any, c: Any, record: Any) -> Any:
+        raise NotImplementedError
+
+    @overload(chosen, strict=False, jit_options={"forceinline": True, **STRICT})
+    def _typed(a: Any, b: Any, c: Any, record: Any) -> Any:
+        function = scalar.choose(record.instance_class)
+        return lambda a, b, c, record: function(a, b, c, record)
+
+    return lambda a, b, c, record: chosen(a, b, c, record)
 
 
 _typeof_any = typeof_impl.dispatch(object)

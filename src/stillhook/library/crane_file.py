@@ -16,6 +16,7 @@ from stillhook.library.leakage import leak_misfit
 from stillhook.library.parameter_sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind, unknown_name
+from stillhook.library.toml.loss_map import with_map
 from stillhook.library.toml.tree import (
     LABELS,
     Leaf,
@@ -223,6 +224,11 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
         motor = part.get("motor") if isinstance(part, dict) else None
         if isinstance(part, dict) and isinstance(motor, dict) and _text_at(fields, circuit, "motor", "type"):
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
+    for table, name in MOTOR_TABLES.items():
+        part = base.get(table)
+        motor = part.get(name) if isinstance(part, dict) else None
+        if isinstance(part, dict) and isinstance(motor, dict) and _text_at(fields, table, name, "loss_model", "law"):
+            base[table] = {**part, name: {k: v for k, v in motor.items() if k != "loss_model"}}
     friction = base.get("friction")
     if isinstance(friction, dict) and _text_at(fields, "friction", "library"):
         base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
@@ -243,6 +249,10 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
     read from a path is then part of the fields, and its file is no longer needed.
     """
     out = dict(fields)
+    for table, name in MOTOR_TABLES.items():
+        part = out.get(table)
+        if isinstance(part, dict) and isinstance(set_ := part.get(name), dict) and "loss_model" in set_:
+            out[table] = {**part, name: with_map(set_, f"{label}: {table}.{name}", folder)}
     for circuit in ("active", "passive"):
         part = out.get(circuit)
         type_, leak = _text_at(part, "motor", "type"), _text_at(part, "pump", "leak")
@@ -264,6 +274,10 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
             {"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction"
         )
     return out
+
+
+MOTOR_TABLES = {"active": "motor", "passive": "motor", "secondary": "unit", "open": "motor"}
+"""Table of the motors in each table of a crane file that has some."""
 
 
 def _needs_reading(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:

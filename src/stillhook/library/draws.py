@@ -15,7 +15,7 @@ from stillhook.library.parameter_sets import Evidence, FrictionSet, LossSet, los
 from stillhook.library.write import leaf_tree
 from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
-from stillhook.winches.circuits.tables import TorqueLoss
+from stillhook.winches.circuits.tables import MJ4, TorqueLoss
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says
@@ -43,6 +43,11 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
     if evidence is None:
         do = "Identify it from tests, or give its covariance."
         raise IdentifyError(f'set "{item.name}": it has no [evidence], so its uncertainty is unknown. {do}')
+    if isinstance(item, LossSet) and item.motor.law != MJ4:
+        raise IdentifyError(
+            f'set "{item.name}": its evidence is that of MJ4, and it names "{item.motor.law}". Draw the factor'
+            " loss_model, or motor_loss with a distribution."
+        )
     spec = item.system if isinstance(item, FrictionSet) else item.motor.loss
     mean = np.array([getattr(spec, name) for name in evidence.names])
     least = np.array([np.nextafter(0.0, 1.0) if name == "Y_4" else 0.0 for name in evidence.names])
@@ -121,7 +126,10 @@ def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> 
         theirs, ours = (show(m.D_max, "displacement") for m in (item.motor, crane.active.motor))
         problem = f'is of a motor of {theirs}, and those of "{crane.name}" have {ours}'
         raise IdentifyError(f'set "{item.name}" {problem}. Choose a set for them.')
-    return changed(crane, {name: {"motor": {"loss": loss, **loss_range(item.evidence)}} for name in fits})
+    model = item.motor.loss_model
+    named = {"law": MJ4} if model is None else leaf_tree(model, {})
+    models = {"loss": loss} if model is None and crane.active.motor.law == MJ4 else {"loss": loss, "loss_model": named}
+    return changed(crane, {name: {"motor": {**models, **loss_range(item.evidence)}} for name in fits})
 
 
 def draw_cranes(

@@ -18,6 +18,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.loss_map import with_map
 from stillhook.library.toml.tree import (
     EVIDENCE,
     Leaf,
@@ -175,8 +176,8 @@ class FrictionSet:
 
 @dataclass(frozen=True)
 class LossSet:
-    """A motor with its torque loss (model MJ4, Moslatt 2020 eq. 2.12), sources and evidence; the evidence is about X_1
-    to X_5."""
+    """A motor with its torque loss, sources and evidence; the evidence is about X_1 to X_5 of MJ4 (Moslatt 2020 eq.
+    2.12)."""
 
     name: str
     title: str
@@ -309,7 +310,13 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
         raise SpecError(f"{where} = {quote(str(name_or_path))}: {line}") from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
-    return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
+    table = parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
+    at, key = table.get("loss_model"), "map"
+    if isinstance(at, dict) and isinstance(at.get(key), dict):
+        at, key = at[key], "value"
+    if isinstance(at, dict) and str(at.get(key)).endswith(".csv"):  # seen from this file
+        at[key] = str(path.parent / at[key])
+    return path.name, table
 
 
 def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
@@ -318,7 +325,7 @@ def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
 
 def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
     numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, "title")}
-    return tree(numbers, label, user=user)
+    return with_map(tree(numbers, label, user=user), label, Path())
 
 
 def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> _Set:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -12,6 +12,7 @@ from pydantic.fields import FieldInfo
 from stillhook.library.leakage import form_of, point_text, stated_leak
 from stillhook.library.toml.tree import LABELS, Leaf, Tree
 from stillhook.spec.crane import Crane, Source, SourceKind, effective_inertia, wire_capacity
+from stillhook.tables.plausible import marks
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, Quantity, exact, number, show
 
@@ -55,10 +56,8 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
 
 def quantity_of(field: FieldInfo) -> str | None:
     """Kind of quantity of a field, also of an optional one or of a list."""
-    marks = [*field.metadata, *getattr(field.annotation, "__metadata__", ())]
-    for inner in get_args(field.annotation):
-        marks += getattr(inner, "__metadata__", ())
-    return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
+    every = (*field.metadata, *marks(field.annotation))
+    return next((mark.kind for mark in every if isinstance(mark, Quantity)), None)
 
 
 def file_value(value: Any, quantity: str | None) -> Any:
@@ -148,6 +147,7 @@ def toml_value(value: Any) -> str:
     return repr(value)
 
 
+MOST_SHOWN = 30  # numbers of a list on the sheet
 DIGITS = 6  # significant digits on the sheet; published numbers have up to 5
 
 
@@ -198,6 +198,8 @@ def _numbers(crane: Crane) -> Iterator[Item]:
 
 
 def _text(value: Any, quantity: str | None) -> str:
+    if isinstance(value, tuple) and len(value) > MOST_SHOWN:
+        return f"{_text(min(value), quantity)} to {_text(max(value), quantity)} ({len(value)} values)"
     if isinstance(value, tuple):
         return " + ".join(_text(v, quantity) for v in value) if quantity else " x ".join(_text(v, None) for v in value)
     if isinstance(value, str):

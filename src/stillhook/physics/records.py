@@ -29,6 +29,27 @@ def record(name: str, of: str, **members: Any) -> Any:
     return made
 
 
+@functools.cache
+def with_class(cls: Any, path: str, new: Any) -> Any:
+    """The record with the class of a field, by its dotted path, replaced."""
+    name, _, inner = path.partition(".")
+    members = dict(fields(cls))
+    members[name] = with_class(members[name], inner, new) if inner else new
+    return record(cls.__name__, f"{cls.__module__} with {path} {new.__module__}", **members)
+
+
+def other_classes(values: Any, cls: Any, path: str = "") -> dict[str, Any]:
+    """Classes of the records in a record that are others than its class says, by their dotted path."""
+    out: dict[str, Any] = {}
+    for (name, of), value in zip(fields(cls), values, strict=True):
+        place = f"{path}.{name}" if path else name
+        if of is not float and type(value) is not of:
+            out[place] = type(value)
+        elif of is not float:
+            out |= other_classes(value, of, place)
+    return out
+
+
 def replace(cls: type, *names: str) -> Callable[..., Any]:
     """A scalar function (record, values) -> record with these top-level fields replaced, values in this order."""
     made: dict[str, Any] = {"cls": cls}

@@ -323,9 +323,11 @@ def rounded(data: Any, digits: int) -> Any:
 def content(crane: Crane, *, digits: int = 17) -> dict[str, str]:
     """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate
     are none. digits: how many of a number count; 17 are all."""
-    named: Any = {"motor": {"type"}}
+    loss: Any = {"loss_model": {"map"}, "alternatives": True}
+    named: Any = {"motor": {"type": True, **loss}}
     bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
     bare |= {"active": named, "passive": named, "friction": {"library"}}
+    bare |= {"secondary": {"unit": loss}, "open": {"motor": loss}}
     data = rounded(crane.model_dump(mode="json", exclude=bare, exclude_none=True), digits)
     return {
         name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()

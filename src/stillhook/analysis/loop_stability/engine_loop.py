@@ -31,7 +31,7 @@ from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import drum_record, gains, pack
 from stillhook.engine.simulate import run_cases, unchanged
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import VL, flatten, paths
 from stillhook.physics.load_path.drum import wire_usable
@@ -174,7 +174,7 @@ def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
 def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
-    d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
+    d = driver(packed.name, 1, Setup(losses=packed.losses), packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
     load, _, v_tip, at = place
     stroke = _stroke(crane, load)

@@ -32,10 +32,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
-from stillhook.engine.pack.winch import controllers_of, plc_record
+from stillhook.engine.pack.winch import controllers_of, losses_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
@@ -255,7 +255,7 @@ class _Plc:
     def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
         extra_controllers, settings = controllers_of(crane, (mode,))
         self.point, self.tick, self.winch = point, steady_tick(mode, *point.tip), crane.plant.type
-        self.driver = driver(crane.plant.value, 1, extra_controllers=extra_controllers)
+        self.driver = driver(crane.plant.value, 1, Setup(losses=losses_of(crane)), extra_controllers)
         self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 

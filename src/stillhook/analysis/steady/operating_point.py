@@ -19,7 +19,7 @@ from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.physics.load_path.drum import drag_force, wire_stiffness
 from stillhook.spec.crane import Crane
@@ -165,7 +165,7 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     return Winch(
         name=crane.name,
         plant=plant,
-        driver=driver(packed.name, 1),
+        driver=driver(packed.name, 1, Setup(losses=packed.losses)),
         params=free,
         geometry=plant.geometry(case.s_w, free),
         s_w=case.s_w,

@@ -30,12 +30,15 @@ from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Spec
 from stillhook.units import quote
+from stillhook.winches.circuits.tables import MJ4, alternatives_of
 
 Pair = tuple[Crane, Scenario]
 
 SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}
 """Factors that may be drawn from a set with evidence, and the table of its parameters; their columns are
 "friction.Y_1", ..."""
+MODEL = ".loss_model"
+"""End of the paths whose value is a loss model."""
 HELD = ("pump_servo", "pump_zeta")
 """Factors that the PLC does not know of: its K_2 is that of the crane that it was set up for."""
 
@@ -85,12 +88,28 @@ class Drawing:
     def values(self, draws: FloatArray) -> dict[str, FloatArray]:
         """Path -> value in every draw [SI], shape (n,); draws has shape (n, columns)."""
         out = {path: np.full(len(draws), x) for path, x in self._held.items()}
-        out |= {path: draws[:, k] for path, k in self._set.items()}
+        out |= {path: draws[:, k] for path, k in self._set.items() if not path.endswith(MODEL)}
+        out |= {path: self._models(path, draws[:, k], draws) for path, k in self._set.items() if path.endswith(MODEL)}
         for path, parts in self._scales.items():
+            if path.endswith(".scale") and path.removesuffix(".scale") in self._set:
+                continue
             x = out[path] if path in out else np.full(len(draws), self._base(path))
             for k, share in parts:
                 x = x * (draws[:, k] if share == 1.0 else 1.0 + share * (draws[:, k] - 1.0))
             out[path] = x
+        return out
+
+    def _models(self, path: str, places: FloatArray, draws: FloatArray) -> Any:
+        """The loss model of a set of motors in every draw, scaled as its loss is; a number beyond its models is the
+        last."""
+        motor = operator.attrgetter(path.removesuffix(MODEL))(self.crane)
+        models = [motor.loss_model, *alternatives_of(motor)]
+        drawn = [models[min(int(place), len(models) - 1)] for place in places]
+        factors = np.prod([draws[:, k] for k, _ in self._scales.get(f"{path[: -len(MODEL)]}.loss.X_1", ())], axis=0)
+        out = np.empty(len(places), dtype=object)
+        for i, (model, x) in enumerate(zip(drawn, np.broadcast_to(factors, len(drawn)).tolist(), strict=True)):
+            by_law = model is not None and model.law != MJ4  # MJ4 has the numbers of loss, which are scaled
+            out[i] = model.model_copy(update={"scale": model.scale * x}) if by_law else model
         return out
 
     def _base(self, path: str) -> float:
@@ -117,7 +136,9 @@ class Drawing:
         crane, case = next(self.pairs(draw[None, :]))
         derived = {"kind": SourceKind.DERIVED.value, "source": label}
         leaves = {
-            i.path: {"value": file_value(i.value, i.quantity), **derived} for i in items(crane) if i.path in values
+            i.path: {"value": file_value(i.value, i.quantity), **derived}
+            for i in items(crane)
+            if i.path in values or i.path.rpartition(".")[0] in values
         }
         tables = nested(leaves.items())
         sound = changed(self.crane, tables) if tables else self.crane
@@ -359,17 +380,16 @@ def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
     return shaped(uncertainty, unit_points(n, seed)[0], (seed,))
 
 
-FIRST = 23
-"""Factors of the first sequence; those after them are drawn from another, so that a new one moves no draw of these."""
+FIRST, SECOND = 23, 40
+"""Ends of the factors of the first and second sequence; those after them are drawn from a third, so that a new one
+moves no draw of these."""
 
 
 def unit_points(n: int, seed: int, tables: int = 1) -> list[FloatArray]:
     """Points of the unit cube over all factors, (n, factors), for so many tables of draws."""
-    rest = len(FACTORS) - FIRST
-    first, later = even(n, tables * FIRST, seed), even(n, tables * rest, (seed, 1))
-    return [
-        np.hstack([first[:, i * FIRST : (i + 1) * FIRST], later[:, i * rest : (i + 1) * rest]]) for i in range(tables)
-    ]
+    counts = (FIRST, SECOND - FIRST, len(FACTORS) - SECOND)
+    parts = [even(n, tables * d, seed if k == 0 else (seed, k)) for k, d in enumerate(counts)]
+    return [np.hstack([u[:, i * d : (i + 1) * d] for u, d in zip(parts, counts, strict=True)]) for i in range(tables)]
 
 
 def even(n: int, d: int, seed: int | tuple[int, ...]) -> FloatArray:

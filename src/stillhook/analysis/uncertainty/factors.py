@@ -26,7 +26,7 @@ from stillhook.spec.crane import Crane, Wire, effective_inertia, inertia_ratio_w
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, parse, quote
-from stillhook.winches.circuits.tables import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant, alternatives_of
 
 MOST_OUTSIDE = 0.01
 """Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the
@@ -234,7 +234,8 @@ class Factor:
         if lacking:
             return f'"{crane.name}" has no table [{self.targets[0].path.partition(".")[0]}]. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
-            return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
+            path = self.targets[0].path if self.name != LOSS_MODEL else "alternatives of its motors' loss models"
+            return f'"{crane.name}" does not give {path}. State it, or leave it out.'
         if idle(crane, (t.path for t in self.targets if not missing(crane, t.path))):
             table = self.targets[-1].path.partition(".")[0]
             return f'the winch of "{crane.name}" moves by no number of [{table}]. Leave it out.'
@@ -266,6 +267,9 @@ def missing(crane: Crane, path: str) -> bool:
     table = path.partition(".")[0]
     if table in Crane.model_fields and crane.table(table) is None:
         return True
+    motor, of_model, inner = path.partition(".loss_model")
+    if of_model:
+        return operator.attrgetter(f"{motor}.loss_model" if inner else f"{motor}.alternatives")(crane) is None
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
 
 
@@ -284,7 +288,16 @@ def between(low: float, high: float) -> Distribution:
 
 
 PASSIVE_LOSS = "passive_motor_loss"
-WIDTHS = {"wire_damping": lambda crane: between(*damping_range(crane.wire))}
+LOSS_MODEL = "loss_model"
+
+
+def equal_models(crane: Crane) -> Distribution:
+    """Place of a loss model among those that fit the motors equally well: 0 to 1 the one in force, and so on."""
+    count = max((len(alternatives_of(c.motor)) for c in crane.circuits.values()), default=0)
+    return Distribution(Law.UNIFORM, (0.0, 1.0 + count))
+
+
+WIDTHS = {"wire_damping": lambda crane: between(*damping_range(crane.wire)), LOSS_MODEL: equal_models}
 """Factors whose distribution a crane file gives."""
 SHARES: Mapping[str, Callable[[Crane], float] | None] = {
     "inertia_share": _of_scaled_inertia,

@@ -38,9 +38,9 @@ class Calculation(NamedTuple):
 
 
 def _motor_loss(name: str, D_m: float, omega_m: float, dp_m: float) -> Rows:
-    """Torque loss of one motor shaft (MJ4, thesis eq. 2.12)."""
+    """Torque loss of one motor shaft: by MJ4 (thesis eq. 2.12), or by the model that its file names."""
     from stillhook.library.parameter_sets import load_losses
-    from stillhook.physics.hydraulics.motor import torque_loss
+    from stillhook.physics.hydraulics.motor_laws import motor_loss
     from stillhook.winches.circuits.tables import loss_fit
 
     losses = load_losses(name)
@@ -56,7 +56,7 @@ def _motor_loss(name: str, D_m: float, omega_m: float, dp_m: float) -> Rows:
     if not inside:
         fitted = ", ".join(f"{show(lo, kind)} to {show(hi, kind)}" for _, (lo, hi), kind in ranges)
         say(f"outside the fitted range {fitted}: an extrapolation")
-    loss = torque_loss(omega_m, D_m, dp_m, loss_fit(m))
+    loss = motor_loss(omega_m, D_m, dp_m, loss_fit(m))
     return {"T_fm": loss, "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside}
 
 

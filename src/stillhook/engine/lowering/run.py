@@ -112,7 +112,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)._replace(sensors=r.winch.sensors)
+        return setup_of(r.case)._replace(sensors=r.winch.sensors, losses=r.winch.losses)
 
     def __init__(
         self,

@@ -18,9 +18,11 @@ from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import Motors
+from stillhook.physics.hydraulics.motor_laws import FITTED
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter, suspended_load
+from stillhook.physics.records import other_classes
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
@@ -61,6 +63,20 @@ class Packed(NamedTuple):
     extra_controllers: tuple[str, ...]
     sensors: tuple[str, ...]
     settings: dict[str, Any]
+
+    @property
+    def losses(self) -> tuple[tuple[str, str], ...]:
+        """The torque losses by other models than MJ4, as the key of a kernel names them."""
+        classes = other_classes(self.params, self.plant.Params)
+        return tuple((place, FITTED[of].label) for place, of in classes.items())
+
+
+@remembered
+def losses_of(crane: Crane) -> tuple[tuple[str, str], ...]:
+    """`Packed.losses` of a crane."""
+    if all(getattr(motors, "loss_model", None) is None for motors in crane.motors):
+        return ()
+    return pack(crane, Scenario(load="0 kg", s_w="0 m", mode=crane.plant.type.default_mode)).losses
 
 
 def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:

@@ -25,7 +25,7 @@ from stillhook.engine.pack.winch import (
 from stillhook.engine.scenario.followed_law import LEAST_GAIN, FollowedLaw, standing_error
 from stillhook.errors import ScenarioError
 from stillhook.physics.friction import system_friction
-from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -224,7 +224,7 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     dp = 0.0 if others else W * r_eff / (active.D_total * alpha)
     sets = [("active", active, alpha, dp)]
     sets += [(o.name, o.motor, min(max(o.alpha, o.motor.alpha_min), 1.0), o.dp) for o in others]
-    losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
+    losses = [m.count * motor_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
     system = sum(m.count for _, m, _, _ in sets) * system_friction(
         omega, W * 0.5 * d, friction_record(crane.friction.system)
     )
@@ -256,6 +256,10 @@ def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> s
     if motor.D_loss_min is not None and alpha * motor.D_max < (1.0 - LOSS_BEYOND) * motor.D_loss_min:
         least = motor.D_loss_min / motor.D_max
         out.append(f"{100.0 * alpha:.2g} % of their displacement, which were fitted from {100.0 * least:.0f} % up")
+    most = motor.D_max if motor.loss_model is None or motor.loss_model.D_m is None else motor.loss_model.D_m[-1]
+    if alpha * motor.D_max > (1.0 + LOSS_BEYOND) * most:
+        largest = 100.0 * most / motor.D_max
+        out.append(f"{100.0 * alpha:.0f} % of their displacement, which were measured up to {largest:.0f} %")
     if motor.n_loss_max is not None and omega_m > (1.0 + LOSS_BEYOND) * motor.n_loss_max:
         out.append(f"{show(omega_m, 'rotation', 3)}, which were fitted up to {show(motor.n_loss_max, 'rotation')}")
     if motor.dp_loss_max is not None and abs(dp_m) > (1.0 + LOSS_BEYOND) * motor.dp_loss_max:

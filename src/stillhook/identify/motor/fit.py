@@ -24,7 +24,7 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.map import LossMap, blocks
-from stillhook.physics.hydraulics import motor_losses
+from stillhook.physics.hydraulics.motor_laws import BLIND, LAWS
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 
 LAMINAR, TURBULENT_AND_MORE = 1.0, 3.0
@@ -56,25 +56,25 @@ class LossCard:
     """What there is to know about a model next to its equation."""
 
     model: LossModel
+    record: type[Any]
+    """The parameters as the equation takes them, named as in paper A."""
+    positive: bool
+    """Whether physics asks that no parameter is negative (a loss never drives the shaft)."""
+    sees_displacement: bool
     title: str
     author: str
     year: int
     equation: str
-    record: type[Any]
-    """The parameters as the equation takes them, named as in paper A."""
     units: tuple[str, ...]
     """SI units of the parameters."""
     validity: str
-    sees_displacement: bool = True
-    positive: bool = True
-    """Whether physics asks that no parameter is negative (a loss never drives the shaft)."""
     bent: tuple[str, ...] = ()
     """Parameters that the loss is not linear in."""
 
     @property
     def function(self) -> Callable[..., Any]:
         """The equation: f(omega_m, D_m, dp_m, record, motor) [N m]."""
-        return getattr(motor_losses, self.model.name.lower())  # type: ignore[no-any-return]
+        return LAWS[self.model].function
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -105,7 +105,8 @@ def _cards() -> dict[LossModel, LossCard]:
     for model in LossModel:
         row = table[model]
         lists = {name: tuple(row.get(name, ())) for name in ("units", "bent")}
-        out[model] = LossCard(model, **row | lists | {"record": getattr(motor_losses, row["record"])})
+        law = LAWS[model]
+        out[model] = LossCard(model, law.record, not law.interpolates, model not in BLIND, **row | lists)
     return out
 
 
@@ -158,7 +159,7 @@ class LossFit:
     summation"."""
     dof: int
     aicc: float
-    D_max: float
+    motor: LossMotor
 
     @property
     def card(self) -> LossCard:
@@ -166,13 +167,12 @@ class LossFit:
 
     def torque(self, omega_m: Any, D_m: Any, dp_m: Any) -> Any:
         """Torque loss of the fitted model [N m]; SI, floats or arrays."""
-        return self.card.torque(omega_m, D_m, dp_m, self.values.tolist(), LossMotor(self.D_max))
+        return self.card.torque(omega_m, D_m, dp_m, self.values.tolist(), self.motor)
 
     def terms(self, omega_m: FloatArray, D_m: FloatArray, dp_m: FloatArray) -> dict[str, FloatArray]:
         """What each linear parameter contributes [N m] (paper A eqs 13-18)."""
         bent = {n: self[n] for n in self.card.bent}
-        motor = LossMotor(self.D_max)
-        return {n: self[n] * self.card.column(n, omega_m, D_m, dp_m, motor, bent) for n in self.card.straight}
+        return {n: self[n] * self.card.column(n, omega_m, D_m, dp_m, self.motor, bent) for n in self.card.straight}
 
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.names.index(name)])
@@ -326,7 +326,7 @@ def _result(
         SSR / float(m.T_f @ m.T_f),
         dof,
         likelihood + 2 * count + 2 * count * (count + 1) / max(N - count - 1, 1),
-        m.D_max,
+        m.motor,
     )
 
 

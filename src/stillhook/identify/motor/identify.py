@@ -15,8 +15,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import LossFit, LossModel, indeterminate, spread_of_levels
-from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap
+from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, indeterminate, spread_of_levels
+from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap, gridded
 from stillhook.identify.motor.rank import (
     THRESHOLD,
     Borrowed,
@@ -33,11 +33,14 @@ from stillhook.identify.motor.rank import (
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, LossSet, load_losses
+from stillhook.library.toml.loss_map import map_csv
+from stillhook.physics.hydraulics.motor_laws import BLIND
 from stillhook.report.document import Bullets, Document, Figure, Section, Table, Text, Verdict
 from stillhook.report.formatting import EMPTY, fmt, percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import number, show
-from stillhook.winches.circuits.tables import TorqueLoss
+from stillhook.winches.circuits.tables import MAP, MJ4, LossAlternatives, LossName, TorqueLoss
+from stillhook.winches.circuits.tables import LossModel as LossTable
 
 SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed
@@ -69,6 +72,8 @@ class MotorLoss:
     """The interpolated map against `model`; None where no level can be left out."""
     like: str | None
     """Motor that lends what a map does not contain."""
+    law: str = MJ4
+    """Model that the motor file names, and the twin of a crane with it runs: the one requested, "map", or else MJ4."""
 
     @property
     def fit(self) -> LossFit:
@@ -80,13 +85,14 @@ class MotorLoss:
 
     @property
     def usable(self) -> bool:
-        """Whether the model holds on most of the map, and MJ4 is determined by it."""
+        """Whether the model holds on most of the map, and that of the motor file is determined by it."""
         return usable_share(self.map, self.fit, self.threshold) >= USEFUL and self.drops_in
 
     @property
     def drops_in(self) -> bool:
-        """Whether there is an MJ4 set for a crane file: determined, and right on most of the map."""
-        return not self.mj4.confounded and usable_share(self.map, self.mj4, self.threshold) >= USEFUL
+        """Whether there is a set for a crane file: its model is determined, and right on most of the map."""
+        fit = self.mj4 if self.law in (MJ4, MAP) else self.fit
+        return self.law == MAP or (not fit.confounded and usable_share(self.map, fit, self.threshold) >= USEFUL)
 
 
 def identify_motor(
@@ -99,7 +105,7 @@ def identify_motor(
     m : LossMap
         Map of the motor.
     model : LossModel or str, optional
-        One to look at instead of the recommended one.
+        One to look at instead of the recommended one, for the motor file as well; "map": the motor file names the map.
     threshold : float, default 0.01
         Error over nominal torque beyond which a model must not be used [-].
     like : str, optional
@@ -122,7 +128,7 @@ def identify_motor(
         raise IdentifyError(
             f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01."
         )
-    chosen = None if model is None else choice(LossModel, model, "model")
+    chosen = None if model is None or model == MAP else choice(LossModel, model, "model")
     if like is not None:
         load_losses(like)
     ranking = rank_losses(m)
@@ -146,6 +152,7 @@ def identify_motor(
         others,
         compare_mapped(m, chosen),
         lender,
+        MAP if model == MAP else MJ4 if model is None or chosen in BLIND else chosen.value,
     )
 
 
@@ -183,22 +190,21 @@ def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
 
 
 def loss_set(result: MotorLoss, name: str) -> LossSet:
-    """The MJ4 loss with everything else that a motor file has, ready for
-    `stillhook.library.parameter_sets.set_toml`.
+    """The MJ4 loss and the model that is requested in its place, with everything else that a motor file has, ready for
+    `stillhook.library.parameter_sets.set_toml`; a map is named by its file, see `map_table`.
 
-    Errors: IdentifyError where MJ4 is not determined, or no motor lends the rest.
+    Errors: IdentifyError where the model is not determined, or no motor lends the rest.
     """
     if not result.drops_in:
         raise IdentifyError(
-            f"{result.map.source}: MJ4 is not determined by this map, or wrong on most of it: there is no set for a"
-            " crane."
+            f"{result.map.source}: {result.law.upper()} is not determined by this map, or wrong on most of it: there is"
+            " no set for a crane. Choose another model, or the map itself."
         )
     if result.like is None:
         size = show(result.map.D_max, "displacement")
         raise IdentifyError(
-            f"{result.map.source}: no motor of the library has {size}, and a map contains nothing about inertia,"
-            " speed limits"
-            " and leakage. Name a motor that lends them (like)."
+            f"{result.map.source}: no motor of the library has {size}, and a map contains nothing about inertia, speed"
+            " limits and leakage. Name a motor that lends them (like)."
         )
     lender, m, fit = load_losses(result.like), result.map, result.mj4
     prefix = "SYNTHETIC " if m.synthetic else ""
@@ -212,10 +218,42 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
         other = Source(text=f"as {lender.title}, a motor of another size", kind=SourceKind.ASSUMED)
         sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
         sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
-    motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **extra})
-    return LossSet(
-        name, f"{prefix}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text)
-    )
+    model = None if result.law == MJ4 else _crane_model(result, result.law)
+    if model is not None:
+        text_of = f"map {m.source}" if result.law == MAP else text.replace("MJ4", result.fit.card.title)
+        source = Source(text=text_of, kind=SourceKind.FITTED)
+        sources |= {f"loss_model.{field}": source for field in LossTable.model_fields}
+    others = [x.value for x in result.ranking.equals if x not in BLIND and x.value != result.law]
+    fitted = {law.replace("-", "_"): _crane_model(result, law) for law in others}
+    for law in fitted:
+        source = Source(text=text.replace("MJ4", law.upper()), kind=SourceKind.FITTED)
+        sources |= {f"alternatives.{law}.{field}": source for field in LossTable.model_fields}
+    models = {"loss": loss, "loss_model": model, "alternatives": LossAlternatives(**fitted) if fitted else None}
+    motor = lender.motor.model_copy(update={**models, **dict.fromkeys(LOSS_RANGE), **extra})
+    title = f"{prefix}{lender.title}, torque loss fitted to {m.source}"
+    return LossSet(name, title, motor, sources, _evidence(result, text))
+
+
+MAP_FILE = "map.csv"
+
+
+def _crane_model(result: MotorLoss, model: str) -> LossTable:
+    """The table of a crane file for a model that was fitted, or for the map."""
+    law = LossName(model)
+    if law == MAP:
+        return LossTable.model_construct(None, law=law, map=MAP_FILE, scale=1.0)
+    if law == MJ4:
+        return LossTable.model_construct(None, law=law, scale=1.0)
+    C = tuple(map(float, result.ranking[LossModel(law)].fit.values))
+    return LossTable.model_construct(None, law=law, C=C, n_low=result.map.omega_low, scale=1.0)
+
+
+def map_table(result: MotorLoss) -> str:
+    """The map as the table that a crane file names: every combination of its levels."""
+    grid, filled = gridded(result.map)
+    gaps = f", {filled} combinations interpolated between cells" if filled else ""
+    note = f"{'SYNTHETIC ' if result.map.synthetic else ''}map {result.map.source}{gaps}; torque loss of one motor"
+    return map_csv(dict(zip((*AXES, "T_f"), map(list, grid), strict=True)), note)
 
 
 def _evidence(result: MotorLoss, text: str) -> Evidence:
@@ -255,6 +293,8 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "rule": r.rule,
         "best": r.best.value,
         "recommended": r.recommended.value,
+        "equals": [x.value for x in r.equals],
+        "motor_file": result.law,
         "reason": r.reason,
         "model": result.model.value,
         "usable": result.usable,
@@ -375,19 +415,24 @@ def _verdict(result: MotorLoss) -> Verdict:
     if share < USEFUL:
         return Verdict(f"NO: {text} No model of this motor comes from this map.", passed=False)
     if not result.drops_in:
-        reason = "But MJ4, which the twin runs, is not determined by this map, or wrong on most of it."
+        reason = f"But {result.law.upper()}, for the motor file, is not determined by this map, or wrong on most of it."
         return Verdict(f"NO: {text} {reason}", passed=False)
     return Verdict(text, passed=True)
 
 
 def _twin(result: MotorLoss) -> str:
     """What the twin runs, where that is another model than the one that is recommended."""
+    r, equals = result.ranking, [CARDS[x].title for x in result.ranking.equals]
+    alike = f" Equally good by the rule: {', '.join(equals)}." if len(equals) > 1 else ""
+    if result.law != MJ4:
+        what = "the map itself" if result.law == MAP else CARDS[LossModel(result.law)].title
+        return f"The motor file names {what}, as requested, and the twin runs it.{alike}"
     if result.model is LossModel.MJ4:
-        return "The twin runs MJ4: the motor file holds this fit."
-    r = result.ranking
+        return f"The twin runs MJ4: the motor file holds this fit.{alike}"
     return (
-        f"The twin runs MJ4, so the motor file holds MJ4 ({percent_fixed(r[LossModel.MJ4].cv)} on levels left out), not"
-        f" {result.fit.card.title} ({percent_fixed(r[result.model].cv)})."
+        f"The twin runs MJ4 unless the motor file names another model (--model), so it holds MJ4"
+        f" ({percent_fixed(r[LossModel.MJ4].cv)} on levels left out), not {result.fit.card.title}"
+        f" ({percent_fixed(r[result.model].cv)}).{alike}"
     )
 
 

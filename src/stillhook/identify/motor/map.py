@@ -17,6 +17,7 @@ from stillhook.errors import LogError, StillhookError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, chosen_rows, open_table, read_columns
 from stillhook.formats.table.understood import Understood, understood_columns
+from stillhook.physics.hydraulics.motor_laws import Measured, map_torque
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.units import parse, quote, show
 
@@ -65,8 +66,14 @@ class LossMap:
     D_max: float
     source: str
     synthetic: bool = False
+    omega_low: float = math.nan
+    """Lowest speed of the complete map, of which this may be a part [rad/s]; default its own."""
     findings: tuple[str, ...] = ()
     """What was found, left out or changed while the map was read: nothing is dropped in silence."""
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.omega_low) and len(self):
+            object.__setattr__(self, "omega_low", float(self.omega_m.min()))
 
     def __len__(self) -> int:
         return len(self.T_f)
@@ -78,7 +85,7 @@ class LossMap:
 
     @property
     def motor(self) -> LossMotor:
-        return LossMotor(self.D_max)
+        return LossMotor(self.D_max, omega_low=self.omega_low)
 
     def at(self, rows: NDArray[Any]) -> LossMap:
         """The map with these cells alone (mask or indices)."""
@@ -322,6 +329,42 @@ def _single(
     return settings[:, 0], settings[:, 1], settings[:, 2], mean
 
 
+Grid = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""Levels of displacement, speed and pressure drop, and the loss at every combination, the pressure fastest, SI."""
+MOST_FILLED = 2.0
+"""Combinations of levels over cells up to which a map is one with gaps, and not a cloud of settings."""
+
+
+def grid_of(m: LossMap) -> Grid | None:
+    """A map as a complete grid of its levels; None where a combination is missing."""
+    axes = [np.unique(m.axis(name)) for name in AXES]
+    if np.prod([len(a) for a in axes]) != len(m):
+        return None
+    order = np.lexsort((m.dp_m, m.omega_m, m.D_m))
+    D, omega, dp, T = (tuple(x.tolist()) for x in (*axes, m.T_f[order]))
+    return D, omega, dp, T
+
+
+def gridded(m: LossMap) -> tuple[Grid, int]:
+    """A map as the twin takes it: at every combination of its levels, each the mean of its settings, and how many
+    combinations no cell gives, which are interpolated between cells. Errors: LogError where settings are scattered."""
+    if (grid := grid_of(m)) is not None:
+        return grid, 0
+    labels = [levels(m.axis(name)) for name in AXES]
+    axes = [np.bincount(label, m.axis(n)) / np.bincount(label) for n, label in zip(AXES, labels, strict=True)]
+    places = np.ravel_multi_index(labels, [len(a) for a in axes])
+    count = int(np.prod([len(a) for a in axes]))
+    if count > MOST_FILLED * len(np.unique(places)):
+        raise LogError(
+            f"{m.source}: {len(m)} cells for {count} combinations of levels: the settings are scattered, and the twin"
+            " takes a map of levels. Choose a model (--model), or give more of the map."
+        )
+    at = np.meshgrid(*axes, indexing="ij")
+    T_f = mapped_loss(m)(at[1].ravel(), at[0].ravel(), at[2].ravel())[0]
+    D, omega, dp, T = (tuple(x.tolist()) for x in (*axes, T_f))
+    return (D, omega, dp, T), count - len(np.unique(places))
+
+
 SAME_POINT = 1.0e-9
 """Relative: a setting that went through its unit and back is still on the edge of the map."""
 MappedLoss = Callable[[Any, Any, Any], tuple[FloatArray, BoolArray]]
@@ -350,12 +393,12 @@ def mapped_loss(m: LossMap) -> MappedLoss:
     Notes
     -----
     Held, not continued: a straight line through the last two cells may cross zero or give a loss that was not measured.
-    With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
-    (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
-    those the nearest cell counts.
+    With held values the loss stays inside what the map has. Full grids are interpolated as the twin does it
+    (trilinear, `stillhook.physics.hydraulics.motor_laws.map_torque`), others over the simplices between scattered
+    cells, with the axes scaled to their range; outside of those the nearest cell counts.
     Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
     """
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.spatial import QhullError
 
     cells = np.column_stack([m.axis(name) for name in AXES])
@@ -368,17 +411,16 @@ def mapped_loss(m: LossMap) -> MappedLoss:
         return np.asarray((points[:, used] - lo[used]) / (hi[used] - lo[used]))
 
     x = scaled(cells)
-    axes = [np.unique(column) for column in x.T]
-    if np.prod([len(a) for a in axes]) == len(x):
-        interpolated: Any = RegularGridInterpolator(axes, m.T_f[np.lexsort(x.T[::-1])].reshape([len(a) for a in axes]))
-    elif len(used) == 1:
-        order = np.argsort(x[:, 0])
-        interpolated = lambda q: np.interp(q[:, 0], x[order, 0], m.T_f[order])
+    interpolated: Any
+    if (grid := grid_of(m)) is not None:
+        law = map_torque(*grid)
+        interpolated = lambda points: law(points[:, 1], points[:, 0], points[:, 2], Measured())
     else:
         try:
-            interpolated = LinearNDInterpolator(x, m.T_f)
+            between = LinearNDInterpolator(x, m.T_f)
+            interpolated = lambda points: between(scaled(points))
         except QhullError:  # the settings move together: nothing is between the cells
-            interpolated = lambda q: np.full(len(q), np.nan)
+            interpolated = lambda points: np.full(len(points), np.nan)
     nearest: Any = NearestNDInterpolator(x, m.T_f) if len(used) > 1 else None  # all of one axis is between its cells
     slack = SAME_POINT * np.maximum(np.abs(lo), np.abs(hi))
 
@@ -386,11 +428,11 @@ def mapped_loss(m: LossMap) -> MappedLoss:
         D, n, dp = np.broadcast_arrays(D_m, np.abs(omega_m), np.abs(dp_m))
         points = np.column_stack([a.ravel() for a in (D, n, dp)])
         inside = ((points >= lo - slack) & (points <= hi + slack)).all(axis=1)
-        limited = scaled(np.clip(points, lo, hi))
+        limited = np.clip(points, lo, hi)
         T_f = np.array(interpolated(limited), dtype=np.float64)
         between_no_cells = np.isnan(T_f)
         if between_no_cells.any():
-            T_f[between_no_cells] = nearest(limited[between_no_cells])
+            T_f[between_no_cells] = nearest(scaled(limited[between_no_cells]))
         return T_f.reshape(D.shape), (inside & ~between_no_cells).reshape(D.shape)
 
     return loss

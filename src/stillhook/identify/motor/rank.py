@@ -80,6 +80,8 @@ class Ranking:
     best: LossModel
     recommended: LossModel
     reason: str
+    equals: tuple[LossModel, ...] = ()
+    """Models that are as good as the best by the rule, best first."""
     rule: str = RULE
 
     def __getitem__(self, model: LossModel) -> Ranked:
@@ -108,9 +110,10 @@ def rank_losses(m: LossMap) -> Ranking:
             f"{m.source}: {len(m)} cells on too few levels determine no model. Give more levels of each setting."
         )
     best = min(eligible, key=lambda r: r.cv)
-    chosen, reason = _choose(eligible, best, squares, float(m.T_N.mean()))
+    good = _as_good(eligible, best, squares, float(m.T_N.mean()))
+    chosen, reason = _choose(good, best)
     order = tuple(sorted(ranked, key=lambda r: (not r.eligible, r.cv)))
-    return Ranking(m.source, order, best.model, chosen.model, reason)
+    return Ranking(m.source, order, best.model, chosen.model, reason, tuple(r.model for r in good))
 
 
 Fold = tuple[str, NDArray[np.bool_]]
@@ -148,17 +151,19 @@ def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], 
     return Ranked(fit.model, fit, fixed, cv, by_axis, not reason, reason)
 
 
-def _choose(
-    eligible: list[Ranked], best: Ranked, squares: Mapping[LossModel, FloatArray], T_N: float
-) -> tuple[Ranked, str]:
-    """The model with the fewest parameters that is not materially worse than the best."""
+def _as_good(eligible: list[Ranked], best: Ranked, squares: Mapping[LossModel, FloatArray], T_N: float) -> list[Ranked]:
+    """The models that are not materially worse than the best, best first."""
 
     def as_good(r: Ranked) -> bool:
         off = (squares[r.model] - squares[best.model]) / T_N**2
         error = float(np.std(off, ddof=1)) / math.sqrt(len(off)) if len(off) > 1 else 0.0
         return float(off.mean()) <= error or r.cv - best.cv <= MATERIAL
 
-    good = [r for r in eligible if as_good(r)]
+    return sorted((r for r in eligible if as_good(r)), key=lambda r: r.cv)
+
+
+def _choose(good: list[Ranked], best: Ranked) -> tuple[Ranked, str]:
+    """The model with the fewest parameters of them."""
     chosen = min(good, key=lambda r: (len(r.fit.names), r.cv))
     error = f"cross-validated error {percent_fixed(chosen.cv)} of the mean nominal torque"
     text = f"{chosen.fit.card.title}: {len(chosen.fit.names)} parameters, {error}"

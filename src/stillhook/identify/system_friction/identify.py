@@ -23,7 +23,7 @@ from stillhook.identify.system_friction.diagnosis import (
     unlike,
 )
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, fit_system, predicted
-from stillhook.identify.system_friction.fitting.model import Loss, Points, Y, joined, mj4
+from stillhook.identify.system_friction.fitting.model import Loss, Points, Y, joined, loss_of
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop, second_loop
 from stillhook.identify.system_friction.fitting.uncertainty import Proposal, profile_intervals, propose
 from stillhook.identify.system_friction.measure import Measured, measure
@@ -32,6 +32,7 @@ from stillhook.library.parameter_sets import load_friction
 from stillhook.physics.scalar import G
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
+from stillhook.winches.circuits.tables import MJ4
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims `CLAIM` (paper D, conclusions) [rad/s]."""
@@ -132,7 +133,13 @@ def friction(
         raise IdentifyError(
             f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted."
         )
-    loss = mj4(campaign.motor.loss)
+    loss = loss_of(campaign.motor)
+    if settings.loops and campaign.motor.law != MJ4:
+        law = campaign.motor.law
+        raise IdentifyError(
+            f'{campaign.source}: fit.loops: the second loop fits MJ4, and the motors have "{law}". Remove loops, or'
+            " name a motor with MJ4."
+        )
     like = None if settings.like is None else Y.of(load_friction(settings.like).system)._asdict()
     swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _effective_radius(campaign, points)
     plan = design(points, swl, like)

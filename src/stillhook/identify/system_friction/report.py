@@ -139,7 +139,7 @@ def _parameters(result: Friction) -> Section:
         rows.append((n, _parameter(n, value), *ends, MEANING[n] + state))
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-        f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} (MJ4)."
+        f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} ({result.campaign.motor.law.upper()})."
     )
     matrix, names = correlation(result.fit), result.fit.names
     correlations = [
@@ -278,7 +278,10 @@ def figures(result: Friction) -> Mapping[str, Picture]:
         title = "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)"
         out["second-loop-system"] = derived_system_friction(result, losses, title)
     if result.mapped is not None:
-        losses = {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss}
+        losses = {
+            f"fitted model ({result.campaign.motor.law.upper()})": result.loss,
+            "supplier's map": result.mapped.loss,
+        }
         title = "System friction derived with the fitted motor model and with the supplier's map (as paper D figure 13)"
         out["model-and-map"] = derived_system_friction(result, losses, title)
     if result.campaign.synthetic:

@@ -9,6 +9,8 @@ from collections import ChainMap
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import Array
 from stillhook.physics.records import fields
@@ -144,6 +146,8 @@ class Expressions:
         if e.id in self.loops:
             return Value(safe(e.id), int)
         known = self.static(e)
+        if isinstance(known, np.ndarray) and known.ndim == 1:
+            return Value(self.t.table(known), Array)
         if type(known) not in (int, float):
             self.refuse(e, f"the name {e.id}")
         return constant(known)

@@ -8,7 +8,8 @@ tuple -> struct, an array of floats -> double *. - Statements: docstring; `a = x
 x`; if / elif / else; `for i in range(...)` with a constant step; break; return; the call of a function that returns
 nothing. A name keeps its type. - Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - *
 / // % ** <<`, `-x`, comparisons, and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by
-position or keyword, abs, math.sqrt, math.ceil, math.copysign. Conditions are truth values, never numbers; indices are
+position or keyword, elements of an array around the function, abs,
+math.sqrt, math.ceil, math.copysign. Conditions are truth values, never numbers; indices are
 not negative.
 
 `//` and `%` are for integers and floor as in Python. A loop over `range(LANES)` is marked as free of dependences.
@@ -26,7 +27,7 @@ from typing import Any, NamedTuple
 from stillhook.kernels.c99.expressions import Expressions, SubsetError, Value, bare, constant, names_of, plain, safe
 from stillhook.kernels.lanes import Array
 from stillhook.physics.records import fields
-from stillhook.physics.scalar import Scalar, align_stack, scalar_of
+from stillhook.physics.scalar import ByRecord, Scalar, align_stack, scalar_of
 
 LANE_LOOP = "LANES"
 """The driver's name for the number of lanes."""
@@ -106,6 +107,13 @@ class Translator:
         self.records: dict[Any, tuple[str, str]] = {}
         self.functions: dict[tuple[Any, ...], CFunction] = {}
         self.taken: set[str] = set()
+        self.tables: dict[int, tuple[str, Any]] = {}
+
+    def table(self, values: Any) -> str:
+        """C's name of an array of numbers that does not change."""
+        if id(values) not in self.tables:
+            self.tables[id(values)] = self.unused("table"), values
+        return self.tables[id(values)][0]
 
     def ctype(self, t: Any) -> str:
         """C's name of a type; defines a struct where it is new."""
@@ -133,6 +141,9 @@ class Translator:
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> CFunction:
         """The C function for these argument types; translated when first used. `export` names an entry of the
         library."""
+        scalar = scalar_of(fn)
+        if isinstance(scalar, ByRecord):
+            fn = scalar.choose(types[-1])
         scalar, fn = scalar_of(fn), plain(fn)
         key = (fn, types, export)
         if key not in self.functions:
@@ -168,7 +179,16 @@ class Translator:
 
     def source(self) -> str:
         return "\n".join(
-            [HEADER, *(text for _, text in self.records.values()), "", *(f.source for f in self.functions.values())]
+            [
+                HEADER,
+                *(text for _, text in self.records.values()),
+                *(
+                    f"static const double {n}[] = {{{', '.join(map(repr, v.tolist()))}}};"
+                    for n, v in self.tables.values()
+                ),
+                "",
+                *(f.source for f in self.functions.values()),
+            ]
         )
 
 

@@ -48,7 +48,7 @@ class Driver:
     path: Any  # module of the load path
     laws: ControlLaws
     lanes: int
-    made_of: tuple[str, tuple[str, ...]]  # winch type, controllers in addition to those of every kernel
+    made_of: tuple[str, tuple[str, ...], tuple[Any, ...]]  # winch type, further controllers, losses (see `Setup`)
     parts: LaneParts
     State: Any  # of winch and load path
     Command: Any
@@ -80,12 +80,14 @@ class Driver:
 
 
 def winch_driver(
-    plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: tuple[str, tuple[str, ...]], parts: LaneParts
+    plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: tuple[Any, ...], parts: LaneParts, Params: Any
 ) -> Driver:
-    """A winch type on a load path under these controllers, as plain Python; parts: what its lanes hold besides."""
+    """A winch type on a load path under these controllers, as plain Python; parts: what its lanes hold besides; Params:
+    the class of its parameters, with the losses of its motors."""
     more = "".join(f", {name} {each.__module__}" for name, each in parts.others.items())
+    more += "" if Params is plant.Params else f", {Params.__module__}"
     of = f"{__name__} {plant.__name__}, {path.__name__}, {laws.Record.__module__}{more}"
-    Command, Params, LawRecord = plant.Command, plant.Params, laws.Record
+    Command, LawRecord = plant.Command, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
     sensing, actuate = laws.sensing(plant.sense, LINES <= set(plant.Signals._fields)), plant.actuate
     winch_signals, winch_powers = plant.signals, plant.powers

@@ -14,7 +14,8 @@ from stillhook.engine.pack.winch import pack
 from stillhook.errors import IdentifyError
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.accumulator import piston_loss
-from stillhook.physics.hydraulics.motor import motor_torque, torque_loss
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.load_path.load import drum_geometry
@@ -100,7 +101,7 @@ class Balance:
 
         def loss_of(of: Any, alpha: FloatArray, drop: FloatArray) -> tuple[FloatArray, FloatArray]:
             """Loss of a set of motors, and its change per part of the full displacement [N m]."""
-            now, more = (of.count * torque_loss(omega, a * of.D_max, drop, of.fit) for a in (alpha, alpha + NUDGE))
+            now, more = (of.count * motor_loss(omega, a * of.D_max, drop, of.fit) for a in (alpha, alpha + NUDGE))
             return now, sign * (more - now) / NUDGE
 
         wire = x["F_w"] * geo.r_eff

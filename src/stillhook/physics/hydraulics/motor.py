@@ -1,4 +1,4 @@
-"""Hydraulic motors: torque, torque loss (MJ4) and leakage."""
+"""Hydraulic motors: torque, torque loss by MJ4 (others: `stillhook.physics.hydraulics.motor_laws`) and leakage."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,8 @@ class TorqueLossFit(NamedTuple):
 
 class Motors(NamedTuple):
     """A set of equal motors on the drum's gear: D_max [m^3/rad] of one motor; C_1 [m^3/s/Pa], C_2 [m^3/rad/Pa] leak of
-    one."""
+    one; fit its torque loss: MJ4, or the record of another model (`stillhook.physics.hydraulics.motor_laws`), for
+    which a kernel is compiled of its own."""
 
     count: float
     D_max: float
@@ -51,18 +52,6 @@ def torque_loss_moving(omega_m, D_m, fit):
 def torque_loss_dry(D_m, dp_m, fit):
     """The part of `torque_loss` that is there at any speed: the level of the dry friction [N m]."""
     return fit.X_3 * abs(dp_m) * D_m + fit.X_4 + fit.X_5 * dp_m * dp_m
-
-
-@scalar
-def motors_dry(alpha_m, dp_m, motors):
-    """`torque_loss_dry` of a whole set of motors at displacement alpha_m over its maximum [-] [N m]."""
-    return motors.count * torque_loss_dry(alpha_m * motors.D_max, dp_m, motors.fit)
-
-
-@scalar
-def motors_moving(omega_m, alpha_m, motors):
-    """`torque_loss_moving` of a whole set of motors at displacement alpha_m over its maximum [-] [N m]."""
-    return motors.count * torque_loss_moving(omega_m, alpha_m * motors.D_max, motors.fit)
 
 
 @scalar

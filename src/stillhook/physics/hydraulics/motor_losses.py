@@ -1,4 +1,5 @@
-"""Torque loss of hydraulic motors: the models that paper A compares, from Wilson to MJ6.
+"""Torque loss of hydraulic motors: the models that paper A compares, from Wilson to MJ6; the twin takes them from
+`stillhook.physics.hydraulics.motor_laws`.
 
 One function an equation, with the letters of Moslatt 2020 paper A. Floats or numpy arrays in, the same out; SI. Every
 loss is even in the speed and in the pressure drop: print has bars on the speed alone. MJ4 is
@@ -12,6 +13,8 @@ import math
 from typing import Any, NamedTuple
 
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss, torque_loss_dry
+from stillhook.physics.records import define
+from stillhook.physics.scalar import cube, maximum, power, scalar, sqrt
 
 RHO_OIL = 870.0
 """Density of a mineral hydraulic oil HLP 46 at 40 degC [kg/m^3]. Assumed (typical of the class; the map's own oil is
@@ -19,18 +22,23 @@ rarely stated)."""
 MU_OIL = 46.0e-6 * RHO_OIL
 """Its dynamic viscosity [Pa s]: 46 mm^2/s at 40 degC is what class 46 of ISO 3448 means. Assumed."""
 ALPHA_MAX = math.radians(25.0)
-"""Swivel angle of a bent-axis motor of the A6VM kind at full displacement [rad]. Assumed; only Pacey's model asks for
+"""Swivel angle of a bent-axis motor of the A6VM type at full displacement [rad]. Assumed; only Pacey's model asks for
 it."""
+OMEGA_LOW = 400.0 * math.pi / 30.0
+"""Lowest speed of paper A's maps [rad/s]."""
 
 
 class LossMotor(NamedTuple):
-    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], alpha_max
-    [rad]."""
+    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], sine and
+    tangent of its full swivel angle [-], omega_low lowest speed of the fit, below which a term that grows without
+    bound, and a model that interpolates, keep their value [rad/s]."""
 
     D_max: float
     rho: float = RHO_OIL
     mu: float = MU_OIL
-    alpha_max: float = ALPHA_MAX
+    sin_alpha: float = math.sin(ALPHA_MAX)
+    tan_alpha: float = math.tan(ALPHA_MAX)
+    omega_low: float = OMEGA_LOW
 
 
 class Wilson(NamedTuple):
@@ -171,6 +179,7 @@ Huhtala28: Any = NamedTuple(  # type: ignore[misc]
 Huhtala28.__doc__ = "Coefficients of `Huhtala14` as x + x_D D_m/D_max: first all x, then all x_D in the same units."
 
 
+@scalar
 def wilson(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Wilson (1948) [N m]: dry, viscous and constant; knows the full displacement only.
 
@@ -181,6 +190,7 @@ def wilson(omega_m, D_m, dp_m, fit, motor):
     return motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m) + fit.C_c)
 
 
+@scalar
 def schlosser(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Schlosser (1961) [N m]: Wilson's constant gives way to the acceleration of the oil.
 
@@ -189,9 +199,10 @@ def schlosser(omega_m, D_m, dp_m, fit, motor):
     Source: Moslatt 2020 paper A eq. 2. Differs from print: bars on dp_m.
     """
     steady = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
-    return steady + fit.C_d * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+    return steady + fit.C_d * power(motor.D_max, 5.0 / 3.0) * motor.rho * omega_m * omega_m
 
 
+@scalar
 def thoma(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Thoma (1969) [N m]: Schlosser with the displacement in the acceleration of the oil.
 
@@ -200,9 +211,11 @@ def thoma(omega_m, D_m, dp_m, fit, motor):
     Source: Moslatt 2020 paper A eq. 3; alpha_m = D_m / D_max. Differs from print: bars on dp_m.
     """
     steady = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
-    return steady + fit.C_e * (D_m / motor.D_max) ** 3 * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+    size = power(motor.D_max, 5.0 / 3.0)
+    return steady + fit.C_e * cube(D_m / motor.D_max) * size * motor.rho * omega_m * omega_m
 
 
+@scalar
 def swivel_factor(D_m, motor):
     r"""Pacey's :math:`(1 - \tan\alpha_{max}) / (1 - \tan\alpha)` with :math:`\sin\alpha =
     (D_m/D_{max})\sin\alpha_{max}` [-].
@@ -211,10 +224,11 @@ def swivel_factor(D_m, motor):
     0.785 (tan = 1), inside the working range, so alpha is read as the swivel angle of a bent-axis motor, whose stroke
     goes as its sine.
     """
-    s = D_m / motor.D_max * math.sin(motor.alpha_max)
-    return (1.0 - math.tan(motor.alpha_max)) / (1.0 - s / (1.0 - s * s) ** 0.5)
+    s = D_m / motor.D_max * motor.sin_alpha
+    return (1.0 - motor.tan_alpha) / (1.0 - s / sqrt(1.0 - s * s))
 
 
+@scalar
 def pacey(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Pacey (1979) [N m]: Wilson with a factor of the swivel angle in the dry and viscous terms.
 
@@ -227,6 +241,7 @@ def pacey(omega_m, D_m, dp_m, fit, motor):
     return moving * swivel_factor(D_m, motor) + fit.C_e
 
 
+@scalar
 def ortwig(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Ortwig (2002) [N m]: an interpolation in speed, pressure and displacement; parameters may have
     either sign.
@@ -242,27 +257,30 @@ def ortwig(omega_m, D_m, dp_m, fit, motor):
     return fixed + alpha_m * (fit.C_j + fit.C_k * p + fit.C_l * n)
 
 
+@scalar
 def notch_loss(omega_m, dp_m, C_k, motor):
     r"""Loss at the notches of the port plate [N m], :math:`C_k(|\Delta p|/|\omega|)\sqrt{|\Delta p|/\rho}`.
 
-    Not valid at standstill: it grows without bound.
+    It grows without bound towards standstill: below omega_low of the motor, where no map has data, it is held.
     """
     p = abs(dp_m)
-    return C_k * p / abs(omega_m) * (p / motor.rho) ** 0.5
+    return C_k * p / maximum(abs(omega_m), motor.omega_low) * sqrt(p / motor.rho)
 
 
+@scalar
 def jeong(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Jeong (2007) [N m], of a motor with fixed displacement.
 
     .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta
     p/\rho} + C_m\Delta p^2
 
-    Source: Moslatt 2020 paper A eq. 6. Not valid at standstill (C_k term). Differs from print: bars on dp_m.
+    Source: Moslatt 2020 paper A eq. 6. Differs from print: the C_k term is held below omega_low; bars on dp_m.
     """
     smooth = fit.C_e + fit.C_f * abs(dp_m) + fit.C_g * motor.mu * abs(omega_m) + fit.C_i * motor.rho * omega_m * omega_m
     return smooth + notch_loss(omega_m, dp_m, fit.C_k, motor) + fit.C_m * dp_m * dp_m
 
 
+@scalar
 def mj3(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after modified Jeong 3 [N m]: MJ2 without friction at high pressure.
 
@@ -270,10 +288,11 @@ def mj3(omega_m, D_m, dp_m, fit, motor):
 
     Source: Moslatt 2020 paper A eq. 9. Differs from print: bars on dp_m.
     """
-    turbulent = fit.C_i * motor.rho * omega_m * omega_m * D_m**3
+    turbulent = fit.C_i * motor.rho * omega_m * omega_m * cube(D_m)
     return fit.C_e + fit.C_f * abs(dp_m) + fit.C_g * motor.mu * abs(omega_m) + turbulent
 
 
+@scalar
 def mj2(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after modified Jeong 2 [N m]: MJ1 without the notches of the port plate, so MJ3 and friction at high
     pressure.
@@ -285,17 +304,19 @@ def mj2(omega_m, D_m, dp_m, fit, motor):
     return mj3(omega_m, D_m, dp_m, fit, motor) + fit.C_m * dp_m * dp_m
 
 
+@scalar
 def mj1(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after modified Jeong 1 [N m]: Jeong with the displacement in the turbulent term.
 
     .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_m\Delta p^2 + C_i\rho\omega^2 D_m^3
               + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta p/\rho}
 
-    Source: Moslatt 2020 paper A eq. 7. Not valid at standstill (C_k term). Differs from print: bars on dp_m.
+    Source: Moslatt 2020 paper A eq. 7. Differs from print: the C_k term is held below omega_low; bars on dp_m.
     """
     return mj2(omega_m, D_m, dp_m, fit, motor) + notch_loss(omega_m, dp_m, fit.C_k, motor)
 
 
+@scalar
 def mj4(omega_m, D_m, dp_m, fit, motor):
     """Torque loss after modified Jeong 4 [N m]: `stillhook.physics.hydraulics.motor.torque_loss` with the arguments of
     the others.
@@ -306,6 +327,7 @@ def mj4(omega_m, D_m, dp_m, fit, motor):
     return torque_loss(omega_m, D_m, dp_m, fit)
 
 
+@scalar
 def mj5(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after modified Jeong 5 [N m]: MJ4 with a free exponent, 2 for turbulent and 1 for laminar flow into
     the chambers.
@@ -317,10 +339,11 @@ def mj5(omega_m, D_m, dp_m, fit, motor):
     is then MJ4. The text calls MJ3 its base, yet eq. 11 carries the terms of MJ4; its "C_o" is C_n.
     """
     dry = torque_loss_dry(D_m, dp_m, TorqueLossFit(X_1=0.0, X_2=0.0, X_3=fit.C_f, X_4=fit.C_e, X_5=fit.C_m))
-    flow = fit.C_i * motor.rho * abs(omega_m) ** fit.C_n * D_m ** (fit.C_n + 1.0)
+    flow = fit.C_i * motor.rho * power(abs(omega_m), fit.C_n) * power(D_m, fit.C_n + 1.0)
     return dry + fit.C_g * motor.mu * abs(omega_m) + flow
 
 
+@scalar
 def mj6(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after modified Jeong 6 [N m]: MJ4 and the notches of the port plate in proportion to the
     displacement.
@@ -328,7 +351,7 @@ def mj6(omega_m, D_m, dp_m, fit, motor):
     .. math:: T_f = C_e + C_f\Delta p D_m + C_g\mu|\omega| + C_m\Delta p^2 + C_i\rho\omega^2 D_m^3
               + C_k\frac{D_m\Delta p}{D_{max}|\omega|}\sqrt{\Delta p/\rho}
 
-    Source: Moslatt 2020 paper A eq. 12. Not valid at standstill (C_k term). Differs from print: bars on dp_m; it has
+    Source: Moslatt 2020 paper A eq. 12. Differs from print: the C_k term is held below omega_low; bars on dp_m; it has
     six parameters, where table 1 prints five.
     """
     smooth = torque_loss(
@@ -340,6 +363,7 @@ def mj6(omega_m, D_m, dp_m, fit, motor):
     return smooth + D_m / motor.D_max * notch_loss(omega_m, dp_m, fit.C_k, motor)
 
 
+@scalar
 def huhtala_14(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss as two straight lines over the pressure that meet at a break [N m]; fixed displacement.
 
@@ -359,12 +383,22 @@ def huhtala_14(omega_m, D_m, dp_m, fit, motor):
     return a + b * (p - over) + c * over
 
 
+_made: dict[str, Any] = {"Huhtala14": Huhtala14}
+define(
+    "def at_displacement(fit, alpha_m):\n    return Huhtala14("
+    + ", ".join(f"fit.{x} + alpha_m * fit.{x}D" for x in Huhtala14._fields)
+    + ")\n",
+    _made,
+    f"<Huhtala14 at a displacement of {__name__}>",
+)
+_at_displacement = scalar(_made["at_displacement"])
+
+
+@scalar
 def huhtala_28(omega_m, D_m, dp_m, fit, motor):
     """`huhtala_14` with every coefficient linear in D_m / D_max, so 28 parameters [N m].
 
     Source: our reading. Moslatt 2020 paper A table 1 prints 28 parameters for variable displacement; section 3.5 says
     how to adapt the model "is unclear".
     """
-    alpha_m, half = D_m / motor.D_max, len(Huhtala14._fields)
-    now = Huhtala14(*(x + alpha_m * x_D for x, x_D in zip(fit[:half], fit[half:], strict=True)))
-    return huhtala_14(omega_m, D_m, dp_m, now, motor)
+    return huhtala_14(omega_m, D_m, dp_m, _at_displacement(fit, D_m / motor.D_max), motor)

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from stillhook.base.arrays import FloatArray
+from stillhook.errors import ValidateError
 from stillhook.library.leakage import form_of
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.validate.dynamics.output_error import FAR, Model
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment, delayed, repeated, steps_per_cycle
-from stillhook.winches.circuits.tables import LeakForm
+from stillhook.winches.circuits.tables import MJ4, LeakForm
 
 S = TypeVar("S", bound=BaseModel)
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
@@ -98,8 +99,14 @@ def _inertia(crane: Crane, x: float) -> Crane:
 
 
 def viscous_friction(crane: Crane) -> float:
-    """Friction of motors and transmission that is proportional to speed, of all motors together [N m s/rad]."""
-    return float(sum(m.count * (m.loss.X_1 + crane.friction.system.Y_5) for m in crane.motors))
+    """Friction of motors and transmission that is proportional to speed, of all motors together, as the tuning scales
+    it: that of the transmission alone where motors have another loss model than MJ4 [N m s/rad]."""
+    Y_5 = crane.friction.system.Y_5
+    total = float(sum(m.count * ((m.loss.X_1 if m.law == MJ4 else 0.0) + Y_5) for m in crane.motors))
+    if total == 0.0:
+        do = "Give friction.system.Y_5, or validate with MJ4"
+        raise ValidateError(f'"{crane.name}": no viscous friction to tune: X_1 of MJ4, and Y_5, are 0. {do}.')
+    return total
 
 
 def _pump_flow(crane: Crane, x: float) -> Crane:

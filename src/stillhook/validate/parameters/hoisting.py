@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.friction import system_friction_dry
-from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.hydraulics.motor_laws import motor_loss_dry, motor_loss_moving
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.blocks import fit, pooled
@@ -171,8 +172,8 @@ def twin_friction(
         sets.append((part.params.passive.motors, *passive))
     T = hoist.n_motors * (system_friction_dry(omega, T_d, hoist.friction) + hoist.friction.Y_5 * np.abs(omega))
     for motors, alpha, drop in sets:
-        D = alpha * motors.D_max
-        T = T + motors.count * (torque_loss_dry(D, drop, motors.fit) + torque_loss_moving(omega, D, motors.fit))
+        at = (omega, alpha * motors.D_max, drop, motors.fit)
+        T = T + motors.count * (motor_loss_dry(*at) + motor_loss_moving(*at))
     return np.asarray(T)
 
 

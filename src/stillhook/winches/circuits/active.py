@@ -4,9 +4,12 @@ extremes and limits."""
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stillhook.control.interface import Sensed
 from stillhook.physics.hydraulics import lines
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
+from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit, motor_leakage
+from stillhook.physics.hydraulics.motor_laws import motor_loss_dry, motor_loss_moving
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo, displacement, known_displacement
 from stillhook.physics.records import replace
@@ -242,14 +245,24 @@ def servo_rate(servo: Servo) -> float:
     return servo.omega_n * max(max(servo.zeta, 1.0) + max(servo.zeta**2 - 1.0, 0.0) ** 0.5, STOPPING)
 
 
-def moving_slope(motors: Motors, omega_m: float) -> float:
-    """Slope of the moving loss of all motors of a set at their highest speed [N m s/rad]."""
-    return motors.count * (motors.fit.X_1 + 2.0 * motors.fit.X_2 * omega_m * motors.D_max**3)
+SPEEDS, DRY_SHARES = np.linspace(0.0, 1.0, 41)[:, None, None], np.linspace(0.05, 1.0, 8)
+"""Parts of the highest speed [-], and of displacement and pressure, at which bounds of a loss are looked for."""
+
+
+def moving_slope(motors: Motors, omega_m: float, dp: float) -> float:
+    """Largest slope of the moving loss of all motors of a set up to their highest speed [N m s/rad]; dp highest
+    pressure [Pa]."""
+    if isinstance(motors.fit, TorqueLossFit):
+        return motors.count * (motors.fit.X_1 + 2.0 * motors.fit.X_2 * omega_m * motors.D_max**3)
+    D, drop = DRY_SHARES[:, None] * motors.D_max, DRY_SHARES * dp
+    T = motor_loss_moving(SPEEDS * omega_m, D, drop, motors.fit)
+    return float(motors.count * np.max(np.diff(T, axis=0)) / (SPEEDS[1, 0, 0] * omega_m))
 
 
 def dry_bound(motors: Motors, dp: float) -> float:
-    """Upper bound of the dry loss of all motors of a set [N m]: at full displacement; dp highest pressure [Pa]."""
-    return float(motors.count * torque_loss_dry(motors.D_max, dp, motors.fit))
+    """Upper bound of the dry loss of all motors of a set [N m]; dp highest pressure [Pa]."""
+    D, drop = DRY_SHARES[:, None] * motors.D_max, DRY_SHARES * dp
+    return float(motors.count * np.max(motor_loss_dry(0.0, D, drop, motors.fit)))
 
 
 def active_stiffness(a: ActiveCircuit, J: float) -> Stiffness:
@@ -265,4 +278,4 @@ def active_stiffness(a: ActiveCircuit, J: float) -> Stiffness:
         "pump displacement control": servo_rate(a.pump_servo),
         "motor displacement control": servo_rate(a.motor_servo),
     }
-    return Stiffness(rates, moving_slope(a.motors, a.n_max), dry_bound(a.motors, a.relief.p), a.n_max)
+    return Stiffness(rates, moving_slope(a.motors, a.n_max, a.relief.p), dry_bound(a.motors, a.relief.p), a.n_max)

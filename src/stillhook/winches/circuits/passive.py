@@ -82,7 +82,7 @@ def passive_stiffness(P: PassiveCircuit, J: float) -> Stiffness:
         "passive pump displacement control": servo_rate(P.pump_servo),
         "passive motor displacement control": servo_rate(P.motor_servo),
     }
-    return Stiffness(rates, moving_slope(P.motors, P.n_max), dry_bound(P.motors, P.relief.p), P.n_max)
+    return Stiffness(rates, moving_slope(P.motors, P.n_max, P.relief.p), dry_bound(P.motors, P.relief.p), P.n_max)
 
 
 def carried_by(P: PassiveCircuit, r_eff: float, F_w: float) -> Carried:

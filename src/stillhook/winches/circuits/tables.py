@@ -3,15 +3,19 @@ kernels read of them."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
 from stillhook.physics.hydraulics import lines, swash
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
+from stillhook.physics.hydraulics.motor_laws import BLIND, LAWS, map_record, record_of
+from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.tables.table import Count, Number, Spec, Text
 
 
@@ -65,6 +69,105 @@ class TorqueLoss(Spec):
     X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
 
 
+MJ4, MAP = "mj4", "map"
+LossName = StrEnum(  # type: ignore[misc]
+    "LossName", {name.upper().replace("-", "_"): name for name in (*(law for law in LAWS if law not in BLIND), MAP)}
+)
+
+
+class LossModel(Spec):
+    """Torque loss of the motors by another model than MJ4, or by a measured map."""
+
+    law: LossName = Field(description='model, as `stillhook identify motor` names it, "mj4" (that of loss) or "map"')
+    C: tuple[Number, ...] | None = Field(
+        default=None, max_length=30, description="parameters of the model in SI, in the order in which it is written"
+    )
+    n_low: u.Rotation | None = Field(
+        default=None,
+        gt=0,
+        description="lowest speed of the fit, below which the loss at the notches, and a model that interpolates, are"
+        " held; default 400 rev/min",
+    )
+    map: Text | None = Field(
+        default=None, description="CSV file of the map, seen from this file, or map of the library"
+    )
+    D_m: tuple[u.Displacement, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
+    omega_m: tuple[u.Rotation, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
+    dp_m: tuple[u.Pressure, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
+    T_f: tuple[Annotated[u.Torque, Field(ge=0)], ...] | None = Field(
+        default=None, max_length=20000, description="loss at every combination of levels, the pressure fastest"
+    )
+    scale: Number = Field(default=1.0, ge=0, description="loss of these motors over that of the model")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _varies_with_displacement(cls, data: Any) -> Any:
+        law = data.get("law") if isinstance(data, Mapping) else None
+        if isinstance(law, str) and law in BLIND:
+            raise ValueError(
+                f'law = "{law}": this model does not vary with displacement. Choose {", ".join(LossName)}.'
+            )
+        return data
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Self:
+        if self.law != MAP:
+            self._needs_parameters()
+        elif self.T_f is None or None in self.levels:
+            raise ValueError('law = "map": it needs map, the name of a CSV file.')
+        else:
+            self._is_a_grid()
+        return self
+
+    def _needs_parameters(self) -> None:
+        names = () if self.law == MJ4 else LAWS[self.law].record._fields
+        if len(names) != len(self.C or ()):
+            takes = f"{len(names)} numbers, {', '.join(names)}" if names else "none: its numbers are those of loss"
+            raise ValueError(f'C: "{self.law}" takes {takes}; here are {len(self.C or ())}.')
+        if names and not LAWS[self.law].interpolates and min(self.C or ()) < 0.0:
+            raise ValueError(
+                f'C: a parameter of "{self.law}" is negative: a loss never drives the shaft. Give 0 or more.'
+            )
+        if self.map is not None or self.T_f is not None:
+            raise ValueError(f'law = "{self.law}" and a map: choose law = "map", or remove the map.')
+
+    def _is_a_grid(self) -> None:
+        for name, levels in zip(("D_m", "omega_m", "dp_m"), self.levels, strict=True):
+            if any(b <= a for a, b in itertools.pairwise(levels)) or levels[0] < 0.0:
+                raise ValueError(f"{name}: levels of a map rise, from 0 or above. Sort them.")
+        if len(self.T_f or ()) != (count := math.prod(map(len, self.levels))):
+            raise ValueError(
+                f"T_f: {len(self.T_f or ())} losses for {count} combinations of levels. Give one for each."
+            )
+
+    @property
+    def levels(self) -> tuple[Any, ...]:
+        """Levels of a map: displacement, speed, pressure drop."""
+        return self.D_m, self.omega_m, self.dp_m
+
+    def fit(self, loss: TorqueLoss, D_max: float) -> Any:
+        """The record by which the twin knows it."""
+        if self.law == MAP:
+            return map_record(*self.levels, self.T_f)(self.scale)
+        if self.law == MJ4:
+            return TorqueLossFit(*(self.scale * getattr(loss, name) for name in TorqueLossFit._fields))
+        motor = LossMotor(D_max) if self.n_low is None else LossMotor(D_max, omega_low=self.n_low)
+        return record_of(self.law)(LAWS[self.law].record(*(self.C or ())), motor, self.scale)
+
+
+_FITTED_AS_WELL: dict[str, Any] = {
+    law.replace("-", "_"): (LossModel | None, Field(default=None, description="a model that fits as well"))
+    for law in LossName
+    if law != MAP
+}
+LossAlternatives: Any = create_model(
+    "LossAlternatives",
+    __base__=Spec,
+    __doc__="Models that fit the map of a motor as well as the one in force, a table for each.",
+    **_FITTED_AS_WELL,
+)
+
+
 class Motor(Spec):
     """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
 
@@ -73,6 +176,8 @@ class Motor(Spec):
     n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
     J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
     loss: TorqueLoss
+    loss_model: LossModel | None = Field(default=None, description="model of the torque loss in place of MJ4")
+    alternatives: LossAlternatives | None = Field(default=None, description="models that fit as well")
     C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
     C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
     D_loss_min: u.Displacement | None = Field(
@@ -84,6 +189,11 @@ class Motor(Spec):
     dp_loss_max: u.Pressure | None = Field(
         default=None, gt=0, description="largest pressure difference at which the loss was fitted"
     )
+
+    @property
+    def law(self) -> str:
+        """Name of the model of its loss."""
+        return MJ4 if self.loss_model is None else str(self.loss_model.law)
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:
@@ -308,10 +418,18 @@ def flushing_record(flushing: Flushing, boost: Boost) -> lines.Flushing:
     return lines.Flushing(boost.p + flushing.dp_open, flushing.conductance, 1.0 / max(flushing.dp_shuttle, 1.0))
 
 
-def loss_fit(motor: Motor) -> TorqueLossFit:
-    """The torque loss of a motor."""
+def loss_fit(motor: Motor) -> Any:
+    """The torque loss of a motor: the record of its model."""
     loss = motor.loss
+    if motor.loss_model is not None:
+        return motor.loss_model.fit(loss, motor.D_max)
     return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
+
+
+def alternatives_of(motor: Motor) -> tuple[LossModel, ...]:
+    """Models of a motor's loss that fit as well as the one in force."""
+    models = () if motor.alternatives is None else (model for _, model in motor.alternatives)
+    return tuple(model for model in models if model is not None)
 
 
 def motors_record(motor: Any, C_1: float, C_2: float) -> Motors:

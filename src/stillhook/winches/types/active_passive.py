@@ -9,7 +9,8 @@ from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
 from stillhook.physics.hydraulics.lines import line_pressure
-from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.hydraulics.motor_laws import motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import joined, replace, zeros_but
 from stillhook.physics.scalar import fmax, scalar
@@ -156,8 +157,9 @@ def circuit(x, q, u, geo, p):
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
     o = passive_flows(alpha_pp, D_pm, x.omega_m, x.V_o, u.f_passive, P)
 
-    dry = motors_dry(alpha_m, p_a - p_b, A.motors) + motors_dry(alpha_pm, o.p_hp - P.settings.p_lp, P.motors)
-    moving = motors_moving(x.omega_m, alpha_m, A.motors) + motors_moving(x.omega_m, alpha_pm, P.motors)
+    omega_m, dp, dp_p = x.omega_m, p_a - p_b, o.p_hp - P.settings.p_lp
+    dry = motors_dry(omega_m, alpha_m, dp, A.motors) + motors_dry(omega_m, alpha_pm, dp_p, P.motors)
+    moving = motors_moving(omega_m, alpha_m, dp, A.motors) + motors_moving(omega_m, alpha_pm, dp_p, P.motors)
     g = shaft.dry_level(dry, x.omega_m, q.F_w * 0.5 * geo.d, p.hoist)
     return Circuit(
         f=f,

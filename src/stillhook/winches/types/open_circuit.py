@@ -9,7 +9,8 @@ from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import Plc, hold, low_pass
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.lines import capacitance, line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving, torque_loss
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque
+from stillhook.physics.hydraulics.motor_laws import motor_loss, motors_dry, motors_moving
 from stillhook.physics.hydraulics.pump import power_limited_setting, pump_setting_rate
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
@@ -156,7 +157,7 @@ def circuit(x, q, u, geo, p):
     A, h, M = p.A, p.hoist, p.A.motors
     p_a, p_b, p_s = line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_s)
     f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, u.f_pump, A)
-    g = shaft.dry_level(motors_dry(1.0, p_a - p_b, M), x.omega_m, q.F_w * 0.5 * geo.d, h)
+    g = shaft.dry_level(motors_dry(x.omega_m, 1.0, p_a - p_b, M), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
         p_a=p_a,
@@ -165,7 +166,7 @@ def circuit(x, q, u, geo, p):
         V_void=line_voids(x, A.i_C_h) + void_volume(x.p_s, A.i_C_s),
         g=g + u.brake * h.T_brake,
         held=u.brake,
-        T_moving=shaft.moving_loss(motors_moving(x.omega_m, 1.0, M), x.omega_m, h),
+        T_moving=shaft.moving_loss(motors_moving(x.omega_m, 1.0, p_a - p_b, M), x.omega_m, h),
     )
 
 
@@ -352,7 +353,7 @@ def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
     A, M = p.A, p.A.motors
     rates = valve_rates(A, shaft_inertia_without_wire(p.hoist))
-    return Stiffness(rates, moving_slope(M, A.n_max), dry_bound(M, A.relief.p), A.n_max)
+    return Stiffness(rates, moving_slope(M, A.n_max, A.relief.p), dry_bound(M, A.relief.p), A.n_max)
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -393,7 +394,7 @@ def _passed(omega: float, p: Params, geo: Geometry, F_w: float, lowering: bool) 
     T = F_w * geo.r_eff + (-T_f if lowering else T_f)
     dp = T / A.D_m
     for _ in range(20):  # the motors' own loss goes with the pressure that carries it
-        T_m = M.count * torque_loss(omega, M.D_max, dp, M.fit)
+        T_m = M.count * motor_loss(omega, M.D_max, dp, M.fit)
         dp = (T - T_m if lowering else T + T_m) / A.D_m
     Q = A.D_m * omega
     drop = (Q / A.edges.K_v) ** 2

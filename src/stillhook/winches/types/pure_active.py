@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
 from stillhook.physics.hydraulics.lines import line_pressure
-from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.hydraulics.motor_laws import motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import zeros_but
 from stillhook.physics.scalar import scalar
@@ -113,7 +114,7 @@ def circuit(x, q, u, geo, p):
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
     f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
-    g = shaft.dry_level(motors_dry(alpha_m, p_a - p_b, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
+    g = shaft.dry_level(motors_dry(x.omega_m, alpha_m, p_a - p_b, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
         p_a=p_a,
@@ -124,7 +125,7 @@ def circuit(x, q, u, geo, p):
         D_m=D_m,
         g=g + u.brake * h.T_brake,
         held=u.brake,
-        T_moving=shaft.moving_loss(motors_moving(x.omega_m, alpha_m, A.motors), x.omega_m, h),
+        T_moving=shaft.moving_loss(motors_moving(x.omega_m, alpha_m, p_a - p_b, A.motors), x.omega_m, h),
     )
 
 

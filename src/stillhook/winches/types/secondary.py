@@ -9,7 +9,8 @@ from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
-from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque
+from stillhook.physics.hydraulics.motor_laws import motors_dry, motors_moving
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.physics.hydraulics.secondary import (
     friction_ahead,
@@ -157,13 +158,13 @@ SUPPLIED = ("pump", "boost")
 @scalar
 def dry_level(T_d, alpha_s, dp, omega_m, p):
     """Level of the dry friction of all units and of the transmission at the motor shaft [N m]; T_d drum torque."""
-    return shaft.dry_level(motors_dry(abs(alpha_s), dp, p.rail.motors), omega_m, T_d, p.hoist)
+    return shaft.dry_level(motors_dry(omega_m, abs(alpha_s), dp, p.rail.motors), omega_m, T_d, p.hoist)
 
 
 @scalar
-def moving_loss(omega_m, alpha_s, p):
+def moving_loss(alpha_s, dp, omega_m, p):
     """Viscous and turbulent losses of all units and of the transmission, against the motion [N m]."""
-    return shaft.moving_loss(motors_moving(omega_m, abs(alpha_s), p.rail.motors), omega_m, p.hoist)
+    return shaft.moving_loss(motors_moving(omega_m, abs(alpha_s), dp, p.rail.motors), omega_m, p.hoist)
 
 
 @scalar
@@ -193,7 +194,7 @@ def circuit(x, q, u, geo, p):
         u_s=u_s,
         g=g,
         held=u.brake,
-        T_moving=moving_loss(x.omega_m, alpha_s, p),
+        T_moving=moving_loss(alpha_s, over, x.omega_m, p),
     )
 
 
@@ -251,8 +252,9 @@ def torque_ahead(omega_ref, u_p, r, x, m, brake, tick, geo, p):
     compensated and the speed is not at its limit; m memory after the cycle."""
     R, d = p.rail, p.drive
     F = load_ahead(m.F, r.F, d.most)
-    T_f = dry_level(F * 0.5 * geo.d, x.alpha_s, r.p_hp - R.settings.p_lp, omega_ref, p)
-    T_f = T_f + abs(moving_loss(omega_ref, x.alpha_s, p))
+    dp = r.p_hp - R.settings.p_lp
+    T_f = dry_level(F * 0.5 * geo.d, x.alpha_s, dp, omega_ref, p)
+    T_f = T_f + abs(moving_loss(x.alpha_s, dp, omega_ref, p))
     follows = 1.0 if m.mode > MANUAL and abs(u_p) < 1.0 else 0.0
     accelerates = -follows * tick.a_m / (geo.r_eff * geo.i_J)
     return F * geo.r_eff + (1.0 - brake) * (friction_ahead(omega_ref, T_f, d.share, d.i_omega) + accelerates)
@@ -401,7 +403,7 @@ def steady_torque(p: Params, geo: Geometry, F_w: float, omega_m: float) -> float
     R, T_w = p.rail, F_w * geo.r_eff
     dp = R.settings.p_set - R.settings.p_lp
     alpha = setting_for_torque(T_w, R.settings.D_m_max, dp)
-    T_f = dry_level(F_w * 0.5 * geo.d, alpha, dp, omega_m, p) + abs(moving_loss(omega_m, alpha, p))
+    T_f = dry_level(F_w * 0.5 * geo.d, alpha, dp, omega_m, p) + abs(moving_loss(alpha, dp, omega_m, p))
     return float(T_w + copysign(T_f, omega_m))
 
 

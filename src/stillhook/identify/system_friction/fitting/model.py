@@ -18,8 +18,9 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.physics import friction
 from stillhook.physics.hydraulics import motor
+from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.spec.crane import SystemFriction
-from stillhook.winches.circuits.tables import TorqueLoss
+from stillhook.winches.circuits.tables import Motor, TorqueLoss, loss_fit
 
 
 @dataclass(frozen=True)
@@ -190,6 +191,12 @@ def mj4(loss: TorqueLoss) -> Loss:
     """The twin's motor loss with the parameters of a motor."""
     fit = motor.TorqueLossFit(*(getattr(loss, name) for name in X_NAMES))
     return lambda omega, D_m, dp: np.asarray(motor.torque_loss(omega, D_m, dp, fit), dtype=np.float64)
+
+
+def loss_of(of: Motor) -> Loss:
+    """The twin's motor loss: by the model that the motor names."""
+    fit = loss_fit(of)
+    return lambda omega, D_m, dp: np.asarray(motor_loss(omega, D_m, dp, fit), dtype=np.float64)
 
 
 def mean_of_pair(f: Callable[[FloatArray, FloatArray], FloatArray], points: Points) -> FloatArray:
