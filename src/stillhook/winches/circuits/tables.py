@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from stillhook import units as u
@@ -65,12 +67,43 @@ class TorqueLoss(Spec):
     X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
 
 
+class SpeedTable(Spec):
+    """Highest speed of a motor by its displacement, as a data sheet has it; linear between the points."""
+
+    alpha: tuple[Annotated[Number, Field(ge=0, le=1)], ...] = Field(
+        min_length=2, max_length=50, description="displacements over the full one, rising to 1"
+    )
+    n: tuple[Annotated[u.Rotation, Field(gt=0)], ...] = Field(description="highest speed at each, not rising")
+
+    @model_validator(mode="after")
+    def _is_a_curve(self) -> Self:
+        if len(self.n) != len(self.alpha):
+            raise ValueError(f"n has {len(self.n)} speeds for {len(self.alpha)} displacements. Give one for each.")
+        if any(b <= a for a, b in pairwise(self.alpha)) or self.alpha[-1] != 1.0:
+            raise ValueError("alpha must rise from entry to entry and end at 1.")
+        if any(b > a for a, b in pairwise(self.n)):
+            raise ValueError("n must not rise with the displacement: a motor turns fastest at a small one.")
+        return self
+
+    def below(self) -> tuple[float, float]:
+        """n_full and n_max of the largest hyperbola n_full / alpha up to n_max that is nowhere above the table
+        [rad/s]. Between two points n alpha is least at an end, so that the points alone decide."""
+        alpha, n = np.array(self.alpha), np.array(self.n)
+        ends = [(float(np.min((n * alpha)[k:])), float(n[k])) for k in range(len(n)) if alpha[k] > 0.0]
+        over = np.linspace(0.5, 1.0, 51)  # where winches work
+        return max(ends, key=lambda end: float(np.sum(np.minimum(end[1], end[0] / over))))
+
+
 class Motor(Spec):
     """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
 
     D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
     n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
     n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
+    n_table: SpeedTable | None = Field(
+        default=None,
+        description="highest speed by displacement; default n_max_full over the displacement, up to n_max",
+    )
     J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
     loss: TorqueLoss
     C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
@@ -93,6 +126,19 @@ class Motor(Spec):
                 "a motor turns fastest at reduced displacement. Raise n_max."
             )
         return self
+
+    def speed_limit(self, alpha: float) -> float:
+        """Highest shaft speed at displacement alpha over its maximum [rad/s]."""
+        if self.n_table is not None:
+            return float(np.interp(alpha, self.n_table.alpha, self.n_table.n))
+        return self.n_max if self.n_max_full > self.n_max * alpha else self.n_max_full / alpha
+
+    def speed_ends(self, n_gear: float | None) -> tuple[float, float]:
+        """Speed limits at full and at reduced displacement [rad/s] by which runs count overspeed, the gears' limit
+        among them. Of a table the largest n_full / alpha up to n_max that is nowhere above it: counted early, never
+        late."""
+        ends = (self.n_max_full, self.n_max) if self.n_table is None else self.n_table.below()
+        return ends if n_gear is None else (min(ends[0], n_gear), min(ends[1], n_gear))
 
 
 class MotorSet(Motor):
