@@ -82,16 +82,27 @@ def sea() -> Motion:
 
 def load_case(load: float, duration: float, s_w: float) -> LoadCase:
     case = Scenario(
-        load=f"{load - F1799.hook_mass / 1000.0:g} t", s_w=f"{s_w:g} m", tip=sea(), mode="ns",
-        duration=f"{duration + 30.0:g} s", warm_up="30 s",
-    )  # fmt: skip
+        load=f"{load - F1799.hook_mass / 1000.0:g} t",
+        s_w=f"{s_w:g} m",
+        tip=sea(),
+        mode="ns",
+        duration=f"{duration + 30.0:g} s",
+        warm_up="30 s",
+    )
     run: xarray.Dataset = simulate(F1799, case, every="0.1 s")
     drum = drum_record(F1799)
     tip, e_c = metrics.s_tip_pp(run), metrics.e_c_pp(run)
     return LoadCase(
-        load, duration, s_w, math.ceil(layers_filled(drum.L_full - s_w, drum)), float(tip.mean()), 100.0 * float(e_c.mean()),
-        float(metrics.eta_c(run).mean()), in_display(float(run["p_max"]), "pressure"), float(run["alpha_pm"].mean()),
-    )  # fmt: skip
+        load,
+        duration,
+        s_w,
+        layer=math.ceil(layers_filled(drum.L_full - s_w, drum)),
+        tip=float(tip.mean()),
+        e_c_pp=100.0 * float(e_c.mean()),
+        eta=float(metrics.eta_c(run).mean()),
+        p_max=in_display(float(run["p_max"]), "pressure"),
+        alpha_pm=float(run["alpha_pm"].mean()),
+    )
 
 
 def by_tip() -> tuple[float, float]:

@@ -140,7 +140,7 @@ def test_names_on_the_shelves() -> None:
         "nov-70t-pure-active",
         "utility-20t-open-circuit",
     )
-    assert motors() == ("A6VM170", "A6VM215", "A6VM215-crane-2-second-loop", "A6VM250", "A6VM280")
+    assert motors() == ("A6VM170", "A6VM215", "A6VM215-crane-2-second-loop", "A6VM280")
     assert frictions() == ("L4593", "crane-1", "crane-2", "crane-2-second-loop", "nov-250t")
     assert leak_tables() == ("A4VSG355",)
 
