@@ -100,10 +100,6 @@ class Motor(Spec):
     D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
     n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
     n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
-    n_table: SpeedTable | None = Field(
-        default=None,
-        description="highest speed by displacement; default n_max_full over the displacement, up to n_max",
-    )
     J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
     loss: TorqueLoss
     C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
@@ -129,16 +125,7 @@ class Motor(Spec):
 
     def speed_limit(self, alpha: float) -> float:
         """Highest shaft speed at displacement alpha over its maximum [rad/s]."""
-        if self.n_table is not None:
-            return float(np.interp(alpha, self.n_table.alpha, self.n_table.n))
         return self.n_max if self.n_max_full > self.n_max * alpha else self.n_max_full / alpha
-
-    def speed_ends(self, n_gear: float | None) -> tuple[float, float]:
-        """Speed limits at full and at reduced displacement [rad/s] by which runs count overspeed, the gears' limit
-        among them. Of a table the largest n_full / alpha up to n_max that is nowhere above it: counted early, never
-        late."""
-        ends = (self.n_max_full, self.n_max) if self.n_table is None else self.n_table.below()
-        return ends if n_gear is None else (min(ends[0], n_gear), min(ends[1], n_gear))
 
 
 class MotorSet(Motor):
@@ -146,6 +133,10 @@ class MotorSet(Motor):
 
     type: Text = Field(description="motor type in the library")
     count: Count = Field(description="number of motors")
+    n_table: SpeedTable | None = Field(
+        default=None,
+        description="highest speed by displacement; default n_max_full over the displacement, up to n_max",
+    )
     alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
     servo: Servo
     variant: ServoVariant = Field(description="displacement control")
@@ -156,6 +147,19 @@ class MotorSet(Motor):
     def D_total(self) -> float:
         """Full displacement of all motors together [m^3/rad]."""
         return self.count * self.D_max
+
+    def speed_limit(self, alpha: float) -> float:
+        """Highest shaft speed at displacement alpha over its maximum [rad/s]."""
+        if self.n_table is None:
+            return super().speed_limit(alpha)
+        return float(np.interp(alpha, self.n_table.alpha, self.n_table.n))
+
+    def speed_ends(self, n_gear: float | None) -> tuple[float, float]:
+        """Speed limits at full and at reduced displacement [rad/s] by which runs count overspeed, the gears' limit
+        among them. Of a table the largest n_full / alpha up to n_max that is nowhere above it: counted early, never
+        late."""
+        ends = (self.n_max_full, self.n_max) if self.n_table is None else self.n_table.below()
+        return ends if n_gear is None else (min(ends[0], n_gear), min(ends[1], n_gear))
 
 
 class Pumps(Spec):
