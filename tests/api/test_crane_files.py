@@ -251,7 +251,9 @@ def test_files_that_are_no_crane_files_say_why(tmp_path: Path) -> None:
 
 def test_a_name_that_is_no_crane_lists_the_cranes() -> None:
     assert refusal("nov-250") == (
-        'No crane "nov-250": the library has deep-250t, nov-100t-cylinder, nov-100t-electric, nov-100t-pure-active, nov-150t, nov-250t, nov-250t-secondary, utility-20t-open-circuit; did you mean "nov-250t"? '
+        'No crane "nov-250": the library has deep-250t, nov-100t-cylinder, nov-100t-electric, nov-100t-pure-active, '
+        "nov-150t, nov-165t, nov-165t-12-motors, nov-250t, nov-250t-f1799, nov-250t-secondary, nov-50t-pure-active, "
+        'nov-58t-pure-active, nov-70t-pure-active, utility-20t-open-circuit; did you mean "nov-250t"? '
         "A file's name ends in .toml."
     )
     assert "the library has deep-250t, nov-100t-cylinder" in refusal("")

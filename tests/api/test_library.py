@@ -3,7 +3,6 @@
 import json
 import math
 import tomllib
-from importlib.resources import files
 from typing import Any
 
 import pytest
@@ -12,6 +11,7 @@ from stillhook import library
 from stillhook.engine.pack.winch import drum_record, inertia_record
 from stillhook.errors import SpecError
 from stillhook.library import LeakTable, changed, cranes, frictions, leak_table, leak_tables, load_crane, motor, motors
+from stillhook.library.toml.kinds import LIBRARY
 from stillhook.library.toml.tree import tree
 from stillhook.library.write import items, sheet, sheet_json
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
@@ -39,7 +39,8 @@ def leaves(table: dict[str, Any], path: str = "") -> list[tuple[str, Any]]:
 
 @pytest.mark.parametrize(("shelf", "name"), LIBRARY_FILES)
 def test_every_number_of_a_library_file_has_a_kind_and_a_source(shelf: str, name: str) -> None:
-    text = (files("stillhook.library") / "data" / shelf / f"{name}.toml").read_text(encoding="utf-8")
+    (file,) = (LIBRARY / shelf).rglob(f"{name}.toml")
+    text = file.read_text(encoding="utf-8")
     for path, leaf in leaves(tomllib.loads(text)):
         if path in LABELS:
             assert isinstance(leaf, str), path
@@ -130,8 +131,14 @@ def test_names_on_the_shelves() -> None:
         "nov-100t-electric",
         "nov-100t-pure-active",
         "nov-150t",
+        "nov-165t",
+        "nov-165t-12-motors",
         "nov-250t",
+        "nov-250t-f1799",
         "nov-250t-secondary",
+        "nov-50t-pure-active",
+        "nov-58t-pure-active",
+        "nov-70t-pure-active",
         "utility-20t-open-circuit",
     )
     assert motors() == ("A6VM170", "A6VM215", "A6VM215-crane-2-second-loop", "A6VM280")

@@ -23,7 +23,6 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.engine.pack.winch import active_record, drum_record, friction_record
-from stillhook.engine.scenario.checks import speed_limit
 from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.library import changed, crane_toml, load_crane
@@ -160,7 +159,7 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 
     dp_L = holding_pressure(crane, test, d)
     leak = crane.active.C_leak * dp_L / (alpha * motor.D_total)
     pump = crane.active.pump
-    fastest = min(PUMP_USE * pump.D_total * pump.omega_p / (alpha * motor.D_total) - leak, speed_limit(motor, alpha))
+    fastest = min(PUMP_USE * pump.D_total * pump.omega_p / (alpha * motor.D_total) - leak, motor.speed_limit(alpha))
     if fastest < 2.0 * SLOWEST:
         raise IdentifyError(
             f'test "{test.name}": the pumps of "{crane.name}" reach {show(max(fastest, 0.0), "rotation")} against the'

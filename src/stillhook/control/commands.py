@@ -56,11 +56,31 @@ def marginal_gain(loop):
     return (c_2 - c_4 * w_2) * w_2 / (loop.b_0 * loop.g), sqrt(w_2)
 
 
+class DisplacementLimits(NamedTuple):
+    """D_m_min of SSC from torque and speeds. by_torque 1 where it is chosen, 0 where the rule by the load is; T_0
+    friction of all motors and gears at the shaft with an empty wire [N m]; c_T torque that the active motors need per
+    torque of the load at the shaft [-]; i_T inverse of the torque that they have at full displacement and the highest
+    permitted pressure [1/(N m)]; J inertia at the shaft with a full drum [kg m^2]; r_outer wire per motor angle where
+    K_wire is 1 [m/rad]; alpha_speed smallest displacement with which full pumps turn motors and gears within their
+    speed limits [-]; i_T_speed what the limit of the motors that hold the load adds, per torque of the load
+    [1/(N m)]."""
+
+    by_torque: float = 0.0
+    T_0: float = 0.0
+    c_T: float = 0.0
+    i_T: float = 0.0
+    J: float = 0.0
+    r_outer: float = 1.0
+    alpha_speed: float = 0.0
+    i_T_speed: float = 0.0
+
+
 class MotorSettings(NamedTuple):
     """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; alpha_swl displacement
     that SSC keeps for the SWL on the outermost layer [-]; u_thr threshold of SSC [-];
     i_F_swl inverse of the weight of the safe working load and the hook [1/N]; K_outer K_wire of the outermost layer;
-    alpha_hold displacement that the operator holds in manual mode [-], 0 where he leaves it to the PLC."""
+    alpha_hold displacement that the operator holds in manual mode [-], 0 where he leaves it to the PLC; limits those of
+    SSC from torque and speeds."""
 
     alpha_min: float
     alpha_ns: float
@@ -70,6 +90,7 @@ class MotorSettings(NamedTuple):
     i_F_swl: float
     K_outer: float
     alpha_hold: float
+    limits: DisplacementLimits
 
 
 @scalar
@@ -107,9 +128,39 @@ def displacement_calc_min(F_load, K_wire, settings):
 
 
 @scalar
+def displacement_for_torque(F_load, a, K_wire, limits):
+    r"""D_calc_min / D_m_max from friction, load and inertia against the permitted pressure [-].
+
+    .. math:: D_{calcMin} = \frac{T_0 + c_T F r + J |a| / r}{p_{most} - p_{boost}}, \quad r = r_{outer}/K_{wire}
+
+    F_load load cell [N]; a acceleration of the wire [m/s^2]. Source: Moslatt 2020 paper C ("must overcome friction,
+    load dynamics and inertia accelerations" within the maximum system pressure); no equation is printed.
+    """
+    r = limits.r_outer / K_wire
+    return clip((limits.T_0 + limits.c_T * F_load * r + limits.J * abs(a) / r) * limits.i_T, 0.0, 1.0)
+
+
+@scalar
+def displacement_for_speed(F_load, K_wire, limits):
+    """D_abs_min / D_m_max: full pumps then turn no motor and no gear beyond its limit [-]. The motors that hold the
+    load have their displacement from it, and their limit from that. Source: Moslatt 2020 eq. 2.11, paper C."""
+    return fmax(limits.alpha_speed, clip(limits.i_T_speed * F_load * limits.r_outer / K_wire, 0.0, 1.0))
+
+
+@scalar
+def displacement_min_moving(F_load, a, K_wire, settings):
+    """D_m_min / D_m_max = max(D_abs_min, D_calc_min) / D_m_max while the wire has the acceleration a [m/s^2] [-], by
+    the rule of `[control] displacement_limit`. Source: Moslatt 2020 eq. 2.11."""
+    s = settings.limits
+    by_load = fmax(settings.alpha_min, displacement_calc_min(F_load, K_wire, settings))
+    speed = fmax(settings.alpha_min, displacement_for_speed(F_load, K_wire, s))
+    return fmax(speed, displacement_for_torque(F_load, a, K_wire, s)) if s.by_torque > 0.5 else by_load
+
+
+@scalar
 def displacement_min(F_load, K_wire, settings):
-    """D_m_min / D_m_max = max(D_abs_min, D_calc_min) / D_m_max [-]. Source: Moslatt 2020 eq. 2.11."""
-    return fmax(settings.alpha_min, displacement_calc_min(F_load, K_wire, settings))
+    """The same at a steady wire speed [-]."""
+    return displacement_min_moving(F_load, 0.0, K_wire, settings)
 
 
 @scalar

@@ -104,7 +104,7 @@ def _states_leak(fields: Tree) -> bool:
     """Whether form or point of the active circuit's leak are a user's: then the total must be that of the parts. A file
     that takes them from the library and changes a part alone is read as before."""
     leak = _leak_sources(fields)
-    return bool(leak) and all(leak != _leak_sources(library_tree("cranes", name, "crane")) for name in cranes())
+    return bool(leak) and all(leak != _leak_sources(_of_library(name)) for name in cranes())
 
 
 def _leak_sources(fields: Tree) -> dict[str, Source]:
@@ -147,10 +147,32 @@ def _crane(fields: Tree, label: str) -> Crane:
         raise explain(error, Crane, label, data) from None
 
 
+def _of_library(name: str) -> Tree:
+    """The merged tree of a crane of the library. One that names another as its base is another machine: what it takes
+    over is assumed for it, whatever it is for the base."""
+    fields = library_tree("cranes", name, "crane")
+    base = fields.pop("base", None)
+    if not isinstance(base, Leaf):
+        return fields
+    return _over_base(_assumed(_of_library(base.value), base.value), fields, f"{name}.toml")
+
+
+def _assumed(node: Tree, base: str) -> Tree:
+    """Fields of a base as those of a crane that is built on it."""
+    out: Tree = {}
+    for key, item in node.items():
+        if isinstance(item, Leaf):
+            text = f"as {base} ({item.source.text})"
+            out[key] = Leaf(item.value, Source(text=text, kind=SourceKind.ASSUMED))
+        else:
+            out[key] = _assumed(item, base)
+    return out
+
+
 def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tree]:
     """Label for errors, and the merged tree of a crane and all that it builds on."""
     if isinstance(name_or_path, str) and name_or_path in cranes():
-        return f"{name_or_path}.toml", library_tree("cranes", name_or_path, "crane")
+        return f"{name_or_path}.toml", _of_library(name_or_path)
     if not isinstance(name_or_path, (str, Path)):
         raise SpecError(f"Crane = {quote(name_or_path)}: give a name ({', '.join(cranes())}) or the path of a file.")
     path = Path(name_or_path)

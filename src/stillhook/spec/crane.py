@@ -33,6 +33,13 @@ from stillhook.winches.registry import WINCH_TYPES, WinchType
 from stillhook.winches.registry import Plant as Plant
 
 
+class DisplacementLimit(StrEnum):
+    """What SSC's smallest displacement follows from."""
+
+    LOAD = "load"
+    TORQUE = "torque"
+
+
 class Control(Spec):
     """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
 
@@ -44,6 +51,14 @@ class Control(Spec):
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
     alpha_swl: Fraction | None = Field(
         default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns"
+    )
+    displacement_limit: DisplacementLimit | None = Field(
+        default=None,
+        description='rule of SSC\'s smallest displacement: in proportion to the load ("load", the default), or from'
+        ' torque, permitted pressure and speed limits ("torque")',
+    )
+    p_most: u.Pressure | None = Field(
+        default=None, gt=0, description="highest pressure that the rule by torque allows; default active.relief.p"
     )
     t_lead: u.Time | None = Field(
         default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0"
@@ -235,6 +250,9 @@ class Crane(Spec):
         min_length=1, max_length=10, description="gear stages from motor to drum"
     )
     i_hD: u.GearRatio = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
+    n_gear: u.Rotation | None = Field(
+        default=None, gt=0, description="highest motor speed that the gears allow; default no limit"
+    )
     wire: Wire
     inertia: Inertia
     friction: Friction
@@ -375,6 +393,25 @@ def _misplaced(plant: str, table: str, needed: bool = False) -> str:
     return f'plant "{plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
 
 
+def _limit_misfits(crane: Crane) -> Iterator[str]:
+    """Why SSC's smallest displacement cannot follow from torque and speeds."""
+    control, active = crane.control, crane.table("active")
+    if control.p_most is not None and active and not active.boost.p < control.p_most <= active.relief.p:
+        low, most, high = (u.show(p, "pressure") for p in (active.boost.p, control.p_most, active.relief.p))
+        yield f"control.p_most {most} is not above active.boost.p {low} and up to active.relief.p {high}. Change it."
+    if control.displacement_limit is not DisplacementLimit.TORQUE:
+        return
+    if active is None:
+        yield f'control.displacement_limit "torque": plant "{crane.plant}" has no displacement to limit. Remove it.'
+        return
+    n, limit = active.pump.Q_max / active.motor.D_total, min(active.motor.speed_limit(1.0), crane.n_gear or math.inf)
+    if n > limit:
+        yield (
+            f'control.displacement_limit "torque": full pumps turn the motors at {u.show(n, "rotation")} at full'
+            f" displacement, above {u.show(limit, 'rotation')}. Correct n_max_full, n_table or n_gear, or the pumps."
+        )
+
+
 def has_pumps(winch: WinchType) -> bool:
     """Whether power units drive pumps of a winch of this type, which `pump_units` then lists."""
     return hasattr(winch.module, "pump_units")
@@ -407,6 +444,7 @@ def _misfits(crane: Crane) -> Iterator[str]:
             f"active.motor.alpha_min {alpha_min}, control.alpha_hs {control.alpha_hs} and control.alpha_ns "
             f"{control.alpha_ns} must not fall in this order. Change the one that is out of place."
         )
+    yield from _limit_misfits(crane)
     if drum.turns * wire.d > drum.width:
         yield (
             f"drum.turns {drum.turns} x wire.d {u.show(wire.d, 'diameter')} = {drum.turns * wire.d:.4g} m is more than "

@@ -58,7 +58,8 @@ class OtherMotors(NamedTuple):
     name: str
     motor: Any  # MotorSet
     alpha: float  # displacement that it takes [-]; above 1 they cannot
-    dp: float  # pressure over them [Pa]
+    dp: float  # pressure over them at rest [Pa]
+    R: float = 0.0  # what their flow takes of it, as the friction of an accumulator's piston [Pa s/m^3]
 
 
 class PartSpeed(NamedTuple):

@@ -25,6 +25,7 @@ from tests.export.plc.cases import (
     sequence_of,
     unguarded,
 )
+from tests.export.plc.structured_text import Machine
 from tests.scripts import DOCS
 
 from stillhook.control.commands import SMALL
@@ -32,9 +33,11 @@ from stillhook.control.guard import HEALTHY, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import sequence, structured_text
+from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.program import RESERVED, Names, literal
 from stillhook.export.plc.sequence import numbers
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
+from stillhook.library import changed, load_crane
 
 SHORT, LONG = 1_000, 1_000_000
 
@@ -52,6 +55,18 @@ def test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit(cr
     ours = outputs_of(machine.start(), all_good(rows))
     np.testing.assert_array_equal(bits(ours[:, : len(ActuatorCommands._fields)]), bits(unguarded(block, rows)))
     assert not ours[:, len(ActuatorCommands._fields) :].any()
+
+
+def test_the_text_has_the_bits_of_a_controller_whose_displacement_follows_from_torque_and_speeds():
+    crane = changed(load_crane("nov-250t"), {"control": {"displacement_limit": "torque"}})
+    block = controller_block(crane, "ssc")
+    assert block.plc.motors.limits.by_torque == 1.0
+    machine, rows = Machine(structured_text(block)), random_inputs(block, SHORT)
+    open_wide(machine)
+    ours, true = outputs_of(machine.start(), all_good(rows)), unguarded(block, rows)
+    np.testing.assert_array_equal(bits(ours[:, : len(ActuatorCommands._fields)]), bits(true))
+    by_load, u_m = unguarded(block_of("nov-250t", "ssc"), rows), ActuatorCommands._fields.index("u_m")
+    assert np.abs(by_load[:, u_m] - true[:, u_m]).max() > 0.01
 
 
 SAME = test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit

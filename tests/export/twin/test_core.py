@@ -14,7 +14,7 @@ from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs
 from stillhook.export.twin import CONTENTS, Export, ExportError, compile_library, export, generate
 from stillhook.kernels.c99.expressions import SubsetError
-from stillhook.library import cranes
+from stillhook.library import changed, cranes
 from stillhook.validate import certificate_of
 
 CLOSE = 1e-12
@@ -85,6 +85,15 @@ def test_every_drive_has_the_signals_of_simulate(name: str, compiled):
         true = run[signal].values
         bound = CLOSE if signal.startswith("e_c") else RELATIVE * max(float(np.abs(true).max()), 1e-30)
         assert np.abs(values - true).max() <= bound, signal
+
+
+def test_a_displacement_from_torque_and_speeds_is_that_of_simulate(nov: stillhook.Crane, compiled):
+    crane = changed(nov, {"control": {"displacement_limit": "torque"}})
+    case = case_of(crane, load="240 t", tip="sine 3 m 12 s")
+    _, (alpha_m,) = hosted(export(crane, case), compiled, rows(crane, case), ("alpha_m",))
+    true, by_load = (series(c, case)["alpha_m"].values for c in (crane, nov))
+    assert np.abs(alpha_m - true).max() <= RELATIVE
+    assert np.abs(by_load - true).max() > 0.02
 
 
 def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):

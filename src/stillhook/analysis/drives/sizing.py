@@ -17,7 +17,6 @@ from stillhook.analysis.effects import nested
 from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
-from stillhook.engine.scenario.checks import speed_limit
 from stillhook.errors import SpecError
 from stillhook.library import changed, cranes, load_crane
 from stillhook.library.write import Item, file_value, items
@@ -171,7 +170,7 @@ def beyond(crane: Crane) -> list[PartSpeed]:
     others = {id(o.motor): min(o.alpha, 1.0) for o in winch.other_motors(crane, _weight(crane), crane.drum.d_max)}
     parts = [*winch.part_speeds(crane)]
     for motor in crane.motors:
-        highest = speed_limit(motor, others.get(id(motor), 1.0)) if hasattr(motor, "n_max_full") else motor.n_max
+        highest = motor.speed_limit(others.get(id(motor), 1.0)) if hasattr(motor, "n_max_full") else motor.n_max
         parts.append(PartSpeed("motors", n, highest, "rotation"))
     return [part for part in parts if part.speed > part.highest * (1.0 + ROUNDING)]
 

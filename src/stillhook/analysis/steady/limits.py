@@ -20,7 +20,7 @@ from stillhook.analysis.steady.steady_state import settled
 from stillhook.control.commands import displacement_min
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import gains, motor_law, pack, plc_record, power_most, wire_speed_max
-from stillhook.engine.scenario.checks import check, speed_limit
+from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
@@ -148,6 +148,7 @@ class Station:
     def limits(self, alpha_m: Displacement) -> dict[Limit, float]:
         """Speed that each limit alone would allow [m/s]; see `Top`."""
         motor, r_eff, relief = self.crane.active.motor, self.winch.geometry.r_eff, self.crane.active.relief.p
+        n_gear = math.inf if self.crane.n_gear is None else self.crane.n_gear
 
         @cache
         def used(v: float) -> tuple[float, float, float]:
@@ -164,7 +165,7 @@ class Station:
             Limit.PRESSURE: self._first(lambda v: 1.0 - used(v)[1]),
             Limit.POWER: self._first(lambda v: 1.0 - used(v)[2]),
             Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
-            Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * r_eff - v),
+            Limit.MOTOR: self._first(lambda v: min(motor.speed_limit(alpha_m(v)), n_gear) * r_eff - v),
         }
         if math.isfinite(self.carried.n_max):
             speeds[Limit.PASSIVE] = self.carried.n_max * r_eff

@@ -1,6 +1,6 @@
 """Semi-secondary control with the cubic reduction: smooth at the threshold and at the end."""
 
-from stillhook.control.commands import displacement_min, displacement_ssc, reduction_cubic
+from stillhook.control.commands import displacement_min_moving, displacement_ssc, reduction_cubic
 from stillhook.control.interface import Demand
 from stillhook.physics.scalar import scalar
 
@@ -14,5 +14,5 @@ USES = ("u_thr", "alpha_min", "alpha_swl")
 def cycle(r, plc):
     """Source: Moslatt 2020 C eq. 13."""
     s = plc.motors
-    u_m = displacement_ssc(reduction_cubic(r.u_ff, s.u_thr), displacement_min(r.F, r.y.K_wire, s))
+    u_m = displacement_ssc(reduction_cubic(r.u_ff, s.u_thr), displacement_min_moving(r.F, r.y.a_tip, r.y.K_wire, s))
     return Demand(r.u_ff + r.u_fb, u_m)

@@ -11,6 +11,7 @@ from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSetti
 from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
+from stillhook.engine.pack.displacement import displacement_limits
 from stillhook.engine.pack.gas import gas_record
 from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library.leakage import leak_law
@@ -141,6 +142,7 @@ def _motor_control(motor: circuits.MotorSet) -> MotorControl:
 
 def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
+    n_full, n_max = a.motor.speed_ends(crane.n_gear)
     return ActiveCircuit(
         pumps=_pumps(a),
         pump_servo=circuits.servo_record(a.pump.servo),
@@ -152,8 +154,8 @@ def active_record(crane: Crane) -> ActiveCircuit:
         boost=circuits.boost_record(a.boost),
         relief=circuits.relief_record(a.relief),
         flushing=circuits.flushing_record(a.flushing, a.boost),
-        n_full=a.motor.n_max_full,
-        n_max=a.motor.n_max,
+        n_full=n_full,
+        n_max=n_max,
         P_back=circuits.power_back(crane),
     )
 
@@ -164,6 +166,7 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
     p = crane.passive
     assert p is not None
     pump = _pumps(p)
+    n_full, n_max = p.motor.speed_ends(crane.n_gear)
     return PassiveCircuit(
         pumps=pump,
         pump_servo=circuits.servo_record(p.pump.servo),
@@ -179,8 +182,8 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
             K_acc=crane.control.K_acc,
             dp_least=circuits.DP_LEAST,
         ),
-        n_full=p.motor.n_max_full,
-        n_max=p.motor.n_max,
+        n_full=n_full,
+        n_max=n_max,
     )
 
 
@@ -294,6 +297,7 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
         i_F_swl=1.0 / F_swl,
         K_outer=K_outer,
         alpha_hold=alpha_hold,
+        limits=displacement_limits(crane, friction_record(crane.friction.system)),
     )
     return Plc(
         gains=gains(crane),

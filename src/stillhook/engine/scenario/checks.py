@@ -303,18 +303,14 @@ def _saturates(crane: Crane, alpha: float) -> str:
     return f" (motors at {alpha:.2f}): the pumps will saturate"
 
 
-def speed_limit(motor: MotorSet, alpha: float) -> float:
-    """Highest shaft speed of a motor at displacement alpha [rad/s]."""
-    return motor.n_max if motor.n_max_full > motor.n_max * alpha else motor.n_max_full / alpha
-
-
 def _speed_limits(crane: Crane, case: Scenario, d: float, alpha: float) -> list[float]:
-    """Speed limits of the sets of motors of closed circuits [rad/s]: active ones at alpha, others at the displacement
-    that holds the load."""
+    """Speed limits of the gears and of the sets of motors of closed circuits [rad/s]: active ones at alpha, others at
+    the displacement that holds the load."""
     if crane.circuits == {}:
         return []
     others = crane.plant.type.other_motors(crane, load_record(crane, case).W, d)
-    return [speed_limit(crane.active.motor, alpha), *(speed_limit(o.motor, min(o.alpha, 1.0)) for o in others)]
+    motors = [crane.active.motor.speed_limit(alpha), *(o.motor.speed_limit(min(o.alpha, 1.0)) for o in others)]
+    return motors if crane.n_gear is None else [*motors, crane.n_gear]
 
 
 def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:

@@ -91,9 +91,10 @@ def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None
 def unknown_name(noun: str, name: str, names: Sequence[str], wanted: FileKind) -> str:
     """A line for a name that is neither one of the library's names nor the path of a TOML file."""
     have = f"{', '.join(names)}{nearest(name, names)}"
-    plain = name.isprintable() and not {"/", "\\"} & set(name)
     shelves = [
-        kind for shelf, kind in _TABLE["shelves"].items() if plain and (LIBRARY / shelf / f"{name}.toml").is_file()
+        kind
+        for shelf, kind in _TABLE["shelves"].items()
+        if f"{name}.toml" in {file.name for file in (LIBRARY / shelf).rglob("*.toml")}
     ]
     other = FileKind[shelves[0]] if shelves else wanted
     elsewhere = "" if other is wanted else f" The library has it as {other.noun}: {other.read_by}."

@@ -43,7 +43,13 @@ Tree = dict[str, "Leaf | Tree"]
 @functools.cache
 def shelf(name: str, ending: str = ".toml") -> tuple[str, ...]:
     """Names of the files on one shelf of the library, in order."""
-    return tuple(sorted(file.name.removesuffix(ending) for file in (LIBRARY / name).glob(f"*{ending}")))
+    return tuple(sorted(_files(name, ending)))
+
+
+@functools.cache
+def _files(name: str, ending: str) -> Mapping[str, Path]:
+    """Files on a shelf and in its folders, by name."""
+    return {file.name.removesuffix(ending): file for file in (LIBRARY / name).rglob(f"*{ending}")}
 
 
 def library_tree(shelf_name: str, name: str, where: str) -> Tree:
@@ -74,7 +80,7 @@ def _tree(shelf_name: str, name: str) -> Tree:
 
 @functools.cache
 def _table(shelf_name: str, name: str) -> dict[str, Any]:
-    text = (LIBRARY / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
+    text = _files(shelf_name, ".toml")[name].read_text(encoding="utf-8")
     return parsed(text, f"{name}.toml")
 
 

@@ -103,7 +103,8 @@ def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
     """The passive motors, at mid stroke of the accumulator."""
     passive, T = crane.passive, W * 0.5 * d / crane.i_hD
     dp = passive.accumulator.gas.p_0 - passive.p_lp
-    return [OtherMotors("passive", passive.motor, T / (passive.motor.D_total * dp), dp)]
+    alpha = T / (passive.motor.D_total * dp)
+    return [OtherMotors("passive", passive.motor, alpha, dp, passive.accumulator.R_piston)]
 
 
 def stroke_of(acc: Any, p_lp: float, F: float) -> Stroke:

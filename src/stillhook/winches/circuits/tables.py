@@ -3,12 +3,13 @@ kernels read of them."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from enum import StrEnum
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
@@ -133,7 +134,7 @@ class LossModel(Spec):
 
     def _is_a_grid(self) -> None:
         for name, levels in zip(("D_m", "omega_m", "dp_m"), self.levels, strict=True):
-            if any(b <= a for a, b in itertools.pairwise(levels)) or levels[0] < 0.0:
+            if any(b <= a for a, b in pairwise(levels)) or levels[0] < 0.0:
                 raise ValueError(f"{name}: levels of a map rise, from 0 or above. Sort them.")
         if len(self.T_f or ()) != (count := math.prod(map(len, self.levels))):
             raise ValueError(
@@ -166,6 +167,33 @@ LossAlternatives: Any = create_model(
     __doc__="Models that fit the map of a motor as well as the one in force, a table for each.",
     **_FITTED_AS_WELL,
 )
+
+
+class SpeedTable(Spec):
+    """Highest speed of a motor by its displacement, as a data sheet has it; linear between the points."""
+
+    alpha: tuple[Annotated[Number, Field(ge=0, le=1)], ...] = Field(
+        min_length=2, max_length=50, description="displacements over the full one, rising to 1"
+    )
+    n: tuple[Annotated[u.Rotation, Field(gt=0)], ...] = Field(description="highest speed at each, not rising")
+
+    @model_validator(mode="after")
+    def _is_a_curve(self) -> Self:
+        if len(self.n) != len(self.alpha):
+            raise ValueError(f"n has {len(self.n)} speeds for {len(self.alpha)} displacements. Give one for each.")
+        if any(b <= a for a, b in pairwise(self.alpha)) or self.alpha[-1] != 1.0:
+            raise ValueError("alpha must rise from entry to entry and end at 1.")
+        if any(b > a for a, b in pairwise(self.n)):
+            raise ValueError("n must not rise with the displacement: a motor turns fastest at a small one.")
+        return self
+
+    def below(self) -> tuple[float, float]:
+        """n_full and n_max of the largest hyperbola n_full / alpha up to n_max that is nowhere above the table
+        [rad/s]. Between two points n alpha is least at an end, so that the points alone decide."""
+        alpha, n = np.array(self.alpha), np.array(self.n)
+        ends = [(float(np.min((n * alpha)[k:])), float(n[k])) for k in range(len(n)) if alpha[k] > 0.0]
+        over = np.linspace(0.5, 1.0, 51)  # where winches work
+        return max(ends, key=lambda end: float(np.sum(np.minimum(end[1], end[0] / over))))
 
 
 class Motor(Spec):
@@ -204,12 +232,20 @@ class Motor(Spec):
             )
         return self
 
+    def speed_limit(self, alpha: float) -> float:
+        """Highest shaft speed at displacement alpha over its maximum [rad/s]."""
+        return self.n_max if self.n_max_full > self.n_max * alpha else self.n_max_full / alpha
+
 
 class MotorSet(Motor):
     """All motors of one circuit, of one type, moved by one command."""
 
     type: Text = Field(description="motor type in the library")
     count: Count = Field(description="number of motors")
+    n_table: SpeedTable | None = Field(
+        default=None,
+        description="highest speed by displacement; default n_max_full over the displacement, up to n_max",
+    )
     alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
     servo: Servo
     variant: ServoVariant = Field(description="displacement control")
@@ -220,6 +256,19 @@ class MotorSet(Motor):
     def D_total(self) -> float:
         """Full displacement of all motors together [m^3/rad]."""
         return self.count * self.D_max
+
+    def speed_limit(self, alpha: float) -> float:
+        """Highest shaft speed at displacement alpha over its maximum [rad/s]."""
+        if self.n_table is None:
+            return super().speed_limit(alpha)
+        return float(np.interp(alpha, self.n_table.alpha, self.n_table.n))
+
+    def speed_ends(self, n_gear: float | None) -> tuple[float, float]:
+        """Speed limits at full and at reduced displacement [rad/s] by which runs count overspeed, the gears' limit
+        among them. Of a table the largest n_full / alpha up to n_max that is nowhere above it: counted early, never
+        late."""
+        ends = (self.n_max_full, self.n_max) if self.n_table is None else self.n_table.below()
+        return ends if n_gear is None else (min(ends[0], n_gear), min(ends[1], n_gear))
 
 
 class Pumps(Spec):
