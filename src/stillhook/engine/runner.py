@@ -150,7 +150,7 @@ class Block(ABC, Generic[R]):
     @staticmethod
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
-        return Setup(sensors=r.winch.sensors)
+        return Setup(sensors=r.winch.sensors, ports=r.winch.ports)
 
     @abstractmethod
     def record(self, r: R) -> list[float]:

@@ -49,16 +49,18 @@ class Setup(NamedTuple):
     """What a kernel runs besides a winch. path: names of the elements below it from the drum down, of
     `stillhook.winches.load_path.registry`: one that moves with the winch's own state, such as a host's tension, or the
     three of a lowering; () what the winch type names as its PATH. guarded: what the PLC reads comes from outside, and
-    `stillhook.control.guard` stands before it. sensors: those of the crane, by name."""
+    `stillhook.control.guard` stands before it. sensors: those of the crane, by name. ports: the lines have
+    restrictions, and a series holds the pressures at the ports of pumps and motors."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
     sensors: tuple[str, ...] = ()
+    ports: bool = False
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
-        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *self.path))
+        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *["ports"] * self.ports, *self.path))
 
 
 LOAD_ON_WIRE = Setup()
@@ -153,7 +155,7 @@ def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, 
     lowers = len(below) > 1
     path = module.PATH if lowers or not below else below[0]
     parts = lift.lane_parts(*below) if lowers else LaneParts()
-    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers), parts)
+    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers), parts, ports=setup.ports)
     rest, run = rest_of(made), lift.run_of(made, *below) if lowers else loop.run_of(made)
     folder = _folder(plant, setup, extra_controllers)
     code = _machine_code({"run": run, "at_rest": rest.at_rest}, folder, lanes)

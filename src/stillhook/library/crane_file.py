@@ -223,10 +223,19 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
         motor = part.get("motor") if isinstance(part, dict) else None
         if isinstance(part, dict) and isinstance(motor, dict) and _text_at(fields, circuit, "motor", "type"):
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
+        pump, named = base.get(circuit), _text_at(fields, circuit, "pump", "leak")
+        if isinstance(pump, dict) and named and named != _text_at(pump, "pump", "leak") and _has_table(pump):
+            base[circuit] = {**pump, "pump": {k: v for k, v in dict(pump["pump"]).items() if k != "table"}}
     friction = base.get("friction")
     if isinstance(friction, dict) and _text_at(fields, "friction", "library"):
         base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
     return overlay(base, fields, label)
+
+
+def _has_table(circuit: Leaf | Tree) -> bool:
+    """Whether the pumps of a circuit have a leak table of their own."""
+    pump = circuit.get("pump") if isinstance(circuit, dict) else None
+    return isinstance(pump, dict) and "table" in pump
 
 
 def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
@@ -250,7 +259,7 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
             place = f"{label}: {circuit}.motor.type"
             motor = set_values("motors", type_, place, folder or Path()) | known_losses(type_, place, folder or Path())
             out[circuit] = overlay({"motor": motor}, part, label, circuit)
-        if leak and folder is None:
+        if leak and folder is None and not _has_table(part):
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
     friction, library = out.get("friction"), _text_at(out, "friction", "library")
     if (

@@ -26,6 +26,7 @@ from stillhook.engine.lowering.summary import (
     phases_of,
     run_numbers_of,
 )
+from stillhook.engine.pack.winch import has_ports
 from stillhook.engine.runner import Run, each_case
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
@@ -116,7 +117,9 @@ class LoweringType(CaseType):
     def kernel(self, crane: Crane, case: Case) -> tuple[Setup, tuple[str, ...]]:
         lift = lift_of(case)
         sensors = (*sensor_settings(crane.sensors), *error_sensors(lift.sensors))
-        return setup_of(lift)._replace(sensors=sensors), controllers_of_winch(crane.plant.type, (lift.controller,))
+        return setup_of(lift)._replace(sensors=sensors, ports=has_ports(crane)), controllers_of_winch(
+            crane.plant.type, (lift.controller,)
+        )
 
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)

@@ -101,7 +101,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)._replace(sensors=r.winch.sensors)
+        return setup_of(r.case)._replace(sensors=r.winch.sensors, ports=r.winch.ports)
 
     def __init__(
         self,

@@ -50,8 +50,8 @@ needs. Assumed."""
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
-    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, and the own
-    settings of those that have some, by name."""
+    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings of
+    those that have some, by name, and whether its lines have restrictions."""
 
     plant: ModuleType
     name: str
@@ -61,6 +61,12 @@ class Packed(NamedTuple):
     extra_controllers: tuple[str, ...]
     sensors: tuple[str, ...]
     settings: dict[str, Any]
+    ports: bool
+
+
+def has_ports(crane: Crane) -> bool:
+    """Whether the pressures at the ports of pumps and motors differ from those of the lines."""
+    return getattr(crane.circuits.get("active"), "lines", None) is not None
 
 
 def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
@@ -133,6 +139,8 @@ def active_record(crane: Crane) -> ActiveCircuit:
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
         i_beta=1.0 / a.line.bulk_modulus,
+        lines=circuits.restriction(a),
+        internal=circuits.internal_share(a),
         boost=circuits.boost_record(a.boost),
         relief=circuits.relief_record(a.relief),
         flushing=circuits.flushing_record(a.flushing, a.boost),
@@ -155,6 +163,7 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
         motor_servo=circuits.servo_record(p.motor.servo, p.motor.alpha_min),
         accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive", gas_factor),
         relief=circuits.relief_record(p.relief),
+        internal=circuits.internal_share(p),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
             Q_p_max=pump.D_max * pump.omega_p,
@@ -383,7 +392,15 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
     extra_controllers, settings = controllers_of(crane, modes)
     read_by = sensor_settings(crane.sensors) | error_settings(case.sensors, winch, plc.t_cycle)
     return Packed(
-        winch.module, winch.name, params, memory, case.s_w, extra_controllers, tuple(read_by), settings | read_by
+        plant=winch.module,
+        name=winch.name,
+        params=params,
+        memory=memory,
+        s_w=case.s_w,
+        extra_controllers=extra_controllers,
+        sensors=tuple(read_by),
+        settings=settings | read_by,
+        ports=has_ports(crane),
     )
 
 

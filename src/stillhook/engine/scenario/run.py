@@ -21,7 +21,7 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.inputs import CycleInputs, shape
-from stillhook.engine.pack.winch import Packed, pack
+from stillhook.engine.pack.winch import Packed, has_ports, pack
 from stillhook.engine.runner import Block, Run, each_case, nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.summary import ScenarioRun, numbers_of
@@ -138,7 +138,7 @@ class WireBlock(ScenarioBlock):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return Setup(path=("host",), sensors=r.winch.sensors)
+        return Setup(path=("host",), sensors=r.winch.sensors, ports=r.winch.ports)
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
@@ -199,9 +199,8 @@ class ScenarioType(CaseType):
 
     def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
         modes = (case.mode, *(mode for _, mode in case.modes))
-        return Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors))), controllers_of_winch(
-            crane.plant.type, modes
-        )
+        sensors = (*sensor_settings(crane.sensors), *error_sensors(case.sensors))
+        return Setup(sensors=sensors, ports=has_ports(crane)), controllers_of_winch(crane.plant.type, modes)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

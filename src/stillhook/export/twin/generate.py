@@ -191,7 +191,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     d = driver(
         winch.name,
         1,
-        Setup(path=("host",) if wire else (), guarded=both, sensors=winch.sensors),
+        Setup(path=("host",) if wire else (), guarded=both, sensors=winch.sensors, ports=winch.ports),
         winch.extra_controllers,
     )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
