@@ -225,17 +225,22 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
         pump, named = base.get(circuit), _text_at(fields, circuit, "pump", "leak")
         if isinstance(pump, dict) and named and named != _text_at(pump, "pump", "leak") and _has_table(pump):
-            base[circuit] = {**pump, "pump": {k: v for k, v in dict(pump["pump"]).items() if k != "table"}}
+            base[circuit] = {**pump, "pump": {k: v for k, v in _branch(pump, "pump").items() if k != "table"}}
     friction = base.get("friction")
     if isinstance(friction, dict) and _text_at(fields, "friction", "library"):
         base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
     return overlay(base, fields, label)
 
 
-def _has_table(circuit: Leaf | Tree) -> bool:
+def _branch(node: Leaf | Tree | None, name: str) -> Tree:
+    """A table within another, empty where there is none."""
+    part = node.get(name) if isinstance(node, dict) else None
+    return part if isinstance(part, dict) else {}
+
+
+def _has_table(circuit: Leaf | Tree | None) -> bool:
     """Whether the pumps of a circuit have a leak table of their own."""
-    pump = circuit.get("pump") if isinstance(circuit, dict) else None
-    return isinstance(pump, dict) and "table" in pump
+    return "table" in _branch(circuit, "pump")
 
 
 def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:

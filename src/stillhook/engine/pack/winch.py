@@ -50,8 +50,8 @@ needs. Assumed."""
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
-    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings of
-    those that have some, by name, and whether its lines have restrictions."""
+    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings
+    of those that have some, by name, and whether its lines have restrictions."""
 
     plant: ModuleType
     name: str
