@@ -4,6 +4,7 @@ fro in steps."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -144,8 +145,10 @@ def component(
     with progress_bar(data.name) as bar:
         result = identify_component(kind, data, mapping=mapping, columns=column, progress=bar)
     crane, base = base_crane(result.settings), result.settings.base or ""
+    if base.endswith(".toml") and out is not None:
+        base = Path(os.path.relpath(base, out)).as_posix()
     text = "" if crane is None or not result.usable else crane_file(result, crane, base)
-    document = report(result, {}, base)
+    document = report(result, {})
     numbers = "; ".join(
         f"{p.name} {value} ({low} to {high})" for p in result.parameters for value, low, high in [interval(p)]
     )
@@ -153,12 +156,12 @@ def component(
     brief = lambda: answer_of(document, step, "held-out data, notes, what the twin does with it", [f"{numbers}."])
     present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
     if out is not None:
-        write_out(out, _component_files(result, base, text), quiet=json)
+        write_out(out, _component_files(result, text), quiet=json)
         say_left_out()
     raise typer.Exit(0 if result.usable else 1)
 
 
-def _component_files(result: Component, base: str, text: str) -> dict[str, Any]:
+def _component_files(result: Component, text: str) -> dict[str, Any]:
     """Crane file, report, numbers and figures by file. A result that must not be used gives no crane file."""
     from stillhook.identify.component.report import report
     from stillhook.identify.component.result import to_dict
@@ -168,7 +171,7 @@ def _component_files(result: Component, base: str, text: str) -> dict[str, Any]:
     chosen, page, numbers = COMPONENT_FILES
     pictures = draw_if_possible(lambda: pngs(result.figures()))
     files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
-    files |= {page: html(report(result, pictures, base)), numbers: to_dict(result)}
+    files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
     if text:
         files[chosen] = text
     else:

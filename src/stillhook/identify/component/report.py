@@ -21,14 +21,11 @@ INTERVALS = (
 )
 
 
-def report(result: Component, pictures: Mapping[str, bytes], base: str = "") -> Document:
-    """The result as a document; base: crane whose file takes it."""
+def report(result: Component, pictures: Mapping[str, bytes]) -> Document:
+    """The result as a document."""
     rows = [[p.name, p.meaning, *interval(p), p.status] for p in result.parameters]
     apart = [[name, percent_fixed(x, 2)] for name, x in result.held_out.items()]
-    if result.usable:
-        word = Verdict("determined" if base else "determined, no crane named", True)
-    else:
-        word = Verdict("not to be used", False)
+    word = Verdict("determined" if result.usable else "not to be used", result.usable)
     sections = [
         Section("Parameters", [Table(("name", "meaning", "value", "low", "high", "status"), rows), Text(INTERVALS)])
     ]

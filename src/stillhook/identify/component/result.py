@@ -137,6 +137,9 @@ def crane_with(result: Component, crane: Crane) -> Crane:
 def all_changes(result: Component, crane: Crane) -> dict[str, Change]:
     """Everything that differs in a crane file: the active circuit's total leak follows its parts."""
     changes = dict(result.changes)
+    place = f"{result.settings.circuit}.pump"
+    if f"{place}.table.omega" in changes and crane.circuits[result.settings.circuit].pump.leak_scale is not None:
+        changes[f"{place}.leak_scale"] = (1.0, None)  # the table is of the pumps as they are now
     if any(path.startswith("active.") for path in changes) and result.component.endswith("leakage"):
         made = changed(crane, _tree(result, changes))
         changes["active.C_leak"] = (stated_leak(made.active), "leakage")

@@ -38,7 +38,11 @@ LOW = SwashFit(0.2, 0.15, 0.0, 0.3, -0.5, 0.0, 1e-3, 1e-3)
 HIGH = SwashFit(400.0, 10.0, 2.0, 1.7, 0.5, 0.4, NO_RATE, NO_RATE)
 STEP = SwashFit(1e-3, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-3, 1e-3)
 """Ends of the search, and steps of the derivatives: relative, but late [s], gain, offset and half_width."""
-RELATIVE = ("omega_n", "zeta", "rate", "rate_down")
+RATES = ("rate", "rate_down")
+RELATIVE = ("omega_n", "zeta", *RATES)
+UNSEEN, UNSEEN_LATE = 0.02, 0.2
+"""Half widths that no residual shows, of natural frequency and damping [-] and, in samples, of the dead time: the
+command changes somewhere within a sample of the log."""
 KINDS = {"omega_n": "frequency", "late": "time", "rate": "gain_per_time", "rate_down": "gain_per_time"}
 MEANINGS = {
     "omega_n": "natural frequency",
@@ -128,12 +132,6 @@ def swash_log(log: Log, unit: str | None = None) -> SwashLog:
             f"{log.source}: the command {UNITS[unit][0]} moves by {travel:.3g} of full displacement; a response needs"
             f" {FEWEST_MOVES} moves of {LEAST_MOVE:g} and more. Check its scale (1 is full), or log steps."
         )
-    big = float(np.nanmax(np.abs(np.concatenate([u, alpha[measured]]))))
-    if big > 1.5:
-        raise IdentifyError(
-            f"{log.source}: command or displacement reads up to {big:.4g}, where 1 is full displacement. Give its unit"
-            ' ("%") or scale in the mapping.'
-        )
     return SwashLog(unit, log.source, t, u, np.where(measured, alpha, 0.0), measured, h)
 
 
@@ -190,18 +188,18 @@ def _fit(log: SwashLog, start: SwashFit, free: tuple[str, ...], use: BoolArray) 
 
 def _best(log: SwashLog, free: tuple[str, ...], use: BoolArray, fixed: SwashFit) -> Fitted:
     """The best fit of several starts; rates join where they make it better."""
-    basic = tuple(name for name in free if name not in ("rate", "rate_down"))
+    basic = tuple(name for name in free if name not in RATES)
     trial = [fixed._replace(omega_n=w, zeta=z) for w, z in START]
     misfit = np.mean((log.follow(*trial)[:, use] - log.alpha[use]) ** 2, axis=1)
     fits = [_fit(log, trial[i], basic, use) for i in np.argsort(misfit)[:2]]
     best = min(fits, key=lambda f: f.rms)
-    if not {"rate", "rate_down"} & set(free):
+    if not set(RATES) & set(free):
         return best
     if best.rms < EXPLAINED * noise_of(log.alpha[use]):
         return best
     smooth = np.gradient(np.convolve(log.alpha, np.full(5, 0.2), "same"), log.h)[use]
     fastest = np.quantile(smooth, 0.99), -np.quantile(smooth, 0.01)
-    names = ("rate", "rate_down")
+    names = RATES
     start = best.values._replace(**{n: max(float(v), 1e-2) for n, v in zip(names, fastest, strict=True)})
     start = start._replace(omega_n=min(1.5 * start.omega_n, 100.0))
     limited = _fit(log, start, (*basic, *names), use)
@@ -228,7 +226,7 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
     shifted = SwashLog(log.unit, log.source, log.t, log.u - middle, log.alpha - middle * use, use, log.h)
     everything = ("omega_n", "zeta", "late", "gain", "offset", "half_width", "rate", "rate_down")
     fit = _best(shifted, everything, use, fixed)
-    of_twin = tuple(name for name in fit.free if name not in ("late", "gain"))
+    of_twin = tuple(name for name in fit.free if name not in ("late", "gain", "rate", "rate_down"))
     if log.unit == "pump":
         of_twin = tuple(name for name in of_twin if name != "half_width")
     start = fit.values._replace(late=0.5 * log.h, gain=1.0)
@@ -242,15 +240,11 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
         )
     scatter = float(np.std(log.alpha[use]))
     groups = _groups(shifted, use)
-    estimates = {name: _estimate(fit, i, groups, log.h) for i, name in enumerate(fit.free)}
+    estimates = _estimates(fit, groups, log.h)
     notes: list[str] = []
     left = fit.rms / scatter
     if left > MOST_LEFT:
         notes.append(f"the law leaves {percent_fixed(left, 0)} of the displacement's deviation: not this control's law")
-    for name in [
-        n for n in ("rate", "rate_down") if n in estimates and estimates[n].half > REACHED * estimates[n].value
-    ]:
-        del estimates[name]
     speed = np.gradient(shifted.follow(fit.values)[0], log.h)
     for name, fastest in (("rate", float(speed.max())), ("rate_down", float(-speed.min()))):
         if name not in estimates:
@@ -299,19 +293,35 @@ def _groups(log: SwashLog, use: BoolArray) -> dict[str, Labels]:
     }
 
 
-def _estimate(fit: Fitted, i: int, groups: Mapping[str, Labels], h: float) -> Estimate:
-    """A parameter with its interval: the widest of all groupings; that of a positive one on its logarithm."""
-    name, value = fit.free[i], getattr(fit.values, fit.free[i])
-    spreads = [C for of in groups.values() if (C := spread_of_groups(fit.J, -fit.r, of)) is not None]
-    half = max((math.sqrt(max(C[i, i], 0.0)) for C in spreads), default=math.nan)
-    if name in RELATIVE:
-        edge = min(half, 5.0) if math.isfinite(half) else half
-        return Estimate(value, value * math.exp(-edge), value * math.exp(edge), len(fit.r))
-    if name == "late":  # the command is held over a sample: taken as linear between samples it comes half of one early
-        value = value - 0.5 * h
-    if name in ("late", "half_width"):
-        return Estimate(max(value, 0.0), max(value - half, 0.0), max(value + half, 0.0), len(fit.r))
-    return Estimate.around(value, half, len(fit.r))
+def _estimates(fit: Fitted, groups: Mapping[str, Labels], h: float) -> dict[str, Estimate]:
+    """Parameters with their intervals, the widest of all groupings; those of positive ones on their logarithms. A rate
+    that one stretch alone shows, or that is hardly reached, is none."""
+    names = fit.free
+    spreads = _spreads(fit, names, groups)
+    if not spreads:
+        names = tuple(name for name in names if name not in RATES)
+        spreads = _spreads(fit, names, groups)
+    out = {}
+    for i, name in enumerate(names):
+        value = getattr(fit.values, name)
+        half = max((math.sqrt(max(float(C[i, i]), 0.0)) for C in spreads), default=math.nan)
+        if name in RATES and not half <= REACHED:
+            continue
+        half = math.hypot(half, UNSEEN_LATE * h if name == "late" else UNSEEN if name in ("omega_n", "zeta") else 0.0)
+        if name in RELATIVE:
+            edge = min(half, 5.0) if math.isfinite(half) else half
+            out[name] = Estimate(value, value * math.exp(-edge), value * math.exp(edge), len(fit.r))
+        elif name in ("late", "half_width"):
+            value -= 0.5 * h if name == "late" else 0.0  # a command that is held over a sample, taken as linear between
+            out[name] = Estimate(max(value, 0.0), max(value - half, 0.0), max(value + half, 0.0), len(fit.r))
+        else:
+            out[name] = Estimate.around(value, half, len(fit.r))
+    return out
+
+
+def _spreads(fit: Fitted, names: tuple[str, ...], groups: Mapping[str, Labels]) -> list[FloatArray]:
+    J = fit.J[:, [fit.free.index(name) for name in names]]
+    return [C for of in groups.values() if (C := spread_of_groups(J, -fit.r, of)) is not None]
 
 
 def _left_out(log: SwashLog, fit: Fitted, groups: Mapping[str, Labels], scatter: float) -> dict[str, float]:
@@ -334,10 +344,9 @@ def _changes(
         f"{place}.servo.omega_n": (v.omega_n, "frequency"),
         f"{place}.servo.zeta": (v.zeta, None),
     }
-    if "rate" in estimates and "rate" in twin.free:
-        changes[f"{place}.servo.rate_max"] = (v.rate, "gain_per_time")
-    if "rate_down" in estimates and "rate_down" in twin.free:
-        changes[f"{place}.servo.rate_down"] = (v.rate_down, "gain_per_time")
+    for name, field in (("rate", "rate_max"), ("rate_down", "rate_down")):
+        if name in estimates:
+            changes[f"{place}.servo.{field}"] = (getattr(v, name), "gain_per_time")
     if unit == "pump" or settings.circuit == "passive":
         if abs(v.offset) > CALM:
             notes.append(f"offset {v.offset:+.3g}: the twin's {settings.circuit} {unit}s have none")
