@@ -154,7 +154,7 @@ def test_printed_servos_are_met_on_their_exact_response(tmp_path, unit, omega_n,
     result = identify_component("servo", path, mapping=mapping(tmp_path, base="nov-250t"))
     assert result["omega_n"].value == pytest.approx(omega_n, rel=2e-3)
     assert result["zeta"].value == pytest.approx(zeta, rel=2e-3)
-    assert result["late"].value == pytest.approx(0.0, abs=1e-3)
+    assert result["dead_time"].value == pytest.approx(0.0, abs=1e-3)
     servo = getattr(crane_with(result, load_crane("nov-250t")).active, unit).servo
     assert servo.omega_n == pytest.approx(omega_n, rel=5e-3)
 
@@ -178,7 +178,7 @@ def test_dead_time_offset_hysteresis_and_rates_by_direction_are_told_apart(tmp_p
     assert result["rate_down"].value == pytest.approx(0.35, rel=0.03)
     assert result["half_width"].value == pytest.approx(0.02, abs=0.003)
     assert result["offset"].value == pytest.approx(0.06, abs=0.005)
-    assert result["late"].value == pytest.approx(0.04, abs=0.012)
+    assert result["dead_time"].value == pytest.approx(0.04, abs=0.012)
     motor = crane_with(result, load_crane("nov-250t")).active.motor
     assert motor.servo.rate_down == pytest.approx(0.35, rel=0.03)
     assert (motor.variant, motor.hysteresis) == ("open-loop-feedback", pytest.approx(0.04, abs=0.006))

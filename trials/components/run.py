@@ -160,7 +160,7 @@ def swivel(trial: Trial, rng: np.random.Generator) -> Made:
     fit = SwashFit(
         omega_n=w,
         zeta=z,
-        late=rng.uniform(0.01, 0.06),
+        dead_time=rng.uniform(0.01, 0.06),
         gain=rng.uniform(0.95, 1.03),
         offset=rng.uniform(0.0, 0.08) if of_motor else 0.0,
         half_width=rng.uniform(0.005, 0.03) if of_motor else 0.0,
@@ -170,7 +170,7 @@ def swivel(trial: Trial, rng: np.random.Generator) -> Made:
     fine = 4
     out, middle = np.empty(n * fine), 0.5 * float(u.max() + u.min())
     held = np.repeat(u, fine) - middle
-    at = fit._replace(late=fit.late + 0.5 * h / fine)
+    at = fit._replace(dead_time=fit.dead_time + 0.5 * h / fine)
     kernel()(held, n * fine, h / fine, 2, np.array(at), 1, float(fit.gain * held[0] + fit.offset), out)
     if trial.law == OTHER:  # a valve before the plate, and a filter in the feedback
         for tau in (rng.uniform(0.1, 0.25) / w, rng.uniform(0.002, 0.01)):

@@ -12,13 +12,13 @@ FREE = 1.0e3
 
 
 class SwashFit(NamedTuple):
-    """Parameters of a displacement control in a log: omega_n [rad/s], zeta [-]; late dead time [s]; gain, offset of the
+    """Parameters of a displacement control in a log: omega_n [rad/s], zeta [-]; dead_time [s]; gain, offset of the
     displacement over the command [-]; half_width of the hysteresis [-]; rate, rate_down highest speeds as the
     displacement rises and falls [1/s]."""
 
     omega_n: float
     zeta: float
-    late: float
+    dead_time: float
     gain: float
     offset: float
     half_width: float

@@ -37,17 +37,17 @@ START: tuple[tuple[float, float], ...] = ((2.0, 1.0), (5.0, 1.0), (12.0, 0.9), (
 LOW = SwashFit(0.2, 0.15, 0.0, 0.3, -0.5, 0.0, 1e-3, 1e-3)
 HIGH = SwashFit(400.0, 10.0, 2.0, 1.7, 0.5, 0.4, NO_RATE, NO_RATE)
 STEP = SwashFit(1e-3, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-3, 1e-3)
-"""Ends of the search, and steps of the derivatives: relative, but late [s], gain, offset and half_width."""
+"""Ends of the search, and steps of the derivatives: relative, but dead_time [s], gain, offset and half_width."""
 RATES = ("rate", "rate_down")
 RELATIVE = ("omega_n", "zeta", *RATES)
-UNSEEN, UNSEEN_LATE = 0.02, 0.2
+UNSEEN, UNSEEN_DEAD_TIME = 0.02, 0.2
 """Half widths that no residual shows, of natural frequency and damping [-] and, in samples, of the dead time: the
 command changes somewhere within a sample of the log."""
-KINDS = {"omega_n": "frequency", "late": "time", "rate": "gain_per_time", "rate_down": "gain_per_time"}
+KINDS = {"omega_n": "frequency", "dead_time": "time", "rate": "gain_per_time", "rate_down": "gain_per_time"}
 MEANINGS = {
     "omega_n": "natural frequency",
     "zeta": "damping ratio",
-    "late": "dead time",
+    "dead_time": "dead time",
     "gain": "change of displacement over change of command",
     "offset": "displacement above its command at the middle of the range",
     "half_width": "half the width of the hysteresis",
@@ -224,12 +224,12 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
     use, fixed = log.measured, SwashFit(5.0, 1.0, 0.0, 1.0, 0.0, 0.0, NO_RATE, NO_RATE)
     middle = 0.5 * float(log.u.max() + log.u.min())
     shifted = SwashLog(log.unit, log.source, log.t, log.u - middle, log.alpha - middle * use, use, log.h)
-    everything = ("omega_n", "zeta", "late", "gain", "offset", "half_width", "rate", "rate_down")
+    everything = ("omega_n", "zeta", "dead_time", "gain", "offset", "half_width", "rate", "rate_down")
     fit = _best(shifted, everything, use, fixed)
-    of_twin = tuple(name for name in fit.free if name not in ("late", "gain", "rate", "rate_down"))
+    of_twin = tuple(name for name in fit.free if name not in ("dead_time", "gain", "rate", "rate_down"))
     if log.unit == "pump":
         of_twin = tuple(name for name in of_twin if name != "half_width")
-    start = fit.values._replace(late=0.5 * log.h, gain=1.0)
+    start = fit.values._replace(dead_time=0.5 * log.h, gain=1.0)
     if log.unit == "pump":
         start = start._replace(half_width=0.0)
     twin = _fit(shifted, start, of_twin, use)
@@ -307,12 +307,16 @@ def _estimates(fit: Fitted, groups: Mapping[str, Labels], h: float) -> dict[str,
         half = max((math.sqrt(max(float(C[i, i]), 0.0)) for C in spreads), default=math.nan)
         if name in RATES and not half <= REACHED:
             continue
-        half = math.hypot(half, UNSEEN_LATE * h if name == "late" else UNSEEN if name in ("omega_n", "zeta") else 0.0)
+        half = math.hypot(
+            half, UNSEEN_DEAD_TIME * h if name == "dead_time" else UNSEEN if name in ("omega_n", "zeta") else 0.0
+        )
         if name in RELATIVE:
             edge = min(half, 5.0) if math.isfinite(half) else half
             out[name] = Estimate(value, value * math.exp(-edge), value * math.exp(edge), len(fit.r))
-        elif name in ("late", "half_width"):
-            value -= 0.5 * h if name == "late" else 0.0  # a command that is held over a sample, taken as linear between
+        elif name in ("dead_time", "half_width"):
+            value -= (
+                0.5 * h if name == "dead_time" else 0.0
+            )  # a command that is held over a sample, taken as linear between
             out[name] = Estimate(max(value, 0.0), max(value - half, 0.0), max(value + half, 0.0), len(fit.r))
         else:
             out[name] = Estimate.around(value, half, len(fit.r))
