@@ -47,7 +47,7 @@ def motor_leakage(data: LeakData, settings: ComponentSettings = DEFAULT) -> Comp
     if levels(data.omega).max() == 0:
         raise IdentifyError(
             f"{data.source}: one speed only ({show(float(data.omega[0]), 'rotation')}), from which C_1 and C_2 cannot"
-            " be told apart. Give a second speed."
+            " be distinguished. Give a second speed."
         )
     X = data.head[:, None] * np.column_stack([np.ones(len(data)), data.omega])
     fit = linear_fit(X, data.leak, groupings(data))
@@ -243,7 +243,7 @@ def _component(
 def _external(data: LeakData) -> tuple[Parameter | None, list[str]]:
     """The part that goes from port to port, where the case drain was measured."""
     if data.case is None or not np.isfinite(data.case).any():
-        return None, ["no case-drain flow: internal and external leak cannot be told apart"]
+        return None, ["no case-drain flow: internal and external leak cannot be distinguished"]
     has = np.isfinite(data.case)
     Q = (data.leak * data.head if data.dp is None else data.leak)[has]
     groups = {name: of[has] for name, of in groupings(data).items()}

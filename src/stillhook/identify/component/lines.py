@@ -104,7 +104,7 @@ def line_restrictions(log: Log, settings: ComponentSettings = DEFAULT) -> Compon
         twin=(
             "the twin takes one pair for both lines, half of it on either side of the oil of a line",
             "leaks, relief, boost and flushing valves and the PLC's transmitters stay in the middle of the line; steady"
-            " maps and margins take what the motors' torque sees of it",
+            " maps and margins take the part at the motors' ports",
         ),
         changes={"active.lines.R_1": (both["R_1"], KINDS[0]), "active.lines.R_2": (both["R_2"], KINDS[1])},
         figures=lambda: {

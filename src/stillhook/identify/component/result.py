@@ -130,7 +130,25 @@ class Component:
 
 
 def crane_with(result: Component, crane: Crane) -> Crane:
-    """The crane with the numbers of a component. Errors: SpecError, UnitError where it does not take them."""
+    """A crane with the numbers of a component in it.
+
+    Parameters
+    ----------
+    result : Component
+        From `identify_component`.
+    crane : Crane
+        The crane that takes them.
+
+    Returns
+    -------
+    Crane
+        The same with the numbers of the result; the active circuit's total leak follows its parts.
+
+    Raises
+    ------
+    SpecError, UnitError
+        One line, where the crane does not take them.
+    """
     return changed(crane, _tree(result, all_changes(result, crane)))
 
 
