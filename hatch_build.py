@@ -77,7 +77,7 @@ class CustomBuildHook(BuildHookInterface):
 
 def libraries() -> list[Library]:
     """Every kernel that the package calls without a winch or controller of the user."""
-    from stillhook.kernels import plc_alone, tip_sampling
+    from stillhook.kernels import plc_alone, swash_log, tip_sampling
     from stillhook.kernels.build import Setup, driver, equations
     from stillhook.kernels.control_laws import controllers_of_winch
     from stillhook.kernels.lanes import VL
@@ -87,10 +87,11 @@ def libraries() -> list[Library]:
     setups = [Setup(), *(Setup(("wire", name, "payload")) for name in ("slings", *UNITS))]
     of = {plant: controllers_of_winch(winch) for plant, winch in WINCH_TYPES.items()}
     kinds = [(plant, setup) for plant in of for setup in setups]
+    kinds += [(plant, Setup(ports=True)) for plant, winch in WINCH_TYPES.items() if "active" in winch.tables]
     runs = [driver(plant, lanes, setup, of[plant]).run for plant, setup in kinds for lanes in (1, VL)]
     rates = [equations(driver(plant, 1, extra_controllers=extra)).rates_at for plant, extra in of.items()]
     alone = [plc_alone.kernel(names).run for names in sorted(set(of.values()))]
-    return [entry.library for entry in (*runs, *rates, *alone, tip_sampling.kernel())]
+    return [entry.library for entry in (*runs, *rates, *alone, tip_sampling.kernel(), swash_log.kernel())]
 
 
 def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:

@@ -111,8 +111,17 @@ def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[fl
     a, J_m, B_v, r_eff = crane.active, crane.inertia.J_m_eff, crane.control.B_v, effective_radius(crane, K_wire)
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     Q_p_max = a.pump.D_total * a.pump.omega_p
-    pump = Servo(omega_n=a.pump.servo.omega_n, zeta=a.pump.servo.zeta, lo=-1.0, hi=1.0, rate=NO_LIMIT)
-    motor = Servo(omega_n=a.motor.servo.omega_n, zeta=a.motor.servo.zeta, lo=a.motor.alpha_min, hi=1.0, rate=NO_LIMIT)
+    pump = Servo(
+        omega_n=a.pump.servo.omega_n, zeta=a.pump.servo.zeta, lo=-1.0, hi=1.0, rate=NO_LIMIT, rate_down=NO_LIMIT
+    )
+    motor = Servo(
+        omega_n=a.motor.servo.omega_n,
+        zeta=a.motor.servo.zeta,
+        lo=a.motor.alpha_min,
+        hi=1.0,
+        rate=NO_LIMIT,
+        rate_down=NO_LIMIT,
+    )
     ahc, law = gains(crane), motor_law(crane, mode, K_wire=K_wire)
 
     def rates(t: float, x: Any) -> list[float]:

@@ -32,6 +32,7 @@ MEASURED = ("bench_staircase",)
 """Pages that need data that are not in the repository: left as they are where those are not at hand."""
 ARCHIVED = {
     "adaptation": "trials.adaptation.page",
+    "components": "trials.components.page",
     "condition": "trials.condition.page",
     "friction_coverage": "trials.friction.page",
     "hull_convergence": "trials.hulls.page",

@@ -73,6 +73,7 @@ BY_HAND = {
     "condition": "after validate",
     "identify friction": "minutes",
     "identify curve": "a log of a bench",
+    "identify component": "a table or a log of a component",
     "friction draws": "a set with evidence",
     "weather forecast": "a forecast",
     "weather lift": "a year of spectra",

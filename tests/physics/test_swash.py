@@ -28,7 +28,7 @@ INTEGRATION = 1.0e-6
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m")
 ACTIVE = pack(CRANE, CASE).params.active
-FREE = [s._replace(rate=1e9) for s in (ACTIVE.pump_servo, ACTIVE.motor_servo)]
+FREE = [s._replace(rate=1e9, rate_down=1e9) for s in (ACTIVE.pump_servo, ACTIVE.motor_servo)]
 """The published controls, which have no limit of rate."""
 
 command = st.floats(0.0, 1.0)
@@ -73,7 +73,7 @@ def test_a_full_stroke_takes_no_less_time_than_the_highest_rate_allows():
 @pytest.mark.parametrize(("u", "stop"), [(2.0, 1.0), (-2.0, -1.0)])
 def test_a_plate_that_runs_into_its_stop_stands_there_and_comes_back_at_once(u, stop):
     """A setting beyond the stop would have to come all the way back before the flow follows."""
-    servo, h = ACTIVE.pump_servo._replace(rate=1e9), 1e-4
+    servo, h = ACTIVE.pump_servo._replace(rate=1e9, rate_down=1e9), 1e-4
     alpha, alpha_dot = 0.0, 0.0
     for k in range(10000):
         command = u if k < 5000 else 0.0

@@ -139,7 +139,7 @@ def test_the_layer_of_a_diameter_undoes_the_diameter_of_a_layer():
 
 
 def test_a_followed_command_settles_on_it_and_stays_in_its_stroke():
-    servo = Servo(5.0, 1.0, 0.6, 1.0, 2.5)
+    servo = Servo(5.0, 1.0, 0.6, 1.0, 2.5, 2.5)
     u = np.concatenate((np.full(100, 1.0), np.full(500, 0.8), np.full(500, 0.2)))
     out = followed(u, servo, STEP)
     assert out[:100] == pytest.approx(1.0)

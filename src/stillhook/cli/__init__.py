@@ -60,6 +60,7 @@ COMMANDS: dict[str, Entry | Group] = {
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",
         {
             "motor": Entry("identify", "motor"),
+            "component": Entry("identify", "component"),
             "friction": Entry("identify", "friction"),
             "curve": Entry("identify", "curve"),
         },

@@ -1,8 +1,10 @@
-"""`stillhook identify motor|friction|curve`: torque-loss models from a supplier's map, system friction from crane
-tests, friction over speed of any machine that was run to and fro in steps."""
+"""`stillhook identify motor|component|friction|curve`: torque-loss models from a supplier's map, leakage, displacement
+controls and line restrictions, system friction from crane tests, friction over speed of any machine that was run to and
+fro in steps."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -19,6 +21,7 @@ from stillhook.report.terminal import Answer, answer_of, columns, print_document
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stillhook.identify.component.result import Component
     from stillhook.identify.curve import FrictionCurve
     from stillhook.identify.motor.identify import MotorLoss
     from stillhook.identify.system_friction.identify import Friction
@@ -35,6 +38,7 @@ LIKE_HELP = (
     "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
 )
 PER_CENT = 0.01
+COMPONENT_FILES = ("crane.toml", "report.html", "component.json")
 FRICTION_FILES = ("friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv")
 LOG_DPI = 80  # pictures of complete logs in the report: a dozen of them, each a thousand points wide
 CURVE_FILES = ("curve.png", "curve.csv", "curve.json")
@@ -114,6 +118,73 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     if result.law == "map":
         files[table] = map_table(result)
     return files
+
+
+def component(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="motor-leakage, pump-leakage, servo (pump or motor), or lines.")
+    ],
+    data: Annotated[
+        Path, typer.Argument(metavar="DATA", help="Table of a leakage (CSV, Excel), or log of command and response.")
+    ],
+    mapping: MappingFile = None,
+    column: Columns = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Identify a component from data of its own, with 95 % intervals, held-out errors and a crane file that takes it.
+
+    motor-leakage and pump-leakage read D, n, dp and one of C_leak, Q_leak, Q, eta_v, with Q_case where the drain was
+    measured; servo u_p and alpha_p or u_m and alpha_m; lines p_a_pump, p_a_motor, p_b_pump, p_b_motor and a flow. The
+    table [component] of the mapping file has base (crane that takes the result), circuit, D_max, V_dead, bulk_modulus.
+
+    Exit code 1 if the data do not determine the component.
+
+    Example: stillhook identify component servo swivel-test.csv --mapping servo.toml --out results
+    """
+    from stillhook.identify.component.identify import identify_component
+    from stillhook.identify.component.report import report
+    from stillhook.identify.component.result import base_crane, crane_file, interval, to_dict
+
+    check_out(out, COMPONENT_FILES)
+    with progress_bar(data.name) as bar:
+        result = identify_component(kind, data, mapping=mapping, columns=column, progress=bar)
+    crane, base = base_crane(result.settings), result.settings.base or ""
+    if base.endswith(".toml") and out is not None:
+        base = Path(os.path.relpath(base, out)).as_posix()
+    text = "" if crane is None or not result.usable else crane_file(result, crane, base)
+    document = report(result, {})
+    numbers = "; ".join(
+        f"{p.name} {value} ({low} to {high})" for p in result.parameters for value, low, high in [interval(p)]
+    )
+    step = "--out FOLDER, for the crane file and the report" if out is None else f"read {out / COMPONENT_FILES[1]}"
+    brief = lambda: answer_of(document, step, "held-out data, notes, what the twin does with it", [f"{numbers}."])
+    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
+    if out is not None:
+        write_out(out, _component_files(result, text), quiet=json)
+        say_left_out()
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _component_files(result: Component, text: str) -> dict[str, Any]:
+    """Crane file, report, numbers and figures by file. A result that must not be used gives no crane file."""
+    from stillhook.identify.component.report import report
+    from stillhook.identify.component.result import to_dict
+    from stillhook.report.html import html
+    from stillhook.report.kit import draw_if_possible, pngs
+
+    chosen, page, numbers = COMPONENT_FILES
+    pictures = draw_if_possible(lambda: pngs(result.figures()))
+    files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
+    files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
+    if text:
+        files[chosen] = text
+    else:
+        say(
+            f"{chosen} is not written: "
+            + ("give component.base in the mapping." if result.usable else "not determined.")
+        )
+    return dict(sorted(files.items()))
 
 
 def friction(
@@ -198,17 +269,14 @@ def curve(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the test: CSV, Parquet, MDF4, TDMS or MAT.")],
     mapping: MappingFile = None,
     column: Columns = None,
-    speed: Annotated[str, typer.Option(help="Signal whose sign is the direction.")] = "speed",
-    effort: Annotated[
-        str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")
-    ] = "effort",
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Friction over speed from a staircase log, with 95 % intervals: half the difference of both directions.
 
-    A table [curve] of the mapping file has position (signal on which the load depends: compares place by place),
-    command (set signal whose changes begin new steps), and what counts as steady: least_length, least_speed and more.
+    A table [curve] of the mapping file has speed (signal whose sign is the direction), effort (signal that friction
+    shows in), position (signal on which the load depends: compares place by place), command (set signal whose changes
+    begin new steps), and what counts as steady: least_length, least_speed and more.
 
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
@@ -217,7 +285,7 @@ def curve(
     from stillhook.logs.understood import signals_of
 
     settings = CurveSettings() if mapping is None else curve_settings(mapping)
-    position, command = settings.position, settings.command
+    speed, effort, position, command = settings.speed, settings.effort, settings.position, settings.command
     check_out(out, CURVE_FILES)
     with progress_bar(log.name) as bar:
         try:
@@ -241,13 +309,13 @@ def curve(
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
     """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
-    requested = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
+    requested = {"curve.speed": speed, "curve.effort": effort, "curve.position": position, "curve.command": command}
     available = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
     missing = [f"{name} ({option})" for option, name in requested.items() if name is not None and name not in available]
     if missing:
         have, way = ", ".join(sorted(available)), _needed(speed, effort, position, command)
         raise LogError(
-            f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}"
+            f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these in the mapping. {way}"
         )
 
 

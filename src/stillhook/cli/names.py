@@ -111,6 +111,8 @@ MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
         command="curve.command",
         least_length="curve.least_length",
         least_speed="curve.least_speed",
+        speed="curve.speed",
+        effort="curve.effort",
     ),
     ("tip",): _in(
         '--boom "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg"',

@@ -150,7 +150,8 @@ class Block(ABC, Generic[R]):
     @staticmethod
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
-        return Setup(sensors=r.winch.sensors, losses=r.winch.losses)
+        setup: Setup = r.winch.setup
+        return setup
 
     @abstractmethod
     def record(self, r: R) -> list[float]:

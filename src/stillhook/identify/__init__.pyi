@@ -1,3 +1,6 @@
+from stillhook.identify.component.identify import identify_component as identify_component
+from stillhook.identify.component.result import Component as Component
+from stillhook.identify.component.result import crane_with as crane_with
 from stillhook.identify.curve import friction_curve as friction_curve
 from stillhook.identify.motor.identify import MotorLoss as MotorLoss
 from stillhook.identify.motor.identify import identify_motor as identify_motor

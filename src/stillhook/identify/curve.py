@@ -118,8 +118,11 @@ class FrictionCurve:
 
 
 class CurveSettings(NamedTuple):
-    """The table [curve] of a mapping file: signals of position and command, and what counts as a steady stretch."""
+    """The table [curve] of a mapping file: signals of speed, effort, position and command, and what counts as a steady
+    stretch."""
 
+    speed: str = "speed"
+    effort: str = "effort"
     position: str | None = None
     command: str | None = None
     steady: WindowSettings | None = None
@@ -131,7 +134,7 @@ def curve_settings(mapping: Path) -> CurveSettings:
 
 def _settings(table: TomlTable) -> CurveSettings:
     fields = dict(table.data.get("curve", {}))
-    signals = {name: fields.pop(name) for name in ("position", "command") if name in fields}
+    signals = {name: fields.pop(name) for name in ("speed", "effort", "position", "command") if name in fields}
     steady = WindowSettings(**fields)
     steady.slowest()
     return CurveSettings(**signals, steady=steady if fields else None)

@@ -52,18 +52,21 @@ class Setup(NamedTuple):
     three of a lowering; () what the winch type names as its PATH. guarded: what the PLC reads comes from outside, and
     `stillhook.control.guard` stands before it. sensors: those of the crane, by name. losses: torque losses of motors by
     other models than MJ4, each with its place in the winch's Params and its label of
-    `stillhook.physics.hydraulics.motor_laws`."""
+    `stillhook.physics.hydraulics.motor_laws`. ports: the lines have restrictions, and a series holds the pressures at
+    the ports of pumps and motors."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
     sensors: tuple[str, ...] = ()
     losses: tuple[tuple[str, str], ...] = ()
+    ports: bool = False
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
         losses = (f"{place}-{loss}" for place, loss in self.losses)
-        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *self.path, *losses))
+        words = (*["guarded"] * self.guarded, *["ports"] * self.ports, *self.path, *losses)
+        return "".join(f"{word}-" for word in words)
 
 
 LOAD_ON_WIRE = Setup()
@@ -159,7 +162,8 @@ def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, 
     path = module.PATH if lowers or not below else below[0]
     parts = lift.lane_parts(*below) if lowers else LaneParts()
     Params = functools.reduce(lambda of, loss: with_class(of, loss[0], labelled(loss[1])), setup.losses, module.Params)
-    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers, setup.losses), parts, Params)
+    of = (plant, extra_controllers, setup.losses)
+    made = winch_driver(module, path, laws, lanes, of, parts, Params, ports=setup.ports)
     rest, run = rest_of(made), lift.run_of(made, *below) if lowers else loop.run_of(made)
     folder = _folder(plant, setup, extra_controllers)
     code = _machine_code({"run": run, "at_rest": rest.at_rest}, folder, lanes)

@@ -246,6 +246,9 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
         motor = part.get("motor") if isinstance(part, dict) else None
         if isinstance(part, dict) and isinstance(motor, dict) and _text_at(fields, circuit, "motor", "type"):
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
+        pump, named = base.get(circuit), _text_at(fields, circuit, "pump", "leak")
+        if isinstance(pump, dict) and named and named != _text_at(pump, "pump", "leak") and _has_table(pump):
+            base[circuit] = {**pump, "pump": {k: v for k, v in _branch(pump, "pump").items() if k != "table"}}
     for table, name in MOTOR_TABLES.items():
         part = base.get(table)
         motor = part.get(name) if isinstance(part, dict) else None
@@ -255,6 +258,17 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
     if isinstance(friction, dict) and _text_at(fields, "friction", "library"):
         base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
     return overlay(base, fields, label)
+
+
+def _branch(node: Leaf | Tree | None, name: str) -> Tree:
+    """A table within another, empty where there is none."""
+    part = node.get(name) if isinstance(node, dict) else None
+    return part if isinstance(part, dict) else {}
+
+
+def _has_table(circuit: Leaf | Tree | None) -> bool:
+    """Whether the pumps of a circuit have a leak table of their own."""
+    return "table" in _branch(circuit, "pump")
 
 
 def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
@@ -282,7 +296,7 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
             place = f"{label}: {circuit}.motor.type"
             motor = set_values("motors", type_, place, folder or Path()) | known_losses(type_, place, folder or Path())
             out[circuit] = overlay({"motor": motor}, part, label, circuit)
-        if leak and folder is None:
+        if leak and folder is None and not _has_table(part):
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
     friction, library = out.get("friction"), _text_at(out, "friction", "library")
     if (

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from stillhook.library.catalogue import leak_table
@@ -31,17 +33,31 @@ class LeakLaw(NamedTuple):
 
 @functools.lru_cache(maxsize=256)
 def pump_leak(pump: PumpSet) -> PumpLeak:
-    """The library's leak table at this pump speed, scaled with the installed size (Moslatt 2020 section 2.5.2.4).
+    """The leak table, of the library or of the crane file, at this pump speed, scaled with the installed size (Moslatt
+    2020 section 2.5.2.4).
 
     Speeds between the two measured ones are interpolated linearly; beyond them the line continues.
     """
+    worn = 1.0 if pump.leak_scale is None else pump.leak_scale
+    if pump.table is not None:
+        scale = pump.D_total / pump.table.D_ref * worn
+        return PumpLeak(*(scale * _at_speed(pump.omega_p, pump.table.omega, C) for C in pump.table.rows))
     table = leak_table(pump.leak)
-    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref * (1.0 if pump.leak_scale is None else pump.leak_scale)
+    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref * worn
     f = (pump.omega_p - w_1) / (w_2 - w_1)
     rows = sorted(zip(table.D, table.C[0], table.C[1], strict=True))
     parts = [round(D / table.D_ref, 3) for D, _, _ in rows]
     assert all(abs(a - b) < 1e-3 for a, b in zip(parts, LEAK_KNOTS, strict=True)), f"{pump.leak}: displacements {parts}"
     return PumpLeak(*(scale * (C_1 + f * (C_2 - C_1)) for _, C_1, C_2 in rows))
+
+
+def _at_speed(omega: float, speeds: Sequence[float], C: Sequence[float]) -> float:
+    """Leak at a pump speed: linear between the measured ones, beyond them as between the last two, never below 0."""
+    if len(speeds) == 1:
+        return C[0]
+    i = min(max(bisect.bisect(speeds, omega), 1), len(speeds) - 1)
+    f = (omega - speeds[i - 1]) / (speeds[i] - speeds[i - 1])
+    return max(C[i - 1] + f * (C[i] - C[i - 1]), 0.0)
 
 
 def form_of(circuit: Circuit) -> Leak:

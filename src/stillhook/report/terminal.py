@@ -349,14 +349,16 @@ def say(text: str) -> None:
 def say_if_compiling(crane: Crane, *, series: bool = False, setup: Setup | None = None) -> None:
     """Message that the first run of a winch type takes longer; with series one trajectory runs at a time; setup of its
     kernel, default the load on its wire."""
-    from stillhook.engine.pack.winch import losses_of
+    from stillhook.engine.pack.winch import kernel_of
     from stillhook.kernels.build import LOAD_ON_WIRE, is_compiled
     from stillhook.kernels.control_laws import controllers_of_winch
     from stillhook.kernels.lanes import VL
 
     winch = crane.plant.type
-    lanes, of = 1 if series else VL, LOAD_ON_WIRE if setup is None else setup
-    if not is_compiled(winch.name, lanes, of._replace(losses=losses_of(crane)), controllers_of_winch(winch)):
+    lanes, of, kernel = 1 if series else VL, LOAD_ON_WIRE if setup is None else setup, kernel_of(crane)
+    if not is_compiled(
+        winch.name, lanes, of._replace(losses=kernel.losses, ports=kernel.ports), controllers_of_winch(winch)
+    ):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 

@@ -249,7 +249,8 @@ class Factor:
 
 
 RATES = tuple(
-    f"{unit}.servo.rate_max"
+    f"{unit}.servo.{rate}"
+    for rate in ("rate_max", "rate_down")
     for unit in (
         *(f"{circuit}.{part}" for circuit in CIRCUITS for part in ("pump", "motor")),
         *("secondary.unit", "secondary.pump", "open.valve", "cylinder.pump"),

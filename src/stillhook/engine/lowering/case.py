@@ -26,7 +26,7 @@ from stillhook.engine.lowering.summary import (
     phases_of,
     run_numbers_of,
 )
-from stillhook.engine.pack.winch import losses_of
+from stillhook.engine.pack.winch import kernel_of
 from stillhook.engine.runner import Run, each_case
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
@@ -38,7 +38,6 @@ from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import phase_names
 from stillhook.spec.lift.stored import lowerings_text
 from stillhook.spec.sensors import error_sensors
-from stillhook.spec.settings import sensor_settings
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -116,8 +115,7 @@ class LoweringType(CaseType):
 
     def kernel(self, crane: Crane, case: Case) -> tuple[Setup, tuple[str, ...]]:
         lift = lift_of(case)
-        sensors = (*sensor_settings(crane.sensors), *error_sensors(lift.sensors))
-        setup = setup_of(lift)._replace(sensors=sensors, losses=losses_of(crane))
+        setup = kernel_of(crane, error_sensors(lift.sensors))._replace(path=setup_of(lift).path)
         return setup, controllers_of_winch(crane.plant.type, (lift.controller,))
 
     def group(self, crane: Crane, case: Case) -> Hashable:

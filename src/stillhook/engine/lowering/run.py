@@ -112,7 +112,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)._replace(sensors=r.winch.sensors, losses=r.winch.losses)
+        return r.winch.setup._replace(path=setup_of(r.case).path)
 
     def __init__(
         self,

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -13,6 +13,7 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.displacement import displacement_limits
 from stillhook.engine.pack.gas import gas_record
+from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
@@ -53,8 +54,8 @@ needs. Assumed."""
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
-    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, and the own
-    settings of those that have some, by name."""
+    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings
+    of those that have some, by name, and whether its lines have restrictions."""
 
     plant: ModuleType
     name: str
@@ -64,6 +65,7 @@ class Packed(NamedTuple):
     extra_controllers: tuple[str, ...]
     sensors: tuple[str, ...]
     settings: dict[str, Any]
+    ports: bool
 
     @property
     def losses(self) -> tuple[tuple[str, str], ...]:
@@ -71,8 +73,23 @@ class Packed(NamedTuple):
         classes = other_classes(self.params, self.plant.Params)
         return tuple((place, FITTED[of].label) for place, of in classes.items())
 
+    @property
+    def setup(self) -> Setup:
+        """What its kernel runs besides the winch type."""
+        return Setup(sensors=self.sensors, losses=self.losses, ports=self.ports)
 
-@remembered
+
+def kernel_of(crane: Crane, errors: Sequence[str] = ()) -> Setup:
+    """`Packed.setup` of a crane with these sensors of a scenario."""
+    sensors = (*sensor_settings(crane.sensors), *errors)
+    return Setup(sensors=sensors, losses=losses_of(crane), ports=has_ports(crane))
+
+
+def has_ports(crane: Crane) -> bool:
+    """Whether the pressures at the ports of pumps and motors differ from those of the lines."""
+    return getattr(crane.circuits.get("active"), "lines", None) is not None
+
+
 def losses_of(crane: Crane) -> tuple[tuple[str, str], ...]:
     """`Packed.losses` of a crane."""
     if all(getattr(motors, "loss_model", None) is None for motors in crane.motors):
@@ -151,6 +168,8 @@ def active_record(crane: Crane) -> ActiveCircuit:
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
         i_beta=1.0 / a.line.bulk_modulus,
+        lines=circuits.restriction(a),
+        internal=circuits.internal_share(a),
         boost=circuits.boost_record(a.boost),
         relief=circuits.relief_record(a.relief),
         flushing=circuits.flushing_record(a.flushing, a.boost),
@@ -174,6 +193,7 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
         motor_servo=circuits.servo_record(p.motor.servo, p.motor.alpha_min),
         accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive", gas_factor),
         relief=circuits.relief_record(p.relief),
+        internal=circuits.internal_share(p),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
             Q_p_max=pump.D_max * pump.omega_p,
@@ -403,7 +423,15 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
     extra_controllers, settings = controllers_of(crane, modes)
     read_by = sensor_settings(crane.sensors) | error_settings(case.sensors, winch, plc.t_cycle)
     return Packed(
-        winch.module, winch.name, params, memory, case.s_w, extra_controllers, tuple(read_by), settings | read_by
+        plant=winch.module,
+        name=winch.name,
+        params=params,
+        memory=memory,
+        s_w=case.s_w,
+        extra_controllers=extra_controllers,
+        sensors=tuple(read_by),
+        settings=settings | read_by,
+        ports=has_ports(crane),
     )
 
 

@@ -21,7 +21,7 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.inputs import CycleInputs, shape
-from stillhook.engine.pack.winch import Packed, losses_of, pack
+from stillhook.engine.pack.winch import Packed, kernel_of, pack
 from stillhook.engine.runner import Block, Run, each_case, nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.summary import ScenarioRun, numbers_of
@@ -36,7 +36,6 @@ from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.sensors import error_sensors
-from stillhook.spec.settings import sensor_settings
 from stillhook.units import show
 from stillhook.variables import WINDOW
 from stillhook.winches.records import Tick, Tip
@@ -138,7 +137,7 @@ class WireBlock(ScenarioBlock):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return Setup(path=("host",), sensors=r.winch.sensors, losses=r.winch.losses)
+        return r.winch.setup._replace(path=("host",))
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
@@ -199,8 +198,7 @@ class ScenarioType(CaseType):
 
     def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
         modes = (case.mode, *(mode for _, mode in case.modes))
-        sensors = (*sensor_settings(crane.sensors), *error_sensors(case.sensors))
-        return Setup(sensors=sensors, losses=losses_of(crane)), controllers_of_winch(crane.plant.type, modes)
+        return kernel_of(crane, error_sensors(case.sensors)), controllers_of_winch(crane.plant.type, modes)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

@@ -26,7 +26,7 @@ from stillhook.engine.scenario.run import Ready, first_lane
 from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
 from stillhook.kernels import plc_alone
-from stillhook.kernels.build import Setup, driver, interpreted
+from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
@@ -191,7 +191,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     d = driver(
         winch.name,
         1,
-        Setup(path=("host",) if wire else (), guarded=both, sensors=winch.sensors, losses=winch.losses),
+        winch.setup._replace(path=("host",) if wire else (), guarded=both),
         winch.extra_controllers,
     )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)

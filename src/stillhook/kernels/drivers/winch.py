@@ -10,7 +10,7 @@ it is compiled; the records that depend on them are made first.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from stillhook.control.plc import Memory
 from stillhook.kernels.control_laws import ControlLaws, shown
@@ -19,6 +19,7 @@ from stillhook.kernels.oscillation import Oscillation
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common
 from stillhook.physics.records import inflow, joined, record, replace
 from stillhook.physics.scalar import fmax, scalar
+from stillhook.winches.circuits.active import LinePowers, Ports, line_powers
 from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 
 LINES = {"p_a", "p_b"}
@@ -80,25 +81,34 @@ class Driver:
 
 
 def winch_driver(
-    plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: tuple[Any, ...], parts: LaneParts, Params: Any
+    plant: Any,
+    path: Any,
+    laws: ControlLaws,
+    lanes: int,
+    made_of: tuple[Any, ...],
+    parts: LaneParts,
+    Params: Any,
+    *,
+    ports: bool = False,
 ) -> Driver:
     """A winch type on a load path under these controllers, as plain Python; parts: what its lanes hold besides; Params:
-    the class of its parameters, with the losses of its motors."""
+    the class of its parameters, with the losses of its motors; ports: its lines have restrictions, whose pressures are
+    signals and whose power is a loss."""
     more = "".join(f", {name} {each.__module__}" for name, each in parts.others.items())
     more += "" if Params is plant.Params else f", {Params.__module__}"
-    of = f"{__name__} {plant.__name__}, {path.__name__}, {laws.Record.__module__}{more}"
+    of = f"{__name__} {plant.__name__}, {path.__name__}, {laws.Record.__module__}{more}{', ports' if ports else ''}"
     Command, LawRecord = plant.Command, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
     sensing, actuate = laws.sensing(plant.sense, LINES <= set(plant.Signals._fields)), plant.actuate
-    winch_signals, winch_powers = plant.signals, plant.powers
+    of_plant, winch_signals, winch_powers_record, winch_powers = outputs_of(plant, ports)
     limits, fold_extremes = plant.limits, plant.fold_extremes
-    supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
+    supplied = inflow(winch_powers_record, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
     point, path_rates, path_powers = path.at, path.rates, path.powers
     at_its_end, path_motion = path.at_its_end, path.motion
     plc_check, plc_cycle = laws.check, laws.cycle
-    of_winch, join_signals = joined("Signals", CommonSignals, plant.Signals)
+    of_winch, join_signals = joined("Signals", CommonSignals, of_plant)
     Signals, keep_measured, show_measured = shown(laws.sensors, of_winch)
-    Powers, join_powers = joined("Powers", plant.Powers, path.Powers)
+    Powers, join_powers = joined("Powers", winch_powers_record, path.Powers)
     State = record("State", of, winch=plant.State, path=path.State)
     # what is counted: statistics of every winch, extremes of its own, cycles beyond each limit, powers summed up
     counted = {"common": CommonStats, "extremes": plant.Extremes, "limits": plant.Limits, "power": Powers}
@@ -236,6 +246,36 @@ def winch_driver(
         signals=signals,
         fold=fold,
     )
+
+
+class Outputs(NamedTuple):
+    """What a winch type shows of an instant: the record of its signals and what makes it, the same of its powers."""
+
+    Signals: Any
+    signals: Any
+    Powers: Any
+    powers: Any
+
+
+def outputs_of(plant: Any, ports: bool) -> Outputs:
+    """Signals and powers of a winch type, with those of the restrictions of its lines where it has some."""
+    if not ports:
+        return Outputs(plant.Signals, plant.signals, plant.Powers, plant.powers)
+    of_winch, powers_of, lost = plant.signals, plant.powers, line_powers
+    Signals, join_signals = joined("Signals", plant.Signals, Ports)
+    Powers, join_powers = joined("Powers", plant.Powers, LinePowers)
+
+    @scalar
+    def signals(c, x, q, u, geo, p):
+        """Signals of the winch, and the pressures at its ports."""
+        return join_signals(of_winch(c, x, q, u, geo, p), c.ports)
+
+    @scalar
+    def powers(c, x, q, p):
+        """Powers of the winch, and what its lines take."""
+        return join_powers(powers_of(c, x, q, p), lost(c))
+
+    return Outputs(Signals, signals, Powers, powers)
 
 
 def bristle_step(plant: Any) -> Any:

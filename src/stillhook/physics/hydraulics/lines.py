@@ -64,6 +64,23 @@ class Flushing(NamedTuple):
     i_dp: float
 
 
+class Restriction(NamedTuple):
+    """What pipes, hoses and valve blocks between a pump and a motor take: R_1 [Pa s/m^3], R_2 [Pa s^2/m^6]."""
+
+    R_1: float
+    R_2: float
+
+
+@scalar
+def pressure_drop(Q, R):
+    r"""Pressure that a flow loses in a line [Pa], with the sign of the flow: :math:`R_1 Q + R_2 Q |Q|`.
+
+    Source: Moslatt 2020 section 2.5.2.2, the restrictions "corresponding to the overall steady-state losses of the
+    transmission line"; laminar and turbulent part as in ISO 5598 and Merritt, Hydraulic Control Systems, chapter 3.
+    """
+    return (R.R_1 + R.R_2 * abs(Q)) * Q
+
+
 @scalar
 def boost_flows(p_a, p_b, boost):
     """Flows into lines that have fallen below the boost pressure, never out of them, and together no more than the

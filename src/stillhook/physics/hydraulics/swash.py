@@ -10,14 +10,15 @@ milliseconds for a pump, as metal on metal, and slow enough for the steps of a r
 
 
 class Servo(NamedTuple):
-    """Second-order displacement control: omega_n [rad/s], zeta [-], stroke lo..hi [-], rate highest speed of the
-    setting [1/s]."""
+    """Second-order displacement control: omega_n [rad/s], zeta [-], stroke lo..hi [-]; rate, rate_down
+    highest speeds of the setting as it rises and as it falls [1/s]."""
 
     omega_n: float
     zeta: float
     lo: float
     hi: float
     rate: float
+    rate_down: float
 
 
 class MotorControl(NamedTuple):
@@ -35,12 +36,12 @@ class MotorControl(NamedTuple):
 def swash_acceleration(alpha, alpha_dot, u, servo):
     """Second derivative of the displacement setting [1/s^2]. Source: Moslatt 2020 eq. C 10, E eqs 7 and 8.
 
-    Differs from print: the setting gets no faster than `servo.rate`, the flow that its control valve lets through, and
-    a plate that meets its stop comes to rest there.
+    Differs from print: the setting gets no faster than `servo.rate`, falling `servo.rate_down`, the flow that its
+    control valve lets through, and a plate that meets its stop comes to rest there.
     """
     a = servo.omega_n * (servo.omega_n * (u - alpha) - 2.0 * servo.zeta * alpha_dot)
     a = fmin(a, 0.0) if alpha_dot >= servo.rate else a
-    a = fmax(a, 0.0) if alpha_dot <= -servo.rate else a
+    a = fmax(a, 0.0) if alpha_dot <= -servo.rate_down else a
     rebound = -STOPPING * servo.omega_n * alpha_dot
     a = fmin(a, rebound) if alpha >= servo.hi and alpha_dot > 0.0 else a
     return fmax(a, rebound) if alpha <= servo.lo and alpha_dot < 0.0 else a
@@ -49,7 +50,7 @@ def swash_acceleration(alpha, alpha_dot, u, servo):
 @scalar
 def swash_rate(alpha, alpha_dot, servo):
     """Rate of the displacement setting [1/s]: within the servo's limit, and none into a stop."""
-    v = clip(alpha_dot, -servo.rate, servo.rate)
+    v = clip(alpha_dot, -servo.rate_down, servo.rate)
     v = fmin(v, 0.0) if alpha >= servo.hi else v
     return fmax(v, 0.0) if alpha <= servo.lo else v
 

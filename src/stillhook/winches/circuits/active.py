@@ -21,9 +21,9 @@ from stillhook.winches.records import folded
 
 
 class ActiveCircuit(NamedTuple):
-    """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; n_full, n_max
-    shaft speed limits at full and at reduced displacement [rad/s]; P_back hydraulic power that the power units take
-    back at most [W]."""
+    """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; lines the
+    restriction of each; internal share of the leak that goes from port to port [-]; n_full, n_max shaft speed limits at
+    full and at reduced displacement [rad/s]; P_back hydraulic power that the power units take back at most [W]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -32,6 +32,8 @@ class ActiveCircuit(NamedTuple):
     control: MotorControl
     i_C_h: float
     i_beta: float
+    lines: lines.Restriction
+    internal: float
     boost: lines.Boost
     relief: lines.Relief
     flushing: lines.Flushing
@@ -74,10 +76,10 @@ def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
     C_leak = f_pump * pump_leakage(alpha_p, A.pumps.leak) + motor_leakage(omega_m, A.motors)
     Q_p = f_pump * pump_flow(alpha_p, A.pumps)
     Q_m = D_m * omega_m
-    Q_int = lines.internal_leakage(C_leak, p_a - p_b)
+    Q_int = A.internal * C_leak * (p_a - p_b)
     Q_int = Q_int + lines.vapour_displaced(Q_p, void_b, void_a) - lines.vapour_displaced(Q_m, void_a, void_b)
-    Q_ext_a = lines.external_leakage(C_leak, p_a)
-    Q_ext_b = lines.external_leakage(C_leak, p_b)
+    Q_ext_a = (1.0 - A.internal) * C_leak * p_a
+    Q_ext_b = (1.0 - A.internal) * C_leak * p_b
     Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, A.boost)
     Q_relief_a = lines.relief_flow(p_a, A.relief)
     Q_relief_b = lines.relief_flow(p_b, A.relief)
@@ -101,6 +103,45 @@ def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
         Q_a=Q_a,
         Q_b=Q_b,
     )
+
+
+class Ports(NamedTuple):
+    """Pressures at the ports of pumps and motors [Pa]."""
+
+    p_a_pump: float
+    p_b_pump: float
+    p_a_motor: float
+    p_b_motor: float
+
+
+@scalar
+def port_pressures(f, p_a, p_b, A):
+    """Pressures at the ports: the oil of a line is its middle, half of its restriction lies on either side, and nothing
+    falls below the vapour pressure. f ActiveFlows; p_a, p_b pressures of the lines [Pa].
+
+    Leaks, boost, relief and flushing valves and the PLC's transmitters are at the middle of the line.
+    """
+    pump, motor = 0.5 * lines.pressure_drop(f.Q_p, A.lines), 0.5 * lines.pressure_drop(f.Q_m, A.lines)
+    return Ports(
+        p_a_pump=lines.line_pressure(p_a + pump),
+        p_b_pump=lines.line_pressure(p_b - pump),
+        p_a_motor=lines.line_pressure(p_a - motor),
+        p_b_motor=lines.line_pressure(p_b + motor),
+    )
+
+
+class LinePowers(NamedTuple):
+    """Power that both lines take [W]."""
+
+    throttling: float
+
+
+@scalar
+def line_powers(c):
+    """What the flow of pumps and motors loses between their ports and the middle of the lines [W]."""
+    n, dp = c.ports, c.p_a - c.p_b
+    pump, motor = n.p_a_pump - n.p_b_pump - dp, dp - (n.p_a_motor - n.p_b_motor)
+    return LinePowers(c.f.Q_p * pump + c.f.Q_m * motor)
 
 
 @scalar
@@ -278,4 +319,6 @@ def active_stiffness(a: ActiveCircuit, J: float) -> Stiffness:
         "pump displacement control": servo_rate(a.pump_servo),
         "motor displacement control": servo_rate(a.motor_servo),
     }
-    return Stiffness(rates, moving_slope(a.motors, a.n_max, a.relief.p), dry_bound(a.motors, a.relief.p), a.n_max)
+    drop = a.lines.R_1 + 2.0 * a.lines.R_2 * D_m * a.n_max
+    slope = moving_slope(a.motors, a.n_max, a.relief.p) + D_m * D_m * drop
+    return Stiffness(rates, slope, dry_bound(a.motors, a.relief.p), a.n_max)

@@ -10,7 +10,7 @@ from stillhook.physics.hydraulics.accumulator import (
     accumulator_vapour,
     port_pressure,
 )
-from stillhook.physics.hydraulics.lines import Relief, external_leakage, internal_leakage, relief_flow, vapour_displaced
+from stillhook.physics.hydraulics.lines import Relief, relief_flow, vapour_displaced
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import Servo
@@ -21,7 +21,8 @@ from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, 
 
 
 class PassiveCircuit(NamedTuple):
-    """n_full, n_max shaft speed limits of the motors at full and at reduced displacement [rad/s]."""
+    """internal share of the leak that goes to the low side [-]; n_full, n_max shaft speed limits of the motors at full
+    and at reduced displacement [rad/s]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -29,6 +30,7 @@ class PassiveCircuit(NamedTuple):
     motor_servo: Servo
     accumulator: Accumulator
     relief: Relief
+    internal: float
     settings: PassiveSettings
     n_full: float
     n_max: float
@@ -55,9 +57,9 @@ def passive_flows(alpha_p, D_m, omega_m, V_o, f_pump, P):
     p_o, p_lp = accumulator_pressure(V_o, P.accumulator), P.settings.p_lp
     C_leak = f_pump * pump_leakage(alpha_p, P.pumps.leak) + motor_leakage(omega_m, P.motors)
     Q_p = f_pump * pump_flow(alpha_p, P.pumps)
-    Q_lp = internal_leakage(C_leak, p_o - p_lp) + P.accumulator.C_leak * (p_o - p_lp)
+    Q_lp = P.internal * C_leak * (p_o - p_lp) + P.accumulator.C_leak * (p_o - p_lp)
     Q_lp = Q_lp - vapour_displaced(D_m * omega_m, accumulator_vapour(V_o, P.accumulator), 0.0)
-    Q_ext = external_leakage(C_leak, p_o)
+    Q_ext = (1.0 - P.internal) * C_leak * p_o
     Q_relief = relief_flow(p_o, P.relief)
     Q_o = Q_p - D_m * omega_m - Q_lp - Q_ext - Q_relief
     return PassiveFlows(Q_p, Q_lp, Q_ext, Q_relief, Q_o, p_o, port_pressure(p_o, Q_o, P.accumulator))

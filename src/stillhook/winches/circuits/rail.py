@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.control.commands import PassiveSettings
+from stillhook.physics.hydraulics.lines import INTERNAL_SHARE
 from stillhook.physics.hydraulics.pump import PumpLeak, Pumps
 from stillhook.physics.hydraulics.secondary import largest_speed_gain, setting_for_torque
 from stillhook.tables.table import Count, Number, Spec
@@ -164,6 +165,7 @@ def rail_record(rail: Secondary, K_acc: float, gas_held: bool, parts: Parts) -> 
         motor_servo=tables.servo_record(unit.servo),
         accumulator=parts.accumulator(rail.accumulator, rail.line, gas_held, "secondary"),
         relief=tables.relief_record(rail.relief),
+        internal=INTERNAL_SHARE,
         settings=PassiveSettings(
             D_m_max=unit.D_total,
             Q_p_max=pump.Q_max,

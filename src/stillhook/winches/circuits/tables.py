@@ -53,6 +53,9 @@ class Servo(Spec):
     rate_max: u.GainPerTime | None = Field(
         default=None, gt=0, description="highest rate, full stroke over time; default no limit"
     )
+    rate_down: u.GainPerTime | None = Field(
+        default=None, gt=0, description="highest rate as the displacement falls; default rate_max"
+    )
 
     @property
     def lag(self) -> float:
@@ -290,10 +293,41 @@ class Pumps(Spec):
         return self.D_total * self.omega_p
 
 
+Leaks = Annotated[tuple[Annotated[u.Leakage, Field(ge=0)], ...], Field(min_length=1, max_length=20)]
+
+
+class PumpLeakTable(Spec):
+    """Total leak conductance of one measured pump, a number for each shaft speed, in the place of a library's table."""
+
+    D_ref: u.Displacement = Field(gt=0, description="full displacement of the measured pump")
+    omega: tuple[Annotated[u.Rotation, Field(gt=0)], ...] = Field(
+        min_length=1, max_length=20, description="shaft speeds, rising; one: the leak does not change with speed"
+    )
+    C_20: Leaks = Field(description="leak at a fifth of the displacement, and below")
+    C_40: Leaks = Field(description="leak at two fifths of the displacement")
+    C_60: Leaks = Field(description="leak at three fifths of the displacement")
+    C_80: Leaks = Field(description="leak at four fifths of the displacement")
+    C_100: Leaks = Field(description="leak at full displacement")
+
+    @property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The leak at each displacement, over the speeds."""
+        return self.C_20, self.C_40, self.C_60, self.C_80, self.C_100
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        if list(self.omega) != sorted(set(self.omega)):
+            raise ValueError("omega must rise from entry to entry. Sort the speeds.")
+        if any(len(row) != len(self.omega) for row in self.rows):
+            raise ValueError(f"each of C_20 to C_100 needs {len(self.omega)} values, one for each speed of omega.")
+        return self
+
+
 class PumpSet(Pumps):
     """All pumps of one circuit."""
 
-    leak: Text = Field(description="leak table in the library, scaled with D_total")
+    leak: Text = Field(description="leak table in the library, scaled with D_total; with a table of its own its name")
+    table: PumpLeakTable | None = Field(default=None, description="leak table of pumps that are not in the library")
     leak_scale: Number | None = Field(
         default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1"
     )
@@ -305,6 +339,13 @@ class Line(Spec):
 
     V: u.Volume = Field(gt=0, description="oil volume per side")
     bulk_modulus: u.Pressure = Field(gt=0, description="effective bulk modulus")
+
+
+class Lines(Spec):
+    """Pressure that each line takes between the ports of pumps and motors: R_1 Q + R_2 Q |Q|."""
+
+    R_1: u.FlowResistance = Field(default=0.0, ge=0, description="laminar restriction of each line")
+    R_2: u.FlowResistanceSquared = Field(default=0.0, ge=0, description="turbulent restriction of each line")
 
 
 class Boost(Spec):
@@ -349,12 +390,18 @@ class Leak(Spec):
     at: LeakPoint = Field(default_factory=LeakPoint)
 
 
+InternalShare = Field(
+    default=None, ge=0, le=1, description="part of the leak that goes from port to port; default two thirds"
+)
+
+
 class ActiveCircuit(Spec):
     """Closed circuit that moves the winch."""
 
     motor: MotorSet
     pump: PumpSet
     line: Line
+    lines: Lines | None = Field(default=None, description="restrictions between pumps and motors; default none")
     boost: Boost
     relief: Relief
     flushing: Flushing
@@ -362,6 +409,7 @@ class ActiveCircuit(Spec):
         ge=0, description="total leak of pumps and motors at leak.at; constant in the linear analysis"
     )
     leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+    internal_share: Number | None = InternalShare
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:
@@ -413,6 +461,7 @@ class PassiveCircuit(Spec):
     relief: Relief
     line: Line
     leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+    internal_share: Number | None = InternalShare
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:
@@ -449,7 +498,20 @@ def power_back(crane: Any) -> float:
 def servo_record(servo: Servo, lo: float = -1.0, hi: float = 1.0) -> swash.Servo:
     """A displacement control between its stops; without a known limit its setting may get as fast as its command
     asks."""
-    return swash.Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=limit(servo.rate_max))
+    rate = limit(servo.rate_max)
+    down = rate if servo.rate_down is None else servo.rate_down
+    return swash.Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=rate, rate_down=down)
+
+
+def internal_share(circuit: Any) -> float:
+    """Part of a circuit's leak that goes from port to port [-]."""
+    return lines.INTERNAL_SHARE if circuit.internal_share is None else float(circuit.internal_share)
+
+
+def restriction(circuit: Any) -> lines.Restriction:
+    """What each line of a circuit takes of the pressure."""
+    table = Lines() if circuit.lines is None else circuit.lines
+    return lines.Restriction(table.R_1, table.R_2)
 
 
 def relief_record(relief: Relief) -> lines.Relief:

@@ -86,6 +86,7 @@ class Circuit(NamedTuple):
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
     f: active.ActiveFlows
+    ports: active.Ports
     o: PassiveFlows
     p_a: float
     p_b: float
@@ -153,16 +154,18 @@ def circuit(x, q, u, geo, p):
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
     f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    ports = active.port_pressures(f, p_a, p_b, A)
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
     o = passive_flows(alpha_pp, D_pm, x.omega_m, x.V_o, u.f_passive, P)
 
-    omega_m, dp, dp_p = x.omega_m, p_a - p_b, o.p_hp - P.settings.p_lp
+    omega_m, dp, dp_p = x.omega_m, ports.p_a_motor - ports.p_b_motor, o.p_hp - P.settings.p_lp
     dry = motors_dry(omega_m, alpha_m, dp, A.motors) + motors_dry(omega_m, alpha_pm, dp_p, P.motors)
     moving = motors_moving(omega_m, alpha_m, dp, A.motors) + motors_moving(omega_m, alpha_pm, dp_p, P.motors)
     g = shaft.dry_level(dry, x.omega_m, q.F_w * 0.5 * geo.d, p.hoist)
     return Circuit(
         f=f,
+        ports=ports,
         o=o,
         p_a=p_a,
         p_b=p_b,
@@ -184,7 +187,7 @@ def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A, P = p.active, p.passive
     T = (
-        motor_torque(c.D_m, c.p_a - c.p_b)
+        motor_torque(c.D_m, c.ports.p_a_motor - c.ports.p_b_motor)
         + motor_torque(c.D_pm, c.o.p_hp - P.settings.p_lp)
         - q.F_w * geo.r_eff
         - c.T_moving
@@ -264,7 +267,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def power_units(c, x, p):
     """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
-    return c.f.Q_p * (c.p_a - c.p_b) + c.o.Q_p * (c.o.p_hp - p.passive.settings.p_lp)
+    return c.f.Q_p * (c.ports.p_a_pump - c.ports.p_b_pump) + c.o.Q_p * (c.o.p_hp - p.passive.settings.p_lp)
 
 
 @scalar
@@ -282,7 +285,7 @@ def powers(c, x, q, p):
     dp_p = c.o.p_hp - P.settings.p_lp
     Q_low = c.D_pm * x.omega_m + c.o.Q_lp - c.o.Q_p  # into the low side, whose pressure is held
     return Powers(
-        pump=f.Q_p * dp,
+        pump=f.Q_p * (c.ports.p_a_pump - c.ports.p_b_pump),
         boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
         passive_pump=c.o.Q_p * dp_p,
         friction=shaft.friction(c, x, p) * x.omega_m,

@@ -70,6 +70,7 @@ class Circuit(NamedTuple):
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
     f: active.ActiveFlows
+    ports: active.Ports
     p_a: float
     p_b: float
     V_void: float
@@ -114,9 +115,12 @@ def circuit(x, q, u, geo, p):
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
     f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
-    g = shaft.dry_level(motors_dry(x.omega_m, alpha_m, p_a - p_b, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
+    ports = active.port_pressures(f, p_a, p_b, A)
+    dp = ports.p_a_motor - ports.p_b_motor
+    g = shaft.dry_level(motors_dry(x.omega_m, alpha_m, dp, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
+        ports=ports,
         p_a=p_a,
         p_b=p_b,
         V_void=active.line_voids(x, A.i_C_h),
@@ -134,7 +138,7 @@ def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A = p.active
     T = (
-        motor_torque(c.D_m, c.p_a - c.p_b)
+        motor_torque(c.D_m, c.ports.p_a_motor - c.ports.p_b_motor)
         - q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
@@ -183,9 +187,15 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 
 
 @scalar
+def power_units(c, x, p):
+    """Hydraulic power that the power units give to the pumps, negative: take back [W]."""
+    return c.f.Q_p * (c.ports.p_a_pump - c.ports.p_b_pump)
+
+
+@scalar
 def signals(c, x, q, u, geo, p):
     """Its own signals at an instant."""
-    return active.signals_of(c, x, u, c.f.Q_p * (c.p_a - c.p_b), p)
+    return active.signals_of(c, x, u, power_units(c, x, p), p)
 
 
 @scalar
@@ -193,7 +203,7 @@ def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     f, dp = c.f, c.p_a - c.p_b
     return Powers(
-        pump=f.Q_p * dp,
+        pump=f.Q_p * (c.ports.p_a_pump - c.ports.p_b_pump),
         boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
         friction=shaft.friction(c, x, p) * x.omega_m,
         leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b,
@@ -215,7 +225,7 @@ def limits(c, x, q, u, p):
         relief=active.relieves(c.f.Q_relief_a + c.f.Q_relief_b),
         overspeed=active.overspeed(c.alpha_m, x.omega_m, p.active),
         cavitation=active.cavitates(c.p_a, c.p_b),
-        power=active.out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
+        power=active.out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
         boost=active.out_of_boost(c.f, p.active),
     )
 

@@ -1,0 +1,1 @@
+"""Components from data of their own: leakage of motors and pumps, displacement controls, line restrictions."""
