@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +17,10 @@ from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import plain
 from stillhook.validate.dynamics.friction.verify import (
     SETTLE,
+    SPEED,
     WAYS,
     Deviation,
-    PressureStretch,
-    Repeated,
+    Repetition,
     Use,
     Verification,
     deviation,
@@ -30,130 +31,106 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
 
 SPEED_EDGES = tuple(parse(f"{n} rev/min", "rotation") for n in (0, 250, 500, 1000, 10000))
-D_EDGES = (0.0, 0.5, 0.75, 1.01)
+D_EDGES = (0.0, 0.5, 0.75, 1.1)
 """Ranges of speed, and of displacement over its maximum, by which deviations are listed."""
-HEADER = (
-    "mean\n[bar]",
-    "rms\n[bar]",
-    "mean\nmagnitude\n[bar]",
-    "of measured\npressure",
-    "of load\ntorque",
-    "stretches",
-)
+SHARES = ("mean\nmagnitude\n[bar]", "of measured\npressure", "of load\ntorque", "stretches")
+HEADER = ("mean\n[bar]", "rms\n[bar]", *SHARES)
+TEST = ("test", "use", "load", "displacement", "friction\n[bar]", "load\n[bar]")
+DIRECTION = ("test", "direction", "measured\n[bar]", "rms of\nsamples\n[bar]")
 FASTER = 0.05
 """Deviation of the twin's motor speed that is reported: the pump command then says something else than friction."""
 METHOD = (
-    "The logged pump command and motor displacement drive the twin, which carries the stated load; each steady stretch of"
-    " a staircase, and each half-wave of heave compensation at 250 rev/min or more, gives one mean pressure drop across"
-    " the motors, measured and simulated. Deviation: simulated less measured. Nominal torque: that of the load at the"
+    "The logged pump command and motor displacement drive the twin, which carries the stated load. Each steady stretch"
+    f" of a staircase, and each half-wave of heave compensation at {SPEED} or more, gives one mean pressure drop across"
+    " the motors, measured and simulated. Deviation: simulated less measured. Load torque: of load and hook, at the"
     f" motor shafts. The first {SETTLE:g} s of heave compensation do not count. A deviation of equal sign in both"
-    " directions is one of load, layer or passive circuit; of opposite sign, one of friction. Source: G.-A. Moslåt 2020,"
+    " directions (column load: half the sum) is one of load, layer or passive circuit; of opposite sign (column"
+    " friction: half the difference, negative where the twin has too little) one of friction. Source: G.-A. Moslåt 2020,"
     " paper D sections 4.2 and 4.3."
 )
 
 
 def verification_report(v: Verification, pictures: Mapping[str, bytes]) -> Document:
-    """The report; pictures PNG by test name, as `verification_figures` draws them."""
+    """The report; pictures PNG by test, as `verification_figures` draws them."""
     shown = [Figure(png, f"{name}: pressure drop across the motors and motor speed.") for name, png in pictures.items()]
     sections = [
-        Section("Deviation by test", [Table(("test", "use", "load", "displacement", *HEADER, "limits"), _by_test(v))]),
-        Section("Deviation by direction", [Table(("test", "direction", "measured\n[bar]", *HEADER), _by_way(v))]),
-        Section("Deviation by motor speed and displacement", [Table(("", *HEADER), _by_range(v))]),
-        Section("Remarks", [Bullets(_remarks(v))]),
+        Section("Deviation by test", [Table((*TEST, *SHARES, "limits"), [_row(v, r) for r in v.runs])]),
+        Section("Deviation by direction", [Table((*DIRECTION, *HEADER), list(_by_way(v)))]),
+        Section("Deviation by motor speed and displacement", [Table(("", *HEADER), list(_by_range(v)))]),
+        Section("Remarks", [Bullets(list(_remarks(v)))]),
         *([Section("Figures (as paper D figures 15 and 18 to 23)", shown)] if shown else []),
         Section("Method", [Text(METHOD)]),
     ]
-    return Document(
-        title=f"Friction of {v.campaign.crane.name} verified in the twin",
-        name=v.campaign.title,
-        marks=["SYNTHETIC: these logs were simulated, not measured"] if v.campaign.synthetic else [],
-        front=[_verdict(v)],
-        sections=sections,
-    )
+    marks = ["SYNTHETIC: these logs were simulated, not measured"] if v.campaign.synthetic else []
+    title = f"Friction of {v.campaign.crane.name} verified in the twin"
+    return Document(title=title, name=v.campaign.title, marks=marks, front=[_verdict(v)], sections=sections)
 
 
 def _verdict(v: Verification) -> Verdict:
     limits = v.campaign.verify
     text = (
-        f"Limits from {show(JUDGED_FROM, 'rotation', 3)} on: {limits.pressure:.3g} of the measured pressure, and"
-        f" {limits.torque:.3g} of the load torque for staircases under load. Friction: {v.friction}."
+        f"Friction: {v.friction}. Limits from {SPEED} on: {100.0 * limits.pressure:.3g} % of the measured pressure, and"
+        f" {100.0 * limits.torque:.3g} % of the load torque for staircases under load."
     )
-    over = [f"test {r.test.name}, {reason}" for r in v.runs for reason in v.exceeded(r)]
-    if over:
+    if over := [f"test {r.test.name}, {reason}" for r in v.runs for reason in v.exceeded(r)]:
         return Verdict(f"Over the limit: {'; '.join(over)}.", passed=False, text=[text])
     if not v.unseen:
         word = "Not verified: every judged test was used to fit the friction. Hold a test out, or add one."
         return Verdict(word, passed=False, text=[text])
-    judged = [r.deviation for r in v.unseen if r.deviation]
-    worst = max(d.of_pressure for d in judged)
-    word = f"Within the limits: {len(judged)} tests that were not fitted, at most {worst:.1%} of the measured pressure."
+    worst = max(deviation(r.judged).of_pressure for r in v.unseen)
+    word = (
+        f"Within the limits: {len(v.unseen)} tests that were not fitted, at most {worst:.1%} of the measured pressure."
+    )
     return Verdict(word, passed=True, text=[text])
 
 
-def _cells(d: Deviation | None) -> Sequence[str]:
-    if d is None:
-        return [EMPTY] * (len(HEADER) - 1) + ["0"]
+def _cells(d: Deviation) -> Sequence[str]:
     pressures = (f"{x / 1e5:{sign}.2f}" for x, sign in ((d.mean, "+"), (d.rms, ""), (d.magnitude, "")))
     return *pressures, f"{d.of_pressure:.1%}", f"{d.of_torque:.2%}", str(d.n)
 
 
-def _by_test(v: Verification) -> list[Sequence[str | Verdict]]:
-    rows: list[Sequence[str | Verdict]] = []
-    for r in v.runs:
-        over = v.exceeded(r)
-        word = Verdict("exceeded" if over else "met", not over) if r.judged else "too slow"
-        D_m = [s.D_m for s in r.stretches]
-        ends = dict.fromkeys(number(x, 3) for x in display([min(D_m), max(D_m)], "displacement"))
-        setting = f"{' to '.join(ends)} cm³/rev"
-        rows.append((r.test.name, r.use.value, show(r.test.load, "mass", 3), setting, *_cells(r.deviation), word))
-    return rows
+def _row(v: Verification, r: Repetition) -> Sequence[str | Verdict]:
+    D_m, over = [s.D_m for s in r.stretches], v.exceeded(r)
+    ends = dict.fromkeys(number(x, 3) for x in display([min(D_m), max(D_m)], "displacement"))
+    row = (r.test.name, r.use.value, show(r.test.load, "mass", 3), f"{' to '.join(ends)} cm³/rev")
+    if not r.judged:
+        return *row, *[EMPTY] * 6, "too slow"
+    ways = [[s for s in r.judged if s.direction == way] for way in WAYS]
+    up, down = (deviation(same).mean / 1e5 for same in ways) if all(ways) else (np.nan, np.nan)
+    parts = (f"{x:+.2f}" if np.isfinite(x) else EMPTY for x in (0.5 * (up - down), 0.5 * (up + down)))
+    return *row, *parts, *_cells(deviation(r.judged))[2:], Verdict("exceeded" if over else "met", not over)
 
 
 def _by_way(v: Verification) -> Iterator[Sequence[str]]:
     for r in v.runs:
         for way, words in WAYS.items():
             if same := [s for s in r.judged if s.direction == way]:
-                yield r.test.name, words, f"{np.mean([s.dp_m for s in same]) / 1e5:.1f}", *_cells(deviation(same))
+                measured, samples = np.mean([s.dp_m for s in same]), np.sqrt(np.mean([s.rms**2 for s in same]))
+                yield r.test.name, words, f"{measured / 1e5:.1f}", f"{samples / 1e5:.2f}", *_cells(deviation(same))
 
 
 def _by_range(v: Verification) -> Iterator[Sequence[str]]:
-    D_max = v.campaign.motor.D_max
-    groups: tuple[tuple[str, Sequence[float], Callable[[PressureStretch], float], float], ...] = (
-        ("rotation", SPEED_EDGES, lambda s: abs(s.omega_m), 1.0),
-        ("displacement", D_EDGES, lambda s: s.D_m / D_max, D_max),
-    )
-    for ahc in (False, True):
+    D_edges = [share * v.campaign.motor.D_max for share in D_EDGES]
+    for ahc, test in ((False, "staircases"), (True, "heave compensation")):
         of = [s for r in v.runs if r.test.ahc is ahc for s in r.stretches]
-        for kind, edges, value, scale in groups:
-            for low, high in zip(edges, edges[1:], strict=False):
-                if same := [s for s in of if low <= value(s) < high]:
-                    words = f"{number(float(display(low * scale, kind)), 3)} to {show(high * scale, kind, 3)}"
-                    words = f"from {show(low * scale, kind, 3)}" if high == edges[-1] else words
-                    yield f"{'heave compensation' if ahc else 'staircases'}, {words}", *_cells(deviation(same))
+        for kind, edges, name in (("rotation", SPEED_EDGES, "omega_m"), ("displacement", D_edges, "D_m")):
+            for low, high in pairwise(edges):
+                if same := [s for s in of if low <= abs(getattr(s, name)) < high]:
+                    to = f" to {show(high, kind, 3)}" if high < edges[-1] else ""
+                    yield f"{test}, from {show(low, kind, 3)}{to}", *_cells(deviation(same))
 
 
-def _remarks(v: Verification) -> list[str]:
-    out = [f"Friction that is verified: {v.friction}."]
+def _remarks(v: Verification) -> Iterator[str]:
+    yield f"Friction that is verified: {v.friction}."
     if all(r.use is not Use.FITTED for r in v.runs):
-        out.append("Whether this friction was fitted to these tests earlier cannot be seen from the files.")
+        yield "Whether this friction was fitted to these tests earlier cannot be seen from the files."
     for r in v.runs:
         ratio = [s.omega_sim / s.omega_m - 1.0 for s in r.judged]
         if ratio and abs(off := float(np.mean(ratio))) > FASTER:
-            out.append(
-                f"Test {r.test.name}: the twin runs {off:+.0%} of the logged motor speed: check pump flow, leakage and"
-                " the scale of u_p and alpha_m."
+            yield (
+                f"Test {r.test.name}: the twin's motor speed is {off:+.0%} off the logged one: check pump flow, leakage"
+                " and the scale of u_p and alpha_m."
             )
-        if r.judged and (both := [deviation([s for s in r.judged if s.direction == w]) for w in _ways(r)])[1:]:
-            load, friction = 0.5 * (both[0].mean + both[1].mean), 0.5 * (both[0].mean - both[1].mean)
-            out.append(
-                f"Test {r.test.name}: {friction / 1e5:+.2f} bar of friction (half the difference of both directions),"
-                f" {load / 1e5:+.2f} bar of load or passive circuit (half the sum)."
-            )
-    return out
-
-
-def _ways(r: Repeated) -> list[int]:
-    return [w for w in WAYS if any(s.direction == w for s in r.judged)]
 
 
 def verification_figures(v: Verification) -> dict[str, Picture]:
@@ -161,8 +138,8 @@ def verification_figures(v: Verification) -> dict[str, Picture]:
     return {f"Test {r.test.name}": _figure(v, r) for r in v.runs}
 
 
-def _figure(v: Verification, r: Repeated) -> Picture:
-    title = f"Test {r.test.name}, {show(r.test.load, 'mass', 3)} ({r.use.value}): friction {v.friction}"
+def _figure(v: Verification, r: Repetition) -> Picture:
+    title = f"Test {r.test.name}, {show(r.test.load, 'mass', 3)} ({r.use.value}); friction: {v.friction}"
     figure, axes = panels(2, 1, (9.0, 5.5), title, sharex=True, height_ratios=(2, 1))
     for ax, both, kind in ((axes[0, 0], r.dp_m, "pressure"), (axes[1, 0], r.omega_m, "rotation")):
         for values, label, colour in zip(both.T, ("measured", "simulated"), (GREY, COLOURS[0]), strict=True):
@@ -181,35 +158,33 @@ def _figure(v: Verification, r: Repeated) -> Picture:
 
 def verification_dict(v: Verification) -> dict[str, Any]:
     """Everything in SI, ready for JSON."""
-    tests = []
-    for r in v.runs:
-        ways = {words: [s for s in r.judged if s.direction == way] for way, words in WAYS.items()}
-        tests.append(
-            {
-                "name": r.test.name,
-                "use": r.use.value,
-                "load": r.test.load,
-                "deviation": r.deviation,
-                "directions": {words: deviation(same) for words, same in ways.items() if same},
-                "torque_judged": r.judged_torque,
-                "exceeded": v.exceeded(r),
-                "stretches": list(r.stretches),
-            }
-        )
     limits = v.campaign.verify.model_dump()
-    return plain(
-        {"friction": v.friction, "passed": v.passed, "judged_from": JUDGED_FROM, "limits": limits, "tests": tests}
-    )
+    data = {"friction": v.friction, "passed": v.passed, "judged_from": JUDGED_FROM, "limits": limits}
+    return {**data, "tests": [plain(_test(v, r)) for r in v.runs]}
+
+
+def _test(v: Verification, r: Repetition) -> dict[str, Any]:
+    ways = {words: [s for s in r.judged if s.direction == way] for way, words in WAYS.items()}
+    return {
+        "name": r.test.name,
+        "use": r.use,
+        "load": r.test.load,
+        "deviation": deviation(r.judged) if r.judged else None,
+        "directions": {words: deviation(same) for words, same in ways.items() if same},
+        "torque_judged": r.loaded,
+        "exceeded": v.exceeded(r),
+        "stretches": list(r.stretches),
+    }
 
 
 def stretches_table(v: Verification) -> pandas.DataFrame:
     """Every stretch in display units."""
     import pandas as pd
 
-    units = {"omega": "rotation", "dp": "pressure", "rms": "pressure", "D": "displacement"}
-    heads = {"rotation": "rev/min", "pressure": "bar", "displacement": "cm^3/rev"}
+    kinds = {"omega": "rotation", "dp": "pressure", "rms": "pressure", "D": "displacement"}
+    units = {"rotation": "rev/min", "pressure": "bar", "displacement": "cm^3/rev", "": "N m"}
     frame = pd.DataFrame([s for r in v.runs for s in r.stretches])
-    for name in list(frame):
-        if (kind := units.get(name.partition("_")[0])) is not None:
-            frame[f"{name} [{heads[kind]}]"] = display(frame.pop(name), kind)
-    return frame
+    for name in [n for n in frame if n not in ("test", "start", "end", "direction")]:
+        kind = kinds.get(name.partition("_")[0], "")
+        frame[f"{name} [{units[kind]}]"] = display(frame.pop(name), kind)
+    return frame.rename(columns={"start": "start [s]", "end": "end [s]"})
