@@ -45,8 +45,8 @@ METHOD = (
     " the motors, measured and simulated. Deviation: simulated less measured. Load torque: of load and hook, at the"
     f" motor shafts. The first {SETTLE:g} s of heave compensation do not count. A deviation of equal sign in both"
     " directions (column load: half the sum) is one of load, layer or passive circuit; of opposite sign (column"
-    " friction: half the difference, negative where the twin has too little) one of friction. Source: G.-A. Moslåt 2020,"
-    " paper D sections 4.2 and 4.3."
+    " friction: half the difference, negative where the twin has too little) one of friction. Source: G.-A. Moslåt"
+    " 2020, paper D sections 4.2 and 4.3."
 )
 
 

@@ -214,8 +214,8 @@ def _staircase(campaign: Campaign, crane: Crane, test: CraneTest) -> Repetition:
             " circuit. Verify tests of all motors."
         )
     m = measure(campaign, test)
-    place = lambda t: int(np.searchsorted(m.log.t, t))
-    spans = [(place(w.start), place(w.end), 1 if w.direction > 0 else -1) for w in m.steady.windows]
+    ends = np.searchsorted(m.log.t, [(w.start, w.end) for w in m.steady.windows]).tolist()
+    spans = [(a, b, 1 if w.direction > 0 else -1) for (a, b), w in zip(ends, m.steady.windows, strict=True)]
     omega_m, dp_m = (m.log.signals[name] for name in ("omega_m", "dp_m"))
     return _repeated(campaign, closed_circuit(crane), m.test, m.log, np.column_stack([omega_m, dp_m]), spans)
 
