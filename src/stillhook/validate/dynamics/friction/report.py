@@ -53,9 +53,10 @@ METHOD = (
 def verification_report(v: Verification, pictures: Mapping[str, bytes]) -> Document:
     """The report; pictures PNG by test, as `verification_figures` draws them."""
     shown = [Figure(png, f"{name}: pressure drop across the motors and motor speed.") for name, png in pictures.items()]
+    ways = list(_by_way(v))
     sections = [
         Section("Deviation by test", [Table((*TEST, *SHARES, "limits"), [_row(v, r) for r in v.runs])]),
-        Section("Deviation by direction", [Table((*DIRECTION, *HEADER), list(_by_way(v)))]),
+        *([Section("Deviation by direction", [Table((*DIRECTION, *HEADER), ways)])] if ways else []),
         Section("Deviation by motor speed and displacement", [Table(("", *HEADER), list(_by_range(v)))]),
         Section("Remarks", [Bullets(list(_remarks(v)))]),
         *([Section("Figures (as paper D figures 15 and 18 to 23)", shown)] if shown else []),
@@ -75,7 +76,9 @@ def _verdict(v: Verification) -> Verdict:
     if over := [f"test {r.test.name}, {reason}" for r in v.runs for reason in v.exceeded(r)]:
         return Verdict(f"Over the limit: {'; '.join(over)}.", passed=False, text=[text])
     if not v.unseen:
-        word = "Not verified: every judged test was used to fit the friction. Hold a test out, or add one."
+        slow = not any(r.judged for r in v.runs)
+        reason = f"no test reaches {SPEED}" if slow else "every test was used to fit the friction"
+        word = f"Not verified: {reason}. {'Add a faster test' if slow else 'Hold a test out, or add one'}."
         return Verdict(word, passed=False, text=[text])
     worst = max(deviation(r.judged).of_pressure for r in v.unseen)
     word = (
@@ -144,8 +147,9 @@ def _figure(v: Verification, r: Repetition) -> Picture:
     for ax, both, kind in ((axes[0, 0], r.dp_m, "pressure"), (axes[1, 0], r.omega_m, "rotation")):
         for values, label, colour in zip(both.T, ("measured", "simulated"), (GREY, COLOURS[0]), strict=True):
             ax.plot(r.t, display(values, kind), lw=0.8, color=colour, label=label)
-    for s in r.judged:
-        axes[0, 0].hlines(display([s.dp_m, s.dp_sim], "pressure"), s.start, s.end, colors=["black", COLOURS[1]], lw=1.6)
+    for name, label, colour in (("dp_m", "measured, mean", "black"), ("dp_sim", "simulated, mean", COLOURS[1])):
+        values, start, end = np.array([(getattr(s, name), s.start, s.end) for s in r.judged]).reshape(-1, 3).T
+        axes[0, 0].hlines(display(values, "pressure"), start, end, colors=colour, lw=1.6, label=label)
     for sign in (-1.0, 1.0):
         threshold(axes[1, 0], sign * float(display(JUDGED_FROM, "rotation")))
     axis(axes[0, 0], y="pressure drop [bar]")
