@@ -50,13 +50,15 @@ FRICTION_MORE = 0.4
 
 class Quay(NamedTuple):
     """Mean over the plateaus of heave compensation on the quay: pressure drop of the active motors [Pa] and speed
-    [rad/s] hauling in and paying out; pressure drop [Pa] and displacement of the passive motors [m^3/rad]."""
+    [rad/s] hauling in and paying out; pressure drop [Pa] and displacement of the passive motors [m^3/rad], and by how
+    much less they hold hauling in than in the mean of both [N m a motor]."""
 
     up: float
     down: float
     omega: float
     dp_passive: float
     D_passive: float
+    swing: float
 
     @property
     def friction(self) -> float:
@@ -81,12 +83,15 @@ def quay(crane: Crane, D: float, speed: float) -> Quay:
     n, dp = run.omega_m.values, run.p_a.values - run.p_b.values
     flat = (np.abs(sign) == 1.0) & (run.time.values > PERIOD) & (np.mod(t, 0.5 * PERIOD) > 0.25 * PERIOD)
     passive = crane.circuits["passive"]
+    dp_passive, D_passive = run.p_hp.values - passive.p_lp, run.alpha_pm.values * passive.motor.D_max
+    held = [float((dp_passive * D_passive)[flat & (way * n > 0.0)].mean()) for way in (1, -1)]
     return Quay(
         float(dp[flat & (n > 0.0)].mean()),
         float(dp[flat & (n < 0.0)].mean()),
         float(np.abs(n[flat]).mean()),
-        float(np.median(run.p_hp.values)) - passive.p_lp,
-        float(np.median(run.alpha_pm.values)) * passive.motor.D_max,
+        float(np.median(dp_passive)),
+        float(np.median(D_passive)),
+        0.5 * (held[1] - held[0]),
     )
 
 
@@ -99,7 +104,7 @@ def closed_form(crane: Crane, D: float, q: Quay, T_d: float | None = None) -> fl
     """The same pressure from the equations of friction and motor loss alone [Pa]; T_d another drum torque [N m]."""
     fit, T_d = active_record(crane).motors.fit, load_torque(crane) if T_d is None else T_d
     T = (ACTIVE + PASSIVE) * float(system_friction(q.omega, T_d, friction_record(crane.friction.system)))
-    T += PASSIVE * float(torque_loss(q.omega, q.D_passive, q.dp_passive, fit))
+    T += PASSIVE * (q.swing + float(torque_loss(q.omega, q.D_passive, q.dp_passive, fit)))
     dp = 0.0
     for _ in range(20):  # the active motors' own loss rises a little with the pressure that it takes
         dp = (T + ACTIVE * float(torque_loss(q.omega, D * CC, dp, fit))) / (ACTIVE * D * CC)
@@ -286,8 +291,8 @@ def compute() -> tuple[Blocks, None]:
         " which system friction is proportional, follows only with the gear ratio (assumed). At"
         f" {middle.omega / RPM:.0f} rev/min drums of {RADII[0]:g} to {RADII[1]:g} m outer radius give {ends[0]:.0f} to"
         f" {ends[1]:.0f} bar in each direction; 130 bar in each would need a radius of {needed:.1f} m (here"
-        f" {r_now:.2f} m). At the highest speed of the motors at 215 cm³/rev, {fastest / RPM:.0f} rev/min, the equations"
-        f" give {most:.0f} bar."
+        f" {r_now:.2f} m). At the highest speed of the motors at 215 cm³/rev, {fastest / RPM:.0f} rev/min, the"
+        f" equations give {most:.0f} bar."
     )
     parts = (
         "Of 20 bar paying out (sign not printed) and none hauling in, 10 bar are of one sign in both directions. They"
