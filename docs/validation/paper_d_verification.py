@@ -30,7 +30,14 @@ from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import RHO_SEA, Commands
 from stillhook.units import from_display
-from stillhook.validate.dynamics.friction.verify import PressureStretch, Verification, deviation, verify_friction
+from stillhook.validate.dynamics.friction.report import by_range
+from stillhook.validate.dynamics.friction.verify import (
+    PressureStretch,
+    Verification,
+    deviation,
+    friction_parts,
+    verify_friction,
+)
 
 SLOW_PAGE = True
 CC, RPM, BAR = (from_display(1.0, kind) for kind in ("displacement", "rotation", "pressure"))
@@ -196,7 +203,7 @@ def reference_crane(folder: Path, more: float) -> Path:
     return at_sea(folder, "nov-250t", columns, {name: (f"logs/{name}.csv", load) for name, load in loads.items()})
 
 
-def trials() -> Iterator[tuple[str, str, str, str, str, str]]:
+def trials() -> Iterator[tuple[str, ...]]:
     """What was verified, against what, largest deviations, verdict, and what it must be."""
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -231,7 +238,11 @@ def trials() -> Iterator[tuple[str, str, str, str, str, str]]:
             verdict = "within the limits" if v.passed else "flagged"
             expected = "-" if must is None else "within the limits" if must else "flagged"
             torque = percent(max(d.of_torque for d in of), digits=1)
-            yield logs, against, percent(max(d.of_pressure for d in of), digits=1), torque, verdict, expected
+            parts = [friction_parts(same) for group, _, same in by_range(v) if group.endswith("rotation")]
+            shares = [p[0].value / p[1] for p in parts if p is not None]
+            of_friction = " to ".join(percent(end(shares), sign=True, digits=1) for end in (min, max))
+            pressure = percent(max(d.of_pressure for d in of), digits=1)
+            yield logs, against, pressure, torque, of_friction, verdict, expected
 
 
 def compute() -> tuple[Blocks, None]:
@@ -250,7 +261,7 @@ def compute() -> tuple[Blocks, None]:
     of_pressure, of_torque = printed_case()
     needed = radius_for(CRANE, PRINTED * BAR, middle)
     results = list(trials())
-    wrong = [row for row in results if row[5] not in ("-", row[4])]
+    wrong = [row for row in results if row[6] not in ("-", row[5])]
     fastest = CRANE.active.motor.n_max_full
     most = closed_form(CRANE, 215.0, middle._replace(omega=fastest)) / BAR
     each, both = (f"{min(x):.0f} to {max(x):.0f} bar" for x in zip(*bars_of_215(runs), strict=True))

@@ -26,7 +26,15 @@ from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Commands
 from stillhook.units import parse
-from stillhook.validate.dynamics.friction.verify import Use, Verification, deviation, verify_friction
+from stillhook.validate.dynamics.friction.report import verification_report
+from stillhook.validate.dynamics.friction.verify import (
+    PressureStretch,
+    Use,
+    Verification,
+    deviation,
+    friction_parts,
+    verify_friction,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -96,6 +104,11 @@ def write(folder: Path, log: dict[str, np.ndarray], *, test: str = TEST, motors:
     return path
 
 
+def words_of(v: Verification) -> str:
+    """The remarks of the report."""
+    return " ".join(verification_report(v, {}).section("Remarks").parts[0].lines)
+
+
 # Physics
 
 
@@ -136,13 +149,21 @@ def test_statistics_of_a_hand_case():
         ("15", *base, w, w * 100.0, w * 100.0, w * 130.0, w * 130.0 + off, 0.0, 215.0, T_N)
         for w, off in ((1, 0.0), (-1, 20.0))
     ]
-    from stillhook.validate.dynamics.friction.verify import PressureStretch
-
     d = deviation([PressureStretch(*row) for row in rows])
     assert (d.mean, d.magnitude, d.n) == (10.0, 10.0, 2)
     assert d.rms == pytest.approx(math.sqrt(200.0))
     assert d.of_pressure == pytest.approx(1.0 / 13.0)
     assert d.of_torque == pytest.approx(0.042, abs=0.0005)
+
+
+def test_the_friction_part_is_half_the_difference_of_both_directions_with_the_interval_of_a_t_test():
+    """Deviations 3, 5 hauling in and 0, 2 paying out: (4 - 1) / 2, and t(2) sqrt(1 + 1) / 2 of its standard error."""
+    rows = [(1, 60.0, 63.0), (1, 60.0, 65.0), (-1, -40.0, -40.0), (-1, -40.0, -38.0)]
+    stretches = [PressureStretch("", 0.0, 1.0, w, w, w, m, s, 0.0, 1.0, 1.0) for w, m, s in rows]
+    part, measured = friction_parts(stretches)
+    assert (part.value, measured) == (1.5, 50.0)
+    assert part.half == pytest.approx(4.3027 * math.sqrt(2.0) / 2.0, rel=1e-4)
+    assert friction_parts(stretches[:3]) is None
 
 
 # True friction passes, other friction is flagged
@@ -162,6 +183,9 @@ def test_a_set_of_another_winch_is_flagged_on_every_loaded_staircase(tests):
     assert not v.passed
     assert [bool(v.exceeded(r)) for r in v.runs] == [False, True, True, True]
     assert "of the load torque" in v.exceeded(v.runs[1])[0]
+    remarks = words_of(v)
+    assert "its form, or more than one of its parameters, is not the crane's." in remarks
+    assert "its form" not in words_of(verified(tests, "crane", "1", "2", "6", "9"))
 
 
 def test_another_friction_is_flagged_in_heave_compensation(tmp_path):
@@ -232,7 +256,7 @@ def test_the_command_verifies_writes_a_page_and_returns_one_over_the_limit(tmp_p
     assert "Deviation by motor speed and displacement" in page
     assert "data:image" in page or "<svg" in page
     rows = (tmp_path / "out" / "verification.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[0].split(",")[:4] == ["test", "start [s]", "end [s]", "direction"]
+    assert rows[0].split(",")[:4] == ["test", "start", "end", "direction"]
     assert run([*words, "--json"]) == 1
     found = json.loads(capsys.readouterr().out)["verification"]
     assert found["passed"] is False

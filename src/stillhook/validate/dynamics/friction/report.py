@@ -13,6 +13,7 @@ from stillhook.report.document import Bullets, Document, Figure, Section, Table,
 from stillhook.report.formatting import EMPTY
 from stillhook.report.kit import axis, display, legend_below, panels, threshold
 from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import plain
 from stillhook.validate.dynamics.friction.verify import (
@@ -20,10 +21,12 @@ from stillhook.validate.dynamics.friction.verify import (
     SPEED,
     WAYS,
     Deviation,
+    PressureStretch,
     Repetition,
     Use,
     Verification,
     deviation,
+    friction_parts,
 )
 
 if TYPE_CHECKING:
@@ -35,8 +38,12 @@ D_EDGES = (0.0, 0.5, 0.75, 1.1)
 """Ranges of speed, and of displacement over its maximum, by which deviations are listed."""
 SHARES = ("mean\nmagnitude\n[bar]", "of measured\npressure", "of load\ntorque", "stretches")
 HEADER = ("mean\n[bar]", "rms\n[bar]", *SHARES)
-TEST = ("test", "use", "load", "displacement", "friction\n[bar]", "load\n[bar]")
+FRICTION = ("friction\n[bar]", "+- (95 %)", "of measured\nfriction")
+RANGE = ("", *FRICTION, *HEADER[1:])
+TEST = ("test", "use", "load", "displacement", *FRICTION[::2], "load\n[bar]")
 DIRECTION = ("test", "direction", "measured\n[bar]", "rms of\nsamples\n[bar]")
+FORM = 0.02
+"""Difference of the friction's deviation between two ranges, over the measured friction, that is reported."""
 FASTER = 0.05
 """Deviation of the twin's motor speed that is reported: the pump command then says something else than friction."""
 METHOD = (
@@ -54,10 +61,11 @@ def verification_report(v: Verification, pictures: Mapping[str, bytes]) -> Docum
     """The report; pictures PNG by test, as `verification_figures` draws them."""
     shown = [Figure(png, f"{name}: pressure drop across the motors and motor speed.") for name, png in pictures.items()]
     ways = list(_by_way(v))
+    ranges = [(words, *_friction(same), *_cells(deviation(same))[1:]) for _, words, same in by_range(v)]
     sections = [
         Section("Deviation by test", [Table((*TEST, *SHARES, "limits"), [_row(v, r) for r in v.runs])]),
         *([Section("Deviation by direction", [Table((*DIRECTION, *HEADER), ways)])] if ways else []),
-        Section("Deviation by motor speed and displacement", [Table(("", *HEADER), list(_by_range(v)))]),
+        Section("Deviation by motor speed and displacement", [Table(RANGE, ranges)]),
         Section("Remarks", [Bullets(list(_remarks(v)))]),
         *([Section("Figures (as paper D figures 15 and 18 to 23)", shown)] if shown else []),
         Section("Method", [Text(METHOD)]),
@@ -97,11 +105,20 @@ def _row(v: Verification, r: Repetition) -> Sequence[str | Verdict]:
     ends = dict.fromkeys(number(x, 3) for x in display([min(D_m), max(D_m)], "displacement"))
     row = (r.test.name, r.use.value, show(r.test.load, "mass", 3), f"{' to '.join(ends)} cm³/rev")
     if not r.judged:
-        return *row, *[EMPTY] * 6, "too slow"
+        return *row, *[EMPTY] * 7, "too slow"
     ways = [[s for s in r.judged if s.direction == way] for way in WAYS]
     up, down = (deviation(same).mean / 1e5 for same in ways) if all(ways) else (np.nan, np.nan)
-    parts = (f"{x:+.2f}" if np.isfinite(x) else EMPTY for x in (0.5 * (up - down), 0.5 * (up + down)))
+    load = 0.5 * (up + down)
+    parts = (*_friction(r.judged)[::2], f"{load:+.2f}" if np.isfinite(load) else EMPTY)
     return *row, *parts, *_cells(deviation(r.judged))[2:], Verdict("exceeded" if over else "met", not over)
+
+
+def _friction(stretches: Sequence[PressureStretch]) -> Sequence[str]:
+    """Deviation of the friction part, half its 95 % interval [bar], and the deviation over the measured part."""
+    if (parts := friction_parts(stretches)) is None or not parts[1] > 0.0:
+        return EMPTY, EMPTY, EMPTY
+    off, measured = parts
+    return f"{off.value / 1e5:+.2f}", f"{off.half / 1e5:.2f}", f"{off.value / measured:+.1%}"
 
 
 def _by_way(v: Verification) -> Iterator[Sequence[str]]:
@@ -112,7 +129,8 @@ def _by_way(v: Verification) -> Iterator[Sequence[str]]:
                 yield r.test.name, words, f"{measured / 1e5:.1f}", f"{samples / 1e5:.2f}", *_cells(deviation(same))
 
 
-def _by_range(v: Verification) -> Iterator[Sequence[str]]:
+def by_range(v: Verification) -> Iterator[tuple[str, str, list[PressureStretch]]]:
+    """Group, range in words, and stretches, by speed and by displacement."""
     D_edges = [share * v.campaign.motor.D_max for share in D_EDGES]
     for ahc, test in ((False, "staircases"), (True, "heave compensation")):
         of = [s for r in v.runs if r.test.ahc is ahc for s in r.stretches]
@@ -120,7 +138,7 @@ def _by_range(v: Verification) -> Iterator[Sequence[str]]:
             for low, high in pairwise(edges):
                 if same := [s for s in of if low <= abs(getattr(s, name)) < high]:
                     to = f" to {show(high, kind, 3)}" if high < edges[-1] else ""
-                    yield f"{test}, from {show(low, kind, 3)}{to}", *_cells(deviation(same))
+                    yield f"{test}, {kind}", f"{test}, from {show(low, kind, 3)}{to}", same
 
 
 def _remarks(v: Verification) -> Iterator[str]:
@@ -133,6 +151,17 @@ def _remarks(v: Verification) -> Iterator[str]:
             yield (
                 f"Test {r.test.name}: the twin's motor speed is {off:+.0%} off the logged one: check pump flow, leakage"
                 " and the scale of u_p and alpha_m."
+            )
+    groups: dict[str, list[tuple[Estimate, str]]] = {}
+    for group, words, same in by_range(v):
+        if (parts := friction_parts(same)) is not None and parts[1] > 0.0:
+            groups.setdefault(group, []).append((parts[0].scaled(1.0 / parts[1]), words))
+    for found in groups.values():
+        (least, where), (most, other) = (end(found, key=lambda x: x[0].value) for end in (min, max))
+        if least.high < most.low and most.value - least.value > FORM:
+            yield (
+                f"The friction deviates by {least.value:+.1%} +- {least.half:.1%} ({where}) and by {most.value:+.1%} +-"
+                f" {most.half:.1%} ({other}): its form, or more than one of its parameters, is not the crane's."
             )
 
 
@@ -162,33 +191,21 @@ def _figure(v: Verification, r: Repetition) -> Picture:
 
 def verification_dict(v: Verification) -> dict[str, Any]:
     """Everything in SI, ready for JSON."""
+    tests = []
+    for r in v.runs:
+        ways = {words: [s for s in r.judged if s.direction == way] for way, words in WAYS.items()}
+        row = {"name": r.test.name, "use": r.use, "load": r.test.load, "torque_judged": r.loaded}
+        parts = friction_parts(r.judged)
+        row |= {"deviation": deviation(r.judged) if r.judged else None}
+        row |= {"friction": None if parts is None else {**parts[0].to_dict(), "measured": parts[1]}}
+        row |= {"directions": {words: deviation(same) for words, same in ways.items() if same}}
+        tests.append(plain({**row, "exceeded": v.exceeded(r), "stretches": list(r.stretches)}))
     limits = v.campaign.verify.model_dump()
-    data = {"friction": v.friction, "passed": v.passed, "judged_from": JUDGED_FROM, "limits": limits}
-    return {**data, "tests": [plain(_test(v, r)) for r in v.runs]}
-
-
-def _test(v: Verification, r: Repetition) -> dict[str, Any]:
-    ways = {words: [s for s in r.judged if s.direction == way] for way, words in WAYS.items()}
-    return {
-        "name": r.test.name,
-        "use": r.use,
-        "load": r.test.load,
-        "deviation": deviation(r.judged) if r.judged else None,
-        "directions": {words: deviation(same) for words, same in ways.items() if same},
-        "torque_judged": r.loaded,
-        "exceeded": v.exceeded(r),
-        "stretches": list(r.stretches),
-    }
+    return {"friction": v.friction, "passed": v.passed, "judged_from": JUDGED_FROM, "limits": limits, "tests": tests}
 
 
 def stretches_table(v: Verification) -> pandas.DataFrame:
-    """Every stretch in display units."""
+    """Every stretch, in SI."""
     import pandas as pd
 
-    kinds = {"omega": "rotation", "dp": "pressure", "rms": "pressure", "D": "displacement"}
-    units = {"rotation": "rev/min", "pressure": "bar", "displacement": "cm^3/rev", "": "N m"}
-    frame = pd.DataFrame([s for r in v.runs for s in r.stretches])
-    for name in [n for n in frame if n not in ("test", "start", "end", "direction")]:
-        kind = kinds.get(name.partition("_")[0], "")
-        frame[f"{name} [{units[kind]}]"] = display(frame.pop(name), kind)
-    return frame.rename(columns={"start": "start [s]", "end": "end [s]"})
+    return pd.DataFrame([s for r in v.runs for s in r.stretches])

@@ -33,6 +33,7 @@ from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import show
 from stillhook.validate.data_set.record import filled, stretches_of
 from stillhook.validate.dynamics.runs import logged_commands, on_samples, tip_motion
@@ -45,6 +46,8 @@ LOADED = 0.25
 """Load over the SWL, both with the hook, from which 1 % of its torque is more than pressure sensors resolve."""
 MOST_MISSING = 0.05
 """Share of a command's samples that may be missing: they are filled by straight lines."""
+FEWEST = 2
+"""Stretches in each direction that an interval needs."""
 WAYS = {1: "hauling in", -1: "paying out"}
 SPEED = show(JUDGED_FROM, "rotation", 3)
 
@@ -96,6 +99,19 @@ def deviation(stretches: Sequence[PressureStretch]) -> Deviation:
     torque = float(np.mean(np.abs(off) * D_m / T_nominal)) if T_nominal.all() else math.nan
     part = size / measured if measured > 0.0 else math.inf
     return Deviation(float(off.mean()), float(np.sqrt(np.mean(off**2))), size, part, torque, len(off))
+
+
+def friction_parts(stretches: Sequence[PressureStretch]) -> tuple[Estimate, float] | None:
+    """Half the difference of the deviations of both directions, the part that friction makes, with its 95 % interval
+    from their scatter; and the same of the measured pressures [Pa]. None with fewer than two stretches in a
+    direction."""
+    rows = np.array([(s.dp_sim - s.dp_m, s.dp_m, s.direction) for s in stretches]).reshape(-1, 3)
+    up, down = (rows[rows[:, 2] == way, :2] for way in WAYS)
+    if min(len(up), len(down)) < FEWEST:
+        return None
+    u = 0.5 * math.sqrt(sum(x[:, 0].var(ddof=1) / len(x) for x in (up, down)))
+    part, measured = 0.5 * (up.mean(axis=0) - down.mean(axis=0))
+    return Estimate.around(float(part), t_factor(len(rows) - 2) * u, len(rows)), float(measured)
 
 
 @dataclass(frozen=True)
