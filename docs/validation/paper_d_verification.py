@@ -240,7 +240,7 @@ def trials() -> Iterator[tuple[str, ...]]:
             torque = percent(max(d.of_torque for d in of), digits=1)
             parts = [friction_parts(same) for group, _, same in by_range(v) if group.endswith("rotation")]
             shares = [p[0].value / p[1] for p in parts if p is not None]
-            of_friction = " to ".join(percent(end(shares), sign=True, digits=1) for end in (min, max))
+            of_friction = " to ".join(percent(round(end(shares), 3) + 0.0, sign=True, digits=1) for end in (min, max))
             pressure = percent(max(d.of_pressure for d in of), digits=1)
             yield logs, against, pressure, torque, of_friction, verdict, expected
 
@@ -307,7 +307,7 @@ def compute() -> tuple[Blocks, None]:
     )
     parts = (
         "Of 20 bar paying out (sign not printed) and none hauling in, 10 bar are of one sign in both directions. They"
-        f" are no friction, but a load torque or a passive torque that is off by {percent(of_torque, digits=1)}, as"
+        f" are not friction, but a load torque or a passive torque that is off by {percent(of_torque, digits=1)}, as"
         f" {0.5 * OFF * ACTIVE * 215.0 / DP_PASSIVE / PASSIVE:.1f} cm³/rev of each passive motor's 70 or"
         f" {of_torque * (LOAD + CRANE.hook_mass) / 1e3:.1f} t of the load would be. The other 10 bar are friction:"
         f" {percent(10.0 * BAR / middle.friction)} of ours at {middle.omega / RPM:.0f} rev/min."

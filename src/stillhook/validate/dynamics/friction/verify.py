@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -161,13 +162,13 @@ class Verification:
 
 
 def verify_friction(
-    source: Campaign | str, result: Friction | None = None, *, progress: Progress | None = None
+    source: Campaign | str | Path, result: Friction | None = None, *, progress: Progress | None = None
 ) -> Verification:
     """Repeat the tests of a friction campaign in the twin and compare pressure drops.
 
     Parameters
     ----------
-    source : Campaign or str
+    source : Campaign, str or Path
         The campaign, or path of its file; its table [verify] names the friction and the limits.
     result : Friction, optional
         What `stillhook.identify.friction` made of it, where that friction is verified.
