@@ -430,8 +430,8 @@ def identify_motor() -> Any:
 def identify_friction() -> Any:
     write_friction_tests(campaign_plan("crane-2"), "tests", duration="3 min")
     with Path("tests/campaign.toml").open("a", encoding="utf-8") as campaign:
-        campaign.write("[fit]\nloops = 1\n")
-    return cli("identify", "friction", "tests/campaign.toml", "--proposals", "1")
+        campaign.write("[fit]\nloops = 1\nproposals = 1\n")
+    return cli("identify", "friction", "tests/campaign.toml")
 
 
 @case

@@ -24,18 +24,17 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.engine.pack.winch import active_record, drum_record, friction_record
 from stillhook.engine.simulate import simulate
-from stillhook.errors import IdentifyError, SpecError
-from stillhook.library import changed, crane_toml, load_crane
+from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.closed_circuit import closed_circuit, down_to
+from stillhook.library import crane_toml, load_crane
 from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, MARK, REFERENCE_FILE
-from stillhook.library.leakage import form_of
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, layer_diameter, wire_to_layer, wire_usable
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, SourceKind
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Operator, Scenario
 from stillhook.units import parse, quote, show
-from stillhook.winches.types import pure_active
 from trials.campaigns.plc_log import (
     COLUMNS,
     Instruments,
@@ -262,49 +261,6 @@ def campaign_plan(name: str) -> TestPlan:
     return CAMPAIGNS[name]
 
 
-def closed_circuit(crane: Crane) -> Crane:
-    """The crane as it is for friction tests: all motors and pumps, active and passive, in one closed circuit.
-
-    Source: Moslatt 2020 paper D figure 5 and table 2 (11 motors on the 150 t crane). A pure active crane is returned as
-    it is. The line volume grows with the number of motors (assumed), the leak with motors and pumps. Errors: SpecError
-    where the motors differ.
-    """
-    p = crane.circuits.get("passive")
-    if p is None:
-        return crane
-    a = crane.active
-    if any(getattr(a.motor, name) != getattr(p.motor, name) for name in ("D_max", "loss", "C_1", "C_2")):
-        raise SpecError(
-            f'"{crane.name}": active motors {a.motor.type} and passive motors {p.motor.type} differ: they make no one'
-            " circuit."
-        )
-    count = a.motor.count + p.motor.count
-    leak_of_motor = a.motor.C_1 + a.motor.C_2 * form_of(a).at.n_m
-    pump_leak = max(a.C_leak - a.motor.count * leak_of_motor, 0.0) * (a.pump.D_total + p.pump.D_total) / a.pump.D_total
-    tests = "friction tests: active and passive circuit as one closed circuit (Moslatt 2020 paper D figure 5)"
-    V = f"{a.line.V * count / a.motor.count!r} m^3"
-    return changed(
-        crane,
-        {
-            "name": f"{crane.name}-closed-circuit",
-            "title": f"{crane.title}, all motors in one closed circuit for friction tests",
-            "plant": _leaf(pure_active.NAME, SourceKind.DERIVED, tests),
-            "active": {
-                "motor": {"count": _leaf(count, SourceKind.DERIVED, tests)},
-                "pump": {"D": _leaf([f"{D!r} m^3/rad" for D in (*a.pump.D, *p.pump.D)], SourceKind.DERIVED, tests)},
-                "line": {"V": _leaf(V, SourceKind.ASSUMED, f"{tests}; grows with the motors")},
-                "C_leak": _leaf(
-                    f"{count * leak_of_motor + pump_leak!r} m^3/s/Pa", SourceKind.DERIVED, f"{tests}; pumps and motors"
-                ),
-            },
-        },
-    )
-
-
-def _leaf(value: Any, kind: SourceKind, source: str) -> dict[str, Any]:
-    return {"value": value, "kind": kind.value, "source": source}
-
-
 def crane_of(plan: TestPlan, reference: Crane | None = None) -> Crane:
     """The crane of a campaign as it is tested; reference: another one that is tested in its place, with its circuits as
     they are at sea.
@@ -318,11 +274,7 @@ def crane_of(plan: TestPlan, reference: Crane | None = None) -> Crane:
         raise IdentifyError(
             f'campaign "{plan.name}": {plan.motors} motors, and "{crane.name}" has {motor.count} in one circuit.'
         )
-    least = min(t.D_m for t in plan.tests) / motor.D_max
-    if least >= motor.alpha_min:
-        return crane
-    leaf = _leaf(least, SourceKind.ASSUMED, "smallest displacement of the friction tests")
-    return changed(crane, {"active": {"motor": {"alpha_min": leaf}}})
+    return down_to(crane, min(t.D_m for t in plan.tests))
 
 
 def write_campaign(

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stillhook.identify.component.result import Component
     from stillhook.identify.curve import FrictionCurve
     from stillhook.identify.motor.identify import MotorLoss
+    from stillhook.identify.system_friction.campaign import Campaign
     from stillhook.identify.system_friction.identify import Friction
     from stillhook.identify.system_friction.measure import Measured
     from stillhook.logs.log import Log
@@ -40,6 +41,7 @@ LIKE_HELP = (
 PER_CENT = 0.01
 COMPONENT_FILES = ("crane.toml", "report.html", "component.json")
 FRICTION_FILES = ("friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv")
+VERIFY_FILES = ("verification.html", "verification.json", "verification.csv")
 LOG_DPI = 80  # pictures of complete logs in the report: a dozen of them, each a thousand points wide
 CURVE_FILES = ("curve.png", "curve.csv", "curve.json")
 MOST_REASONS = 8
@@ -192,35 +194,67 @@ def friction(
         Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
     ],
     out: Out = None,
-    proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Repeat the tests in the twin and compare pressures (table [verify]).")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
     The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
-    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
+    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant, seed and proposals. With
+    --verify the logged commands drive the twin, also those of tests with ahc = true; [verify] has friction (identified,
+    second-loop, crane, or a set, which needs no fit) and the limits pressure and torque.
 
-    Exit code 1 if the data cannot determine what a winch model needs.
+    Exit code 1 if the data cannot determine what a winch model needs, or a verified pressure is over its limit.
 
-    Example: stillhook identify friction my-tests/campaign.toml --out results
+    Example: stillhook identify friction my-tests/campaign.toml --verify --out results
     """
+    from stillhook.identify.system_friction.campaign import OWN_FRICTIONS, load_campaign
     from stillhook.identify.system_friction.identify import friction as identify
     from stillhook.identify.system_friction.report import report
     from stillhook.identify.system_friction.result import to_dict
 
-    check_out(out, FRICTION_FILES)
+    check_out(out, FRICTION_FILES + VERIFY_FILES * verify)
+    tests = load_campaign(campaign)
+    if verify and tests.verify.friction not in OWN_FRICTIONS:
+        raise typer.Exit(_verified(tests, None, {}, out, json=json))
     with progress_bar("reading the logs") as bar:
-        result = identify(campaign, proposals=proposals, progress=bar)
+        result = identify(tests, progress=bar)
     document = report(result, {})
     numbers = "; ".join(f"{name} {value} ({low} to {high})" for name, value, low, high, _ in parameters(document))
     step = "--out FOLDER, for the friction set and the report" if out is None else f"read {out / FRICTION_FILES[1]}"
     more = "tests, what the data cannot determine, methods, proposed tests"
     brief = lambda: answer_of(document, step, more, [f"Parameters with 95 % intervals: {numbers}."])
-    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
+    answer = to_dict(result)
+    if not (verify and json):
+        present(answer, lambda: print_document(document), brief=brief, json=json)
     if out is not None:
         write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
         say_left_out()
-    raise typer.Exit(0 if result.usable else 1)
+    exceeded = _verified(tests, result, answer, out, json=json) if verify else 0
+    raise typer.Exit(exceeded if result.usable else 1)
+
+
+def _verified(tests: Campaign, result: Friction | None, answer: dict[str, Any], out: Path | None, *, json: bool) -> int:
+    """Verify a friction in the twin, print and write it; the exit code. answer: what JSON holds besides."""
+    from stillhook.report.html import html
+    from stillhook.report.kit import draw_if_possible, pngs
+    from stillhook.validate.dynamics.friction import report
+    from stillhook.validate.dynamics.friction.verify import verify_friction
+
+    with progress_bar("tests in the twin") as bar:
+        verified = verify_friction(tests, result, progress=bar)
+    document, numbers = report.verification_report(verified, {}), report.verification_dict(verified)
+    step = "--out FOLDER, for the report" if out is None else f"read {out / VERIFY_FILES[0]}"
+    brief = lambda: answer_of(document, step, "deviation by test, direction, speed and displacement")
+    present({**answer, "verification": numbers}, lambda: print_document(document), brief=brief, json=json)
+    if out is not None:
+        pictures = draw_if_possible(lambda: pngs(report.verification_figures(verified), LOG_DPI))
+        page = html(report.verification_report(verified, pictures))
+        table = report.stretches_table(verified).to_csv(index=False)
+        write_out(out, dict(zip(VERIFY_FILES, (page, numbers, table), strict=True)), quiet=json)
+    return 0 if verified.passed else 1
 
 
 def parameters(document: Document) -> list[list[str]]:

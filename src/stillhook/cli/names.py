@@ -104,6 +104,7 @@ MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
         map="fit.map",
         variant="fit.variant",
         seed="fit.seed",
+        proposals="fit.proposals",
     ),
     ("identify", "curve"): _in(
         "the file of --mapping",

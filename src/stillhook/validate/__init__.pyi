@@ -7,5 +7,6 @@ from stillhook.validate.criteria.criteria import Criteria as Criteria
 from stillhook.validate.criteria.criteria import load_criteria as load_criteria
 from stillhook.validate.data_set.campaign import Campaign as Campaign
 from stillhook.validate.data_set.campaign import load_campaign as load_campaign
+from stillhook.validate.dynamics.friction.verify import verify_friction as verify_friction
 from stillhook.validate.validation import Validation as Validation
 from stillhook.validate.validation import validate as validate

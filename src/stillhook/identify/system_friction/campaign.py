@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -30,6 +30,8 @@ from stillhook.winches.circuits.tables import Motor
 
 MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]
+OWN_FRICTIONS = ("identified", "second-loop")
+"""What may be verified that the campaign's own tests were fitted to."""
 LARGEST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures nothing
 
 
@@ -49,6 +51,22 @@ class FitSettings(Spec):
     map: Text | None = Field(default=None, description="supplier's map of the motor, to compare with its fitted model")
     variant: Variant = Field(default=Variant.KRUS, description="complex method that checks the fit")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of everything random")
+    proposals: Annotated[int, Field(strict=True, ge=0, le=20)] = Field(
+        default=3, description="how many further tests are proposed"
+    )
+
+
+class VerifySettings(Spec):
+    """The table [verify]: which friction is compared with the logs in the running twin, and its limits (paper D)."""
+
+    friction: Text = Field(
+        default="identified",
+        description='"identified" or "second-loop" by this campaign, "crane" (of the crane file), or a friction set',
+    )
+    pressure: Share = Field(default=0.1, gt=0, lt=1, description="limit of the deviation over the measured pressure")
+    torque: Share = Field(
+        default=0.01, gt=0, lt=1, description="limit of the deviation over the load torque, of staircases under load"
+    )
 
 
 class TestTable(LoggedTest):
@@ -59,6 +77,7 @@ class TestTable(LoggedTest):
     load: u.Mass = Field(ge=0, description="on the hook, without the hook")
     layer: Annotated[int, Field(strict=True)] | None = Field(default=None, description="layer of wire in use")
     hold_out: Flag = Field(default=False, description="kept from every fit")
+    ahc: Flag = Field(default=False, description="in heave compensation: for the verification only, never fitted")
 
     @model_validator(mode="after")
     def _stated_once(self) -> Self:
@@ -83,11 +102,13 @@ class CampaignFile(Spec):
     test: tuple[TestTable, ...] = Field(min_length=1, description="one [[test]] table for each log")
     synthetic: Flag = Field(default=False, description="simulated, measured on no crane")
     fit: FitSettings = Field(default_factory=FitSettings)
+    verify: VerifySettings = Field(default_factory=VerifySettings)
 
 
 @dataclass(frozen=True)
 class CraneTest:
-    """One staircase: hook load and displacement constant, hoisting and lowering in turn.
+    """One staircase: hook load and displacement constant, hoisting and lowering in turn; or, with ``ahc``, a run in
+    heave compensation.
 
     ``load`` mass on the hook without the hook, below the water line less its buoyancy [kg]; ``D_m`` displacement of one
     motor [m^3/rad], None where the log has it; ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither
@@ -108,6 +129,7 @@ class CraneTest:
     end: float
     hook: HookDepth | None = None
     wire: float = 0.0
+    ahc: bool = False
 
 
 @dataclass(frozen=True)
@@ -124,6 +146,7 @@ class Campaign:
     tests: tuple[CraneTest, ...]
     synthetic: bool
     fit: FitSettings
+    verify: VerifySettings = field(default_factory=VerifySettings)
 
     @property
     def motor(self) -> Motor:
@@ -169,6 +192,7 @@ def load_campaign(path: str | Path) -> Campaign:
         depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: not)
         h_tip = "30 m"                # crane tip above the water line: with depth, or instead of it, where s_w states
                                       # the other
+        ahc = true                    # a run in heave compensation: verified in the twin, never fitted (default: false)
 
     Parameters
     ----------
@@ -203,7 +227,8 @@ def _campaign(table: TomlTable) -> Campaign:
     like = None if file.fit.like is None else table.relative_toml(file.fit.like)
     supplier = None if file.fit.map is None else str(table.relative_file(file.fit.map, "fit", "map"))
     fit = file.fit.model_copy(update={"like": like, "map": supplier})
-    return Campaign(title, table.path.name, crane, count, losses, file.accuracy, tests, synthetic, fit)
+    verify = file.verify.model_copy(update={"friction": table.relative_toml(file.verify.friction)})
+    return Campaign(title, table.path.name, crane, count, losses, file.accuracy, tests, synthetic, fit, verify)
 
 
 def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
@@ -267,4 +292,5 @@ def _test(
         start=row.start,
         end=row.end,
         hook=hook,
+        ahc=row.ahc,
     )

@@ -97,7 +97,7 @@ def friction(
     source: Campaign | str | Path,
     *,
     fit: FitSettings | None = None,
-    proposals: int = 3,
+    proposals: int | None = None,
     progress: Progress | None = None,
 ) -> Friction:
     """Identify system friction from a campaign of crane tests.
@@ -108,8 +108,8 @@ def friction(
         Campaign, or path of its file (see `load_campaign`).
     fit : FitSettings, optional
         In place of the campaign's table [fit].
-    proposals : int, default 3
-        How many further tests to propose.
+    proposals : int, optional
+        How many further tests to propose, in place of the campaign's number.
     progress : callable, optional
         Called with the share done, 0 to 1.
 
@@ -125,6 +125,13 @@ def friction(
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     settings = campaign.fit if fit is None else fit
+    proposals = settings.proposals if proposals is None else proposals
+    campaign = replace(campaign, tests=tuple(t for t in campaign.tests if not t.ahc))
+    if not campaign.tests:
+        raise IdentifyError(
+            f"{campaign.source}: every test has ahc = true. Give a staircase for the fit, or a set to verify"
+            " (verify.friction)."
+        )
     measured = _measured(campaign, progress)
     # with the wire's weight, as the logs show it
     campaign = replace(campaign, tests=tuple(m.test for m in measured), fit=settings)

@@ -86,7 +86,7 @@ def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = 
 
 def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> Measured:
     notes: list[Statement] = []
-    log = _cut(read_log(test.log, test.mapping, progress=progress), test)
+    log = cut(read_log(test.log, test.mapping, progress=progress), test)
     if (campaign.diameter(test) is None or test.hook is not None) and "s_w" in log.signals:
         log = _with_full_wire_length(campaign, log, notes)
     dp_m = pressure_drop(log)
@@ -229,7 +229,7 @@ def shaft_speed(campaign: Campaign, test: CraneTest, log: Log) -> tuple[FloatArr
     return s["v_w"] * campaign.crane.i_hD / (0.5 * diameter), d
 
 
-def _cut(log: Log, test: CraneTest) -> Log:
+def cut(log: Log, test: CraneTest) -> Log:
     if not (math.isfinite(test.start) or math.isfinite(test.end)):
         return log
     keep = (log.t >= test.start) & (log.t <= test.end)

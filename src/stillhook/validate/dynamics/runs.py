@@ -12,6 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.arguments import SERIES_STEP, check_step, substeps
 from stillhook.engine.pack.winch import drum_record, pack
+from stillhook.engine.runner import Run
 from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
@@ -24,6 +25,7 @@ from stillhook.validate.data_set.signals import smooth_tip
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""
+TIP = ("s_tip", "v_tip")
 SMOOTH = 0.03
 """Centred mean before signals are compared and peaks detected [s]: a twentieth of the winch's period, and three samples
 of a PLC's log."""
@@ -82,15 +84,15 @@ def dynamics_segment(crane: Crane, record: Record, segment: Segment, first: int,
         mode=MANUAL_MODE,
         ramp="0 s",
         warm_up="0 s",
-        tip=_tip(record, part, t),
-        commands=_commands(crane, t, u_p, u_m),
+        tip=tip_motion({name: record.signals[name][part] for name in TIP if record.has(name)}, t, record.test.name),
+        commands=logged_commands(crane, t, u_p, u_m),
     )
     return DynamicsSegment(
         record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case
     )
 
 
-def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
+def logged_commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
     """The commands of every PLC cycle; between the samples of a slower log, on the line between them."""
     cycles = np.arange(round(t[-1] / crane.control.t_cycle) + 1) * crane.control.t_cycle
     return Commands(cycles, np.clip(np.interp(cycles, t, u_p), -1.0, 1.0), np.clip(np.interp(cycles, t, u_m), 0.0, 1.0))
@@ -101,16 +103,14 @@ def motor_command(record: Record) -> str:
     return "u_m" if record.has("u_m") else "alpha_m"
 
 
-def _tip(record: Record, part: slice, t: FloatArray) -> Motion:
+def tip_motion(signals: Mapping[str, FloatArray], t: FloatArray, test: str) -> Motion:
     """The tip's motion as logged, smooth; a tip at rest is constant: its sensor's noise would shake the hook on the
-    short wire."""
-    if not record.has("s_tip"):
+    short wire. t (n,) even [s]."""
+    s = signals.get("s_tip", np.full(len(t), np.nan))
+    step = float(t[-1]) / max(len(t) - 1, 1)
+    if not np.isfinite(s).any() or np.ptp(smoothed(filled(s), step, TIP_OVER)) < TIP_MOVES:
         return Still()
-    s = record.signals["s_tip"][part]
-    if not np.isfinite(s).any() or np.ptp(smoothed(filled(s), record.step, TIP_OVER)) < TIP_MOVES:
-        return Still()
-    v = record.signals["v_tip"][part] if record.has("v_tip") else None
-    return smooth_tip(t, s, v, place=f'test "{record.test.name}"').motion
+    return smooth_tip(t, s, signals.get("v_tip"), place=f'test "{test}"').motion
 
 
 def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray]:
@@ -157,15 +157,15 @@ def repeated(
     cases = [s.case for row in time_segments for s in row]
     machines = list(cranes) * len(time_segments)
     results = run_cases(machines, cases, step=n_sub, lanes=VL, every=1, keep=unchanged, threads=THREADS)
-    columns = [results[0].signals.index(name) for name in SIGNALS]
     out = []
     for i, row in enumerate(time_segments):
         rows = results[i * len(cranes) : (i + 1) * len(cranes)]
-        out.append(np.stack([_on_samples(r.series, r.dt, columns, row[0].t) for r in rows]))
+        out.append(np.stack([on_samples(r, SIGNALS, row[0].t) for r in rows]))
     return out
 
 
-def _on_samples(series: FloatArray | None, dt: float, columns: list[int], t: FloatArray) -> FloatArray:
-    assert series is not None
-    grid = np.arange(len(series)) * dt
-    return np.column_stack([np.interp(t, grid, series[:, k]) for k in columns])
+def on_samples(run: Run, names: Sequence[str], t: FloatArray) -> FloatArray:
+    """Signals of a run at the times t (n,) [s]: (n, names)."""
+    assert run.series is not None
+    grid = np.arange(len(run.series)) * run.dt
+    return np.column_stack([np.interp(t, grid, run.series[:, run.signals.index(name)]) for name in names])
