@@ -10,7 +10,6 @@ import causes
 import numpy as np
 import xarray
 from blocks import Blocks, percent, picture, save
-from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability.stability import eigenfrequency
@@ -18,6 +17,7 @@ from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.motion import Motion, Sum
 from stillhook.spec.crane import wire_inertia
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 PICTURE = "paper-c-offshore-contrast.png"

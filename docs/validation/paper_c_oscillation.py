@@ -12,7 +12,6 @@ import causes
 import numpy as np
 import xarray
 from blocks import Blocks, Table, picture, save
-from trials.ringing import Ringing, ringing
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
@@ -20,6 +19,7 @@ from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import wire_inertia
 from stillhook.spec.scenario import Operator
+from stillhook.thesis.ringing import Ringing, ringing
 from stillhook.units import from_display, in_display
 
 PICTURE = "paper-c-oscillation.png"

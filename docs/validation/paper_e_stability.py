@@ -10,7 +10,6 @@ import causes
 import numpy as np
 from blocks import Blocks, Rows, Table, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
-from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.governing import Governing, governing
@@ -45,6 +44,7 @@ from stillhook.analysis.loop_stability.transfer import (
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 SLOW_PAGE = True

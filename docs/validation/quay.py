@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import causes
 import xarray
 from blocks import percent
-from trials.ringing import rms_above
 
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
 from stillhook.thesis.quay import CRANE, OPEN_LOOP, WARM, case, run
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 RING = 0.5  # Hz: above the waves (up to 0.17 Hz), below the circuit's eigenfrequency in any mode (1 to 2 Hz)

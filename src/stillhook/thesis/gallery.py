@@ -35,6 +35,7 @@ STATES = {
     "drawn": "drawn by `stillhook thesis NUMBER`",
     "numbers": "a table, calculated or from the library",
     "circuit": "a circuit, drawn by its winch type",
+    "text": "a table of words or of test conditions",
     "picture": "a photograph or sketch: nothing to calculate",
     "no data": "needs data that the thesis does not give",
 }
