@@ -28,9 +28,7 @@ from stillhook.analysis.loop_stability.stability import (
 )
 from stillhook.analysis.loop_stability.sweeps import (
     bode_figure,
-    gain_limit_figure,
     motor_pole_figure,
-    slow_sweep,
     sweep,
     sweep_figure,
 )
@@ -44,6 +42,7 @@ from stillhook.analysis.loop_stability.transfer import (
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
+from stillhook.thesis.control import gain_limits
 from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
@@ -289,7 +288,7 @@ def compute() -> tuple[Blocks, Any]:
 
 
 def draw(_: Any) -> None:
-    save(gain_limit_figure(CRANE, sweep(CRANE), slow_sweep(CRANE)), "paper-e-gain-limit.png")
+    save(gain_limits().figure(), "paper-e-gain-limit.png")
     save(motor_pole_figure(CRANE), "paper-e-motor-poles.png")
     save(bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
     over = ("layer", "leakage", "damping", "bulk_modulus", "delay")

@@ -22,7 +22,7 @@ from stillhook.thesis.gallery import Axis, Curve, Drawing, Panel, Printed, Table
 from stillhook.thesis.quay import CRANE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import xarray
     from matplotlib.figure import Figure
 
 SETTINGS_TITLE = "nov-250t, empty hook, outermost layer: motors and pumps at a steady wire speed"
@@ -44,9 +44,9 @@ def reduction(law: str, alpha_min: str) -> Drawing:
     return Drawing("Motor displacement by the feedforward", [Panel(*axes, [curve])], printed=printed)
 
 
-def settings() -> Drawing:
+def settings(found: xarray.Dataset | None = None) -> Drawing:
     """Motors and pumps at a steady wire speed by controller (2.17, E4)."""
-    curves = setting_curves(CRANE, modes=MODES)
+    curves = setting_curves(CRANE, modes=MODES) if found is None else found
     cross = 60.0 * float(curves["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
     data = curves[["u_p", "alpha_m"]] if {"u_p", "alpha_m"} <= set(curves) else curves
     return Drawing(
@@ -109,69 +109,54 @@ def gain_limits() -> Drawing:
 
 BLOCKS = {
     "tip": (0.0, 2.0, "crane tip\nv_tip, a_tip"),
-    "ff": (2.3, 2.0, "feedforward\n(K_1 v + K_2 a) K_wire α_m"),
-    "sum": (4.6, 2.0, "+"),
-    "pumps": (6.3, 2.0, "pumps\nswash servo"),
-    "winch": (8.6, 2.0, "circuit, motors,\nwinch, wire"),
-    "load": (2.3, 0.2, "least displacement\nmax(absMin, calcMin(F))"),
-    "ssc": (4.6, 0.2, "reduction\n1 - k_red (1 - α_min)"),
-    "motors": (6.9, 0.2, "motors\nswash servo"),
-    "error": (2.3, 3.8, "error e = ∫(v_tip + v_w)"),
-    "gain": (4.6, 3.8, "K_p"),
+    "feedforward": (2.6, 2.0, "feedforward\n−(K_1 v + K_2 a) K_wire α_m"),
+    "sum": (4.9, 2.0, "+"),
+    "pumps": (6.4, 2.0, "pumps\nwith swash servo"),
+    "winch": (8.8, 2.0, "circuit, motors,\nwinch, wire"),
+    "least": (2.6, 0.0, "least displacement\nmax(absMin, calcMin(F))"),
+    "reduction": (4.9, 0.0, "reduction\n1 − k_red (1 − α_min)"),
+    "motors": (7.2, 0.0, "motors\nwith swash servo"),
+    "error": (2.6, 3.8, "control error\ne = ∫ (v_tip + v_w) dt"),
+    "gain": (4.9, 3.8, "−K_p"),
 }
 """Blocks of the controller: place and text."""
 ARROWS = (
-    *(("tip", "ff", "-"), ("ff", "sum", "u_ff"), ("sum", "pumps", "u_p"), ("pumps", "winch", "α_p")),
-    *(("tip", "error", ""), ("error", "gain", "e"), ("gain", "sum", ""), ("ff", "ssc", "u_ff")),
-    *(("load", "ssc", "α_min"), ("ssc", "motors", "u_m"), ("motors", "winch", "α_m")),
+    *(("tip", "feedforward", ""), ("feedforward", "sum", "u_ff"), ("sum", "pumps", "u_p"), ("pumps", "winch", "α_p")),
+    *(("tip", "error", "v_tip"), ("error", "gain", "e"), ("gain", "sum", ""), ("feedforward", "reduction", "u_ff")),
+    *(("least", "reduction", "α_min"), ("reduction", "motors", "u_m"), ("motors", "winch", "α_m")),
+    *(("winch", "error", "v_w"), ("motors", "feedforward", "α_m measured")),
 )
-NEW = ("load", "ssc")
+BENT = {("winch", "error"): 0.35, ("motors", "feedforward"): -0.12}
+"""Arrows that go around other blocks: how far."""
+NEW = ("least", "reduction")
 """Blocks that the classic controller has not."""
 
 
-def _block(ax: Axes, name: str) -> None:
-    x, y, text = BLOCKS[name]
-    colour = "#C0392B" if name in NEW else "#333333"
-    box = {"boxstyle": "round,pad=0.5", "facecolor": "white", "edgecolor": colour, "linewidth": 1.4}
-    ax.text(x, y, text, ha="center", va="center", fontsize=9, color="#111111", bbox=box, zorder=3)
+def _diagram() -> Figure:
+    figure, ax = kit.panel(
+        (11.0, 5.5), "The controller of the PLC; red is what the classic controller has not", grid=""
+    )
+    boxes = {}
+    for name, (x, y, text) in BLOCKS.items():
+        box = {"boxstyle": "round,pad=0.5", "facecolor": "white", "edgecolor": "#C0392B" if name in NEW else "#333333"}
+        boxes[name] = ax.text(x, y, text, ha="center", va="center", fontsize=9, bbox=box, zorder=3).get_bbox_patch()
+    for start, end, text in ARROWS:
+        (x_1, y_1, _), (x_2, y_2, _) = BLOCKS[start], BLOCKS[end]
+        bend = BENT.get((start, end), 0.0)
+        style = {"arrowstyle": "-|>", "color": "#333333", "patchA": boxes[start], "patchB": boxes[end]}
+        ax.annotate("", (x_2, y_2), (x_1, y_1), arrowprops=style | {"connectionstyle": f"arc3,rad={bend}"})
+        x, y = 0.5 * (x_1 + x_2) + 0.5 * bend * (y_2 - y_1), 0.5 * (y_1 + y_2) - 0.5 * bend * (x_2 - x_1)
+        ax.text(x, y, text, fontsize=9, ha="center", va="bottom", bbox={"facecolor": "white", "lw": 0, "pad": 1.0})
+    ax.set(xlim=(-1.2, 10.2), ylim=(-0.8, 5.0))
+    ax.axis("off")
+    return figure
 
 
 def block_diagram() -> Drawing:
     """The controller: feedforward and position loop of the pumps, displacement of the motors (2.15, C14, E2)."""
-
-    def draw() -> Figure:
-        figure, ax = kit.panel(
-            (11.0, 5.5), "SSC as the PLC computes it: red is what the classic controller has not", grid=""
-        )
-        for start, end, text in ARROWS:
-            (x_1, y_1, _), (x_2, y_2, _) = BLOCKS[start], BLOCKS[end]
-            ax.annotate(
-                "",
-                (x_2, y_2),
-                (x_1, y_1),
-                arrowprops={"arrowstyle": "-|>", "shrinkA": 48, "shrinkB": 48, "color": "#333333"},
-            )
-            if len(text) > 1:
-                ax.text(0.5 * (x_1 + x_2), 0.5 * (y_1 + y_2) + 0.18, text, fontsize=9, ha="center")
-        for name in BLOCKS:
-            _block(ax, name)
-        back = {"arrowstyle": "-|>", "color": "#333333", "connectionstyle": "angle,angleA=90,angleB=0"}
-        ax.annotate("", (3.4, 3.95), (8.8, 2.5), arrowprops=back)
-        ax.text(7.6, 4.1, "v_w", fontsize=9)
-        ax.annotate(
-            "", (2.3, 1.6), (6.9, 0.7), arrowprops={"arrowstyle": "-|>", "color": "#888888", "ls": "--", "shrinkA": 10}
-        )
-        ax.text(4.0, 1.35, "α_m measured", fontsize=8, color="#666666")
-        ax.set_xlim(-1.2, 10.0)
-        ax.set_ylim(-0.7, 4.7)
-        ax.axis("off")
-        return figure
-
-    rows = [(start, end, text.strip("-")) for start, end, text in ARROWS]
+    rows = ARROWS
     g = gains(CRANE)
-    numbers = [
-        Printed(
-            "K_1 of nov-250t", "0.68 s/m (an erratum)", f"{g.K_1:.4f} s/m = 1/{60.0 * wire_speed_max(CRANE):.2f} m/min"
-        )
-    ]
-    return Drawing("The controller", draw=draw, tables={"data": Table(("from", "to", "signal"), rows)}, printed=numbers)
+    ours = f"{g.K_1:.4f} s/m = 1/({60.0 * wire_speed_max(CRANE):.2f} m/min)"
+    numbers = [Printed("K_1 of nov-250t", "0.68 s/m (an erratum)", ours)]
+    tables = {"data": Table(("from", "to", "signal"), rows)}
+    return Drawing("The controller", draw=_diagram, tables=tables, printed=numbers)

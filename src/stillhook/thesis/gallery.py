@@ -28,6 +28,7 @@ from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
@@ -126,15 +127,12 @@ class Drawing:
         figure, axes = kit.panels(down, across, (9.0, 1.0 + (4.5 if down == 1 else 3.2 * down)), self.title)
         kit.hide(axes.flat[len(self.panels) :])
         for ax, panel in zip(axes.flat, self.panels, strict=False):
-            colours = colours_of(list(dict.fromkeys(curve.label.split(", ")[0] for curve in panel.curves)))
-            for curve in panel.curves:
-                x, y = kit.display(curve.x, panel.x.kind), kit.display(curve.y, panel.y.kind)
-                colour = colours.get(curve.label.split(", ")[0], COLOURS[0])
-                ax.plot(x, y, curve.style, color=colour, lw=1.3, label=curve.label or None)
-            words = (kit.with_unit(*panel.x), kit.with_unit(*panel.y))
-            kit.axis(ax, *words, title=panel.title)
-            kit.legend(ax)
+            _draw(ax, panel)
         return figure
+
+    def draw_on(self, ax: Axes, title: str) -> None:
+        """The one panel in a picture of several."""
+        _draw(ax, self.panels[0]._replace(title=title))
 
     def data(self) -> dict[str, Table]:
         """Tables by name: of each panel a row a point, in SI, and those of the function."""
@@ -145,6 +143,17 @@ class Drawing:
     @property
     def pictured(self) -> bool:
         return bool(self.panels) or self.draw is not None
+
+
+def _draw(ax: Axes, panel: Panel) -> None:
+    """Curves of one colour where their labels begin alike."""
+    names = [curve.label.split(", ")[0] for curve in panel.curves]
+    colours = colours_of(list(dict.fromkeys(names)))
+    for name, curve in zip(names, panel.curves, strict=True):
+        x, y = kit.display(curve.x, panel.x.kind), kit.display(curve.y, panel.y.kind)
+        ax.plot(x, y, curve.style, color=colours.get(name, COLOURS[0]), lw=1.3, label=curve.label or None)
+    kit.axis(ax, kit.with_unit(*panel.x), kit.with_unit(*panel.y), title=panel.title)
+    kit.legend(ax)
 
 
 def _points(panel: Panel) -> Table:
@@ -186,14 +195,20 @@ def drawing(number: str) -> Drawing:
     return result
 
 
-def over_time(
-    runs: Mapping[str, xarray.Dataset], signals: Sequence[str], start: float, end: float, words: str = ""
-) -> Panel:
+WORDS = {"e_c": "control error", "p_a": "A-side pressure", "p_b": "B-side pressure", "s_tip": "height of the crane tip"}
+"""Shorter names of signals than their meanings."""
+PAIRED = {"alpha_p": "pumps", "alpha_m": "motors", "p_a": "A side", "p_b": "B side"}
+"""What tells two signals of one panel apart."""
+
+
+def over_time(runs: Mapping[str, xarray.Dataset], signals: Sequence[str], start: float, end: float) -> Panel:
     """Signals of runs from start to end [s], by label: the first solid, the second dotted."""
-    first, curves = BY_NAME[signals[0]], []
+    first, curves = signals[0], []
     for label, run in runs.items():
         cut = run.sel(time=slice(start, end))
         for signal, style in zip(signals, ("-", ":"), strict=False):
-            name = f"{label}, {BY_NAME[signal].meaning}" if len(signals) > 1 else label
+            name = f"{label}, {PAIRED[signal]}" if len(signals) > 1 else label
             curves.append(Curve(name, cut["time"].values, np.asarray(cut[signal].values), style))
-    return Panel(Axis("time", "time"), Axis(words or first.meaning.partition(";")[0], kind_of(signals[0])), curves)
+    words = WORDS.get(first, BY_NAME[first].meaning.partition(";")[0])
+    both = {"alpha_p": "displacement over its maximum", "p_a": "pressure"}.get(first, words)
+    return Panel(Axis("time", "time"), Axis(both if len(signals) > 1 else words, kind_of(first)), curves)

@@ -53,6 +53,10 @@ TESTS: Mapping[str, tuple[str, str, Sequence[tuple[float, float]]]] = {
 """Crane, friction set, displacement of one motor [cm^3/rev] and load [t] of the tests: table 2.3, paper D table 2."""
 
 
+STYLES = {0.0: ":", 55.0: "--", 77.0: "--", 100.0: "-", 107.0: "-"}
+"""Lines by load [t]."""
+
+
 def loss_parameters(name: str) -> TorqueLossFit:
     """MJ4 of a motor of the library."""
     return TorqueLossFit(*(getattr(motor(name).loss, f) for f in TorqueLossFit._fields))
@@ -170,14 +174,14 @@ def friction_of_tests(name: str, part: str) -> Drawing:
     crane, y = load_crane(crane_name), Y.of(library_friction(friction))
     n, loss, curves = np.linspace(25.0, 1500.0, 60) * RPM, mj4(motor(FIRST).loss), []
     count = crane.active.motor.count + (crane.passive.motor.count if crane.passive else 0)
-    for k, (D, load) in enumerate(tests):
+    for D, load in tests:
         T_d = drum_torque(crane, 1e3 * load)
         if part == "system":
             torque: FloatArray = np.asarray(system_friction(n, np.full_like(n, T_d), y))
         else:
             at = staged(Points.planned(n, T_d, D * CC, count=float(count)), loss, y, crane)
             torque = predicted(at, loss, y) * (count if part == "all" else 1)
-        curves.append(Curve(f"test {k + 1}: {D:.0f} cm³/rev and {load:.0f} t", n, torque))
+        curves.append(Curve(f"{D:.0f} cm³/rev, {load:.0f} t", n, torque, STYLES[load]))
     words = (
         "system friction a motor"
         if part == "system"

@@ -87,7 +87,6 @@ def base_wave() -> Motion:
     return wave(SWELL_AND_ROLL, V_PEAK)
 
 
-@cache
 def runs_90t(crane: Crane | None = None) -> Mapping[str, xarray.Dataset]:
     """NS, HS and cubic SSC with 90 t."""
     modes = {"NS": "ns", "HS (classic)": "hs", "cubic SSC (new)": "ssc-cubic"}

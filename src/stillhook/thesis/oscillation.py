@@ -17,7 +17,7 @@ from stillhook.library import changed, load_crane
 from stillhook.sea.motion.motion import Motion, Sine, Sum
 from stillhook.spec.crane import Crane, wire_inertia
 from stillhook.spec.scenario import Operator, Scenario
-from stillhook.thesis.gallery import Drawing, Panel, Printed, over_time
+from stillhook.thesis.gallery import Axis, Drawing, Panel, Printed, over_time
 from stillhook.thesis.quay import BEAT
 from stillhook.thesis.ringing import ringing, rms_above
 from stillhook.units import from_display, in_display
@@ -132,9 +132,9 @@ def ramps() -> Mapping[int, xarray.Dataset]:
     return {D: simulate(twelve_motors(), ramped(D), every="0.01 s") for D in THEIRS}
 
 
-def ramp(*signals: str) -> Drawing:
+def ramp(*signals: str, runs: Mapping[int, xarray.Dataset] | None = None) -> Drawing:
     """A-side pressure or wire speed while the winch is ramped up (C5, C6), and table CT1."""
-    runs, printed = ramps(), []
+    runs, printed = runs or ramps(), []
     for D, (T, seen) in THEIRS.items():
         T_ours = ringing(runs[D], "p_a", start=START, least=LEAST).period
         late = float(runs[D]["time"][-1]) - 2.0
@@ -169,14 +169,16 @@ def offshore_runs() -> Mapping[int, xarray.Dataset]:
 
 def contrast_panels(D: int, run: xarray.Dataset) -> list[Panel]:
     """Wanted and actual wire speed, pressures of both sides."""
-    speed, p_a, p_b = (over_time({word: run}, (name,), 60.0, 90.0) for word, name in CONTRAST.items())
-    wanted = over_time({"wanted": run}, ("v_tip",), 60.0, 90.0).curves[0]
-    both = [wanted._replace(y=-wanted.y, style="--"), *speed.curves]
-    title = f"{D} cm³/rev each"
-    return [Panel(speed.x, speed.y, both, title), Panel(p_a.x, p_a.y, [*p_a.curves, *p_b.curves], title)]
+    speed, wanted = (
+        over_time({word: run}, (name,), 60.0, 90.0) for word, name in (("wire", "v_w"), ("wanted", "v_tip"))
+    )
+    both = [*(one._replace(y=-one.y, style="--") for one in wanted.curves), *speed.curves]
+    title, sides = f"{D} cm³/rev each", [over_time({word: run}, (p,), 60.0, 90.0).curves[0] for word, p in SIDES]
+    pressure = Axis("pressure", "pressure")
+    return [Panel(speed.x, speed.y, both, title), Panel(speed.x, pressure, sides, title)]
 
 
-CONTRAST = {"wire": "v_w", "A side": "p_a", "B side": "p_b"}
+SIDES = (("A side", "p_a"), ("B side", "p_b"))
 
 
 def contrast(D: str) -> Drawing:
