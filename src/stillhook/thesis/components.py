@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -20,6 +21,9 @@ from stillhook.report.plots.colours import COLOURS
 from stillhook.thesis.gallery import Axis, Curve, Drawing, Panel, Printed, Table
 from stillhook.units import from_display, in_display, show
 from stillhook.validate.criteria.criteria import load_criteria
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 CIRCUITS = Path(__file__).parent / "circuits"
 LEFT = 80.0
@@ -117,7 +121,7 @@ def inertia(name: str, *printed: str) -> Drawing:
     head = ("state", *(f"{words} [kg m^2]" for words in parts.values()), "total [kg m^2]")
     rows = [[state, *(one[k] for k in parts), one["J_m"]] for state, one in states.items()]
 
-    def draw() -> kit.Figure:
+    def draw() -> Figure:
         figure, ax = kit.panel((8.0, 5.0), f"{name}: inertia at the motor shaft", grid="y")
         below = np.zeros(len(states))
         for colour, (key, words) in zip(COLOURS, parts.items(), strict=False):
@@ -164,13 +168,12 @@ def main_data() -> Drawing:
     """Main components of the 250 t crane (ET1)."""
     c = load_crane("nov-250t")
     assert c.passive is not None
-    D = lambda x: show(x, "displacement")
     a, p = c.active, c.passive
     rows = [
-        Printed("active motors", "1075 cm³/rev", D(a.motor.D_total)),
-        Printed("passive motors", "3440 cm³/rev", D(p.motor.D_total)),
-        Printed("active pumps", "1355 cm³/rev", D(a.pump.D_total)),
-        Printed("passive pumps", "1210 cm³/rev", D(p.pump.D_total)),
+        Printed("active motors", "1075 cm³/rev", show(a.motor.D_total, "displacement")),
+        Printed("passive motors", "3440 cm³/rev", show(p.motor.D_total, "displacement")),
+        Printed("active pumps", "1355 cm³/rev", show(a.pump.D_total, "displacement")),
+        Printed("passive pumps", "1210 cm³/rev", show(p.pump.D_total, "displacement")),
         Printed("gearbox by pinion and ring gear", "35.4 · 14.17 = 501.6", f"{c.i_hD:.1f}"),
         Printed("drum diameter", "2.8 m", f"{c.drum.d:g} m"),
         Printed("drum width", "1.9 m", f"{c.drum.width:g} m"),

@@ -70,7 +70,7 @@ def _top(mode: str) -> float:
     return 60.0 * here.top_of_mode(Mode(mode)).v_w
 
 
-def _table(data) -> Table:  # type: ignore[no-untyped-def]
+def _table(data: xarray.Dataset) -> Table:
     frame = data.to_dataframe().dropna(how="all").reset_index()
     return Table(list(frame.columns), frame.values.tolist())
 

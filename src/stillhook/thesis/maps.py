@@ -66,7 +66,7 @@ def change(of: Map, name: str, low: float, high: float) -> FloatArray:
     """Changes of SSC against the best classic controller at these speeds [m/min], where both apply [-]."""
     v, part = speeds(of), cells(of, "ssc", of.changes()[name])
     inside = part[:, (v > low) & (v < high)]
-    return inside[np.isfinite(inside)]
+    return np.asarray(inside[np.isfinite(inside)])
 
 
 def value_map(name: str, found: Map | None = None) -> Drawing:

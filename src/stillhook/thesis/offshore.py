@@ -97,12 +97,8 @@ def runs_90t(crane: Crane | None = None) -> Mapping[str, xarray.Dataset]:
 def runs_100t(v_peak: float) -> Mapping[str, xarray.Dataset]:
     """NS, SSC with both thresholds, with 100 t and a tip of this highest speed [m/s]."""
     crane, tip = load_crane("nov-250t"), two_sines(v_peak)
-    run = lambda c, mode: simulate(c, case("100 t", tip, mode), every="0.02 s")
-    return {
-        "NS": run(crane, "ns"),
-        "SSC 0.6": run(crane, "ssc"),
-        f"SSC {U_THR}": run(with_threshold(crane, U_THR), "ssc"),
-    }
+    of = {"NS": (crane, "ns"), "SSC 0.6": (crane, "ssc"), f"SSC {U_THR}": (with_threshold(crane, U_THR), "ssc")}
+    return {label: simulate(c, case("100 t", tip, mode), every="0.02 s") for label, (c, mode) in of.items()}
 
 
 @cache
@@ -130,7 +126,10 @@ def _runs(test: str) -> Mapping[str, xarray.Dataset]:
 
 def _printed(test: str, runs: Mapping[str, xarray.Dataset]) -> list[Printed]:
     old, *_, new = runs.values()
-    change = lambda name: f"{100.0 * (float(new[name]) / float(old[name]) - 1.0):+.0f} %"
+
+    def change(name: str) -> str:
+        return f"{100.0 * (float(new[name]) / float(old[name]) - 1.0):+.0f} %"
+
     least = float(new["alpha_m_min"])
     pumps = [f"{100.0 * float(one['alpha_p_max']):.0f} %" for one in (old, new)]
     if test == "90 t":

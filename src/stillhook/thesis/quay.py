@@ -76,7 +76,7 @@ def speed_of_ns(crane: Crane) -> float:
 @cache
 def scenario_runs(number: int) -> Runs:
     """The runs of a scenario by controller."""
-    tip = {1: lambda: sine(PERIOD), 2: lambda: sine(PERIOD, speed_of_ns(CRANE)), 3: two_sines}[number]()
+    tip = two_sines() if number == 3 else sine(PERIOD, V_PEAK if number == 1 else speed_of_ns(CRANE))
     return {mode.upper(): run(CRANE, case(tip, mode, DURATIONS[number])) for mode in MODES}
 
 
