@@ -33,8 +33,9 @@ HS_LOAD = 90e3
 
 def reduction(law: str, alpha_min: str) -> Drawing:
     """Displacement that SSC commands over the feedforward (2.16, E3: linear; C13: cubic)."""
-    u_ff, k = np.linspace(-1.0, 1.0, 201), {"linear": reduction_linear, "cubic": reduction_cubic}[law]
-    alpha = np.array([displacement_ssc(k(u, 0.6), float(alpha_min)) for u in u_ff])
+    u_ff, linear = np.linspace(-1.0, 1.0, 201), law == "linear"
+    k_red = [reduction_linear(u, 0.6) if linear else reduction_cubic(u, 0.6) for u in u_ff]
+    alpha = np.array([displacement_ssc(k, float(alpha_min)) for k in k_red])
     curve = Curve(f"{law}, least displacement {alpha_min}", u_ff, alpha)
     axes = Axis("feedforward of the pumps"), Axis("motor displacement over its maximum")
     printed = [
