@@ -119,7 +119,7 @@ def example_map() -> LossMap:
 def loss_models() -> Drawing:
     """Models of the torque loss with year and number of parameters (T1.2, AT1)."""
     rows = [(c.title, c.author, c.year, len(c.names), "yes" if c.sees_displacement else "no") for c in CARDS.values()]
-    head = ("model", "author", "year", "parameters", "sees displacement")
+    head = ("model", "author", "year", "parameters", "considers displacement")
     return Drawing("Torque-loss models of stillhook identify motor", tables={"data": Table(head, rows)})
 
 
