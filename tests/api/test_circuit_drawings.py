@@ -14,7 +14,7 @@ from stillhook.thesis import gallery
 from stillhook.winches import types
 
 SCRIPTS = DOCS / "explanation" / "circuits"
-FOLDER = Path(gallery.__file__).parent / "circuits"
+FOLDER = Path(gallery.__file__).parent / "data"
 PAGE = DOCS / "explanation" / "circuits.md"
 SOURCES = Path(typing.cast(str, types.__file__)).parents[2]
 
@@ -89,7 +89,7 @@ def test_every_pressure_volume_setting_and_speed_of_the_state_is_in_the_drawing(
 def sections() -> dict[str, str]:
     """Sections of the page by the drawing that they show."""
     parts = PAGE.read_text(encoding="utf-8").split("\n## ")
-    shown = [(re.search(r"/circuits/([\w-]+)\.svg\)", part), part) for part in parts]
+    shown = [(re.search(r"/data/([\w-]+)\.svg\)", part), part) for part in parts]
     return {found[1]: part for found, part in shown if found}
 
 

@@ -12,7 +12,7 @@ import closed_circuits
 import further_circuits
 from sheet import Sheet
 
-PACKAGE = Path(__file__).resolve().parents[3] / "src" / "stillhook" / "thesis" / "circuits"
+PACKAGE = Path(__file__).resolve().parents[3] / "src" / "stillhook" / "thesis" / "data"
 DRAWINGS: dict[str, Callable[[], Sheet]] = {
     "pure-active": closed_circuits.pure_active,
     "active-passive": closed_circuits.active_passive,

@@ -3,44 +3,32 @@ and circuits."""
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from stillhook.analysis.steady.steady_state import inertia_parts
 from stillhook.base.arrays import FloatArray
-from stillhook.engine.pack.winch import active_record, drum_record, wire_speed_max
+from stillhook.engine.pack.winch import active_record, drum_record
 from stillhook.library import leak_table, load_crane, motor, system_friction
 from stillhook.physics.hydraulics.swash import swash_acceleration
 from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS
-from stillhook.thesis.gallery import Axis, Curve, Drawing, Panel, Printed, Table
+from stillhook.thesis.gallery import DATA, Axis, Curve, Drawing, Panel, Printed, Table
 from stillhook.units import from_display, in_display, show
 from stillhook.validate.criteria.criteria import load_criteria
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CIRCUITS = Path(__file__).parent / "circuits"
 LEFT = 80.0
 """Wire on the drum that figure F7 calls empty [m]."""
-CRITERIA = {
-    "1a": "at least 2",
-    "1b": "at least 2",
-    "1b-highest": "above 40 % of the SWL",
-    "1c-low": "from 0.5 m",
-    "1c-high": "to 2.0 m",
-    "1d": "above 1500 s",
-    "2a": "below 5 cm",
-    "2b": "below 5 cm",
-    "3-pump": "below 3 %",
-    "3-motor": "below 3 %",
-}
-"""Table 2 of paper F by the keys of the library's criteria."""
 
 
 def _beside(title: str, rows: Sequence[Printed], note: str = "") -> Drawing:
@@ -50,41 +38,33 @@ def _beside(title: str, rows: Sequence[Printed], note: str = "") -> Drawing:
 
 def circuit(name: str) -> Drawing:
     """The circuit that a winch type computes."""
-    svg = (CIRCUITS / f"{name}.svg").read_text(encoding="utf-8")
+    svg = (DATA / f"{name}.svg").read_text(encoding="utf-8")
     return Drawing(f"Circuit of the winch type {name}, as the twin computes it", svg=svg)
 
 
-LOSSES = {
-    "A6VM280": ("8.38e-3", "2.58e10", "0.00519", "18.1", "1.47e-14"),
-    "A6VM215": ("4.05e-3", "3.69e10", "0.0050", "14.0", "1.16e-14"),
-    "A6VM170": ("2.48e-3", "5.01e10", "0.0049", "11.0", "0.925e-14"),
-    "A6VM215-crane-2-second-loop": ("0", "4.5e10", "0.012", "12.8", "0"),
-}
-"""Printed parameters X_1 to X_5 of MJ4 in SI: paper D tables 1 and 4."""
-FRICTIONS = {
-    "L4593": ("474e-7", "3.9", "0.000084", "178", "0.0038", "328e-7"),
-    "crane-1": ("328e-7", "0.0", "3.15", "157", "0.00851", "121e-7"),
-    "crane-2": ("155e-7", "0.0", "0.562", "229", "0.00943", "162e-7"),
-    "crane-2-second-loop": ("141e-7", "0.0", "2.38", "270", "0.0089", "159e-7"),
-}
-"""Printed parameters Y_1 to Y_6 in SI, Y_4 in rev/min: table 2.4, paper D tables 3 and 4."""
+@cache
+def _printed() -> list[dict[str, str]]:
+    with (DATA / "printed.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
-def parameters(*names: str) -> Drawing:
-    """Published loss and friction parameters against those of the library."""
-    rows = []
-    for name in names:
-        if name in LOSSES:
-            loss = motor(name).loss
-            rows += [
-                Printed(f"{name} X_{i + 1}", x, f"{getattr(loss, f'X_{i + 1}'):g}") for i, x in enumerate(LOSSES[name])
-            ]
-        if name in FRICTIONS:
-            Y = system_friction(name)
-            ours = [Y.Y_1, Y.Y_2, Y.Y_3, in_display(Y.Y_4, "rotation"), Y.Y_5, Y.Y_6]
-            printed = zip(FRICTIONS[name], ours, strict=True)
-            rows += [Printed(f"{name} Y_{i + 1}", x, f"{y:g}") for i, (x, y) in enumerate(printed)]
-    return _beside("Published parameters and those of the library, SI; Y_4 in rev/min", rows)
+def _ours(row: Mapping[str, str]) -> Printed:
+    """A printed number against that of a library's entry: what it is, its name and the place in it."""
+    what, name, *place = row["ours"].split()
+    if what == "criterion":
+        one = next(c for c in load_criteria("paper-f").criteria if c.key == name)
+        return Printed(one.title, row["printed"], f"{one.kind.value} {one.written}")
+    load: dict[str, Callable[[str], Any]] = {"motor": motor, "friction": system_friction, "crane": load_crane}
+    value, kind = attrgetter(place[0])(load[what](name)), row["kind"]
+    text = show(value, kind) if kind and what == "crane" else f"{in_display(value, kind) if kind else value:g}"
+    return Printed(row["quantity"], row["printed"], text)
+
+
+def numbers(*tables: str) -> Drawing:
+    """Numbers of tables as printed, and those of the library: motors, frictions, cranes, criteria."""
+    return _beside(
+        "Printed numbers and those of the library", [_ours(r) for t in tables for r in _printed() if r["table"] == t]
+    )
 
 
 def pump_leakage(speed: str) -> Drawing:
@@ -162,49 +142,3 @@ def swash(*inputs: str) -> Drawing:
     ]
     note = "Ours: rise of the ramp (0.1 s) and period of the sine (2 s) are not printed."
     return Drawing("Swash plate of an A4VSG: second order with rate limits", panels, printed=printed, note=note)
-
-
-def main_data() -> Drawing:
-    """Main components of the 250 t crane (ET1)."""
-    c = load_crane("nov-250t")
-    assert c.passive is not None
-    a, p = c.active, c.passive
-    rows = [
-        Printed("active motors", "1075 cm³/rev", show(a.motor.D_total, "displacement")),
-        Printed("passive motors", "3440 cm³/rev", show(p.motor.D_total, "displacement")),
-        Printed("active pumps", "1355 cm³/rev", show(a.pump.D_total, "displacement")),
-        Printed("passive pumps", "1210 cm³/rev", show(p.pump.D_total, "displacement")),
-        Printed("gearbox by pinion and ring gear", "35.4 · 14.17 = 501.6", f"{c.i_hD:.1f}"),
-        Printed("drum diameter", "2.8 m", f"{c.drum.d:g} m"),
-        Printed("drum width", "1.9 m", f"{c.drum.width:g} m"),
-        Printed("wire diameter", "96 mm", show(c.wire.d, "diameter")),
-    ]
-    return _beside("nov-250t: main components", rows)
-
-
-def loop_data() -> Drawing:
-    """Parameters of the linear analysis (ET2)."""
-    c = load_crane("nov-250t")
-    a, servo, pumps = c.active, active_record(c).motor_servo, active_record(c).pump_servo
-    rows = [
-        Printed("outer wire diameter", "5.1 m", f"{c.drum.d_max:g} m"),
-        Printed("inertia", "4.1 kg/m²", show(c.inertia.J_m_eff, "inertia")),
-        Printed("volume of a line", "80 L", show(a.line.V, "volume")),
-        Printed("bulk modulus", "17 500 bar", f"{a.line.bulk_modulus / 1e5:.0f} bar"),
-        Printed("least motor displacement", "645 cm³/rev", show(a.motor.alpha_min * a.motor.D_total, "displacement")),
-        Printed("gain K_p", "0.16 1/m", f"{c.control.K_p:g} 1/m"),
-        Printed("gain K_1", "0.68 s/m (an erratum)", f"{1.0 / wire_speed_max(c):.3f} s/m"),
-        Printed("threshold", "0.6", f"{c.control.u_thr:g}"),
-        Printed("pumps: omega_n, zeta", "31 rad/s, 0.9", f"{pumps.omega_n:g} rad/s, {pumps.zeta:g}"),
-        Printed("motors: omega_n, zeta", "5 rad/s, 1", f"{servo.omega_n:g} rad/s, {servo.zeta:g}"),
-        Printed("speed of the pumps", "1800 rev/min", show(a.pump.omega_p, "rotation")),
-        Printed("leakage", "0.4 L/min/bar", show(a.C_leak, "leakage") if a.C_leak else "from motors and pumps"),
-    ]
-    return _beside("nov-250t: parameters of the stability analysis", rows)
-
-
-def criteria() -> Drawing:
-    """Criteria that a twin must meet (FT2)."""
-    found = {c.key: c for c in load_criteria("paper-f").criteria}
-    rows = [Printed(found[k].title, x, f"{found[k].kind.value} {found[k].written}") for k, x in CRITERIA.items()]
-    return _beside("Criteria of paper F as stillhook validate judges them", rows)

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-HERE = Path(__file__).parent
+DATA = Path(__file__).parent / "data"
+"""Items, printed numbers and circuits."""
 STATES = {
     "drawn": "drawn by `stillhook thesis NUMBER`",
     "numbers": "a table, calculated or from the library",
@@ -124,7 +125,9 @@ class Drawing:
             return self.draw()
         across = 1 if len(self.panels) < 4 else 2
         down = -(-len(self.panels) // across)
-        figure, axes = kit.panels(down, across, (9.0, 1.0 + (4.5 if down == 1 else 3.2 * down)), self.title)
+        figure, axes = kit.panels(
+            down, across, (9.0, 1.0 + (4.5 if down == 1 else 3.2 * down)), self.title, sharey="row"
+        )
         kit.hide(axes.flat[len(self.panels) :])
         for ax, panel in zip(axes.flat, self.panels, strict=False):
             _draw(ax, panel)
@@ -166,7 +169,7 @@ def _points(panel: Panel) -> Table:
 @cache
 def items() -> dict[str, Item]:
     """Every figure and table of the thesis by number, in the order of its pages."""
-    with (HERE / "items.csv").open(encoding="utf-8", newline="") as file:
+    with (DATA / "items.csv").open(encoding="utf-8", newline="") as file:
         return {row["number"]: Item(**row) for row in csv.DictReader(file)}
 
 
