@@ -48,7 +48,9 @@ def thesis(
 
 
 def _nothing(one: Item) -> None:
-    print(f"{one.number}: {one.caption}. Nothing to draw: {one.missing or 'a photograph or sketch'}.")
+    from stillhook.thesis.gallery import STATES
+
+    print(f"{one.number}: {one.caption}. Nothing to draw: {STATES[one.state].partition(':')[0]}.")
 
 
 def _list(json: bool) -> None:
