@@ -42,6 +42,8 @@ class Table(NamedTuple):
     rows: Rows
 
 
+AS_IT_STANDS = "\0"
+"""A block that is left as the page has it."""
 Block = str | Mapping[str, Any] | Table | Rows
 """Text; the numbers of a template (of the claims, where the block is `claims`, or claim -> theirs, ours and verdict
 where the script makes these texts); or rows under the head in the page, as cells or, where the row has a template, as
@@ -114,7 +116,7 @@ def claims(script: str, numbers: Mapping[str, Any], names: Mapping[str, Any] | N
 def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
     """A block as it stands in a page; before: what stands there now."""
     if isinstance(block, str):
-        return block
+        return before.removesuffix("\n") if block == AS_IT_STANDS else block
     if name == "claims" and isinstance(block, Mapping):
         if "claim" not in sayings(script_of(page)):
             return table(CLAIM, [(claim, *cells) for claim, cells in block.items()])

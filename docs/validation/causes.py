@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import xarray
-from blocks import table
+from blocks import AS_IT_STANDS, table
 
 from stillhook import Crane, Scenario, simulate
 from stillhook.analysis.uncertainty.attribution import (
@@ -64,8 +64,14 @@ RULE = (
 )
 
 
-def block(found: Attribution, rule: str = RULE) -> str:
+LEFT: list[bool] = []
+"""Whether rankings are left as they stand: they take most of a page's time."""
+
+
+def block(found: Attribution | None, rule: str = RULE) -> str:
     """The ranking as a table, the nearest pairs, and what both say in sentences."""
+    if found is None:
+        return AS_IT_STANDS
     parts = [rule.format(pairs=", alone and two together" if found.pairs else ", one at a time"), ranking(found)]
     if (
         len(found.figures) > 1
@@ -183,8 +189,10 @@ def attribute(
     *,
     pairs: bool = True,
     evaluate: Evaluate | None = None,
-) -> Attribution:
-    """`stillhook.analysis.attribute` with the alternatives that every page tries."""
+) -> Attribution | None:
+    """`stillhook.analysis.attribute` with the alternatives that every page tries; None where rankings are left."""
+    if LEFT:
+        return None
     return ranked(runs, figures, (*alternatives, *STANDARD), pairs=pairs, evaluate=evaluate)
 
 

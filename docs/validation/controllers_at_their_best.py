@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import causes
 from blocks import Blocks, Rows, Table, percent, save, sayings
-from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
@@ -26,6 +25,7 @@ from stillhook.analysis.tuning.comparison import (
 from stillhook.analysis.tuning.objective import Limits, Score, governing_loop, hold_out, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
 from stillhook.engine.simulate import run_cases
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import show
 
 SLOW_PAGE = True

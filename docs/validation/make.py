@@ -1,7 +1,10 @@
 """Run every validation case and write its tables and pictures.
 
     python docs/validation/make.py           write tables and pictures; with names of scripts (paper_c_90t), of those
-    pages only python docs/validation/make.py --check   write nothing; compute all and fail when a table is out of date
+                                             pages only
+    python docs/validation/make.py --check   write nothing; compute all and fail when a table is out of date
+    python docs/validation/make.py --renew   of slow pages whose code has changed, all but the rankings of causes:
+                                             where all tables are those of the page, the new code is kept for it
 
 Each page is computed in a process of its own, as many side by side as there are cores. A page is a script with a
 `compute()` that gives its blocks (`blocks.py`) and what its pictures are drawn from, and `draw` where it has some;
@@ -106,9 +109,23 @@ def outdated(script: str | None, *, anew: bool = False) -> str:
     )
 
 
+def renew(script: str) -> tuple[str, str, dict[str, object] | None]:
+    """Compute a slow page but for its rankings of causes: its file name, what differs, and what to keep where nothing
+    does."""
+    computed.watch()
+    import_module("causes").LEFT.append(True)
+    name, text, _ = page(script)
+    there = (HERE / name).read_text(encoding="utf-8")
+    if text != there:
+        return name, "its tables change: run python docs/validation/make.py " + script, None
+    kept = computed.record(text, computed.ranked_by(name) if "<!-- causes" in text else "")
+    return name, "stands" if kept else "a file was changed meanwhile", kept
+
+
 def write(script: str) -> tuple[str, str, dict[str, object] | None]:
     """Compute and write one page and its pictures: its file name, its text and, of a slow one, what to keep of its
     computation."""
+    computed.watch()
     done = page(script)
     kept = computed.record(done.text) if slow(script) else None
     done.draw()
@@ -132,7 +149,22 @@ def main(wanted: Sequence[str]) -> None:
     (HERE / index.name).write_text(index.text, encoding="utf-8", newline="\n")
 
 
+def renew_all(wanted: Sequence[str]) -> None:
+    """Renew these slow pages, all whose code has changed unless named, two at a time."""
+    changed = [s for s in wanted or CASES if slow(s) and (wanted or not computed.stands(HERE / blocks.page_of(s)))]
+    alone = ProcessPoolExecutor(2, multiprocessing.get_context("spawn"), max_tasks_per_child=1)
+    with alone as pool:
+        for future in as_completed([pool.submit(renew, script) for script in changed]):
+            name, found, kept = future.result()
+            if kept:
+                computed.keep({name: kept})
+            print(f"docs/validation/{name}: {found}", flush=True)
+
+
 if __name__ == "__main__":
+    if "--renew" in sys.argv[1:]:
+        renew_all([name for name in sys.argv[1:] if not name.startswith("--")])
+        sys.exit()
     if "--check" in sys.argv[1:]:
         problems = [found for script in (*scripts(), None) if (found := outdated(script, anew=True))]
         print(*problems, sep="\n", file=sys.stderr)

@@ -9,25 +9,23 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
+from batch import Numbers, side_by_side, sine
 from blocks import Blocks, Table, save
 from scipy.optimize import brentq
 
-from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook import Crane, load_crane
 from stillhook.analysis.steady.steady_state import motor_law
 from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
 from stillhook.sea.motion.motion import Motion
 from stillhook.spec.scenario import Mode
+from stillhook.thesis.offshore import D_M, PERIOD, REDUCTION, SWELL_AND_ROLL, TESTS, U_THR, case, runs_100t, wave
+from stillhook.thesis.offshore import with_threshold as at
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
-D_M = 1075.0  # cm^3/rev, total
-REDUCTION = 100.0  # cm^3/rev: "a total peak reduction ... of approximately 100"
-U_THR, U_THR_USUAL = 0.3, 0.6
-PERIOD = 10.0  # s
-LOAD, S_W = "100 t", "100 m"
+U_THR_USUAL = 0.6
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 SPEEDS = np.linspace(25.0, 60.0, 8) / 60.0  # m/s
 IRREGULAR = ((1.0, 13.0), (0.8, 11.0), (0.7, 9.4), (0.5, 8.1), (0.3, 7.0))
@@ -37,10 +35,6 @@ STEEL = {
     "C_D": 1.5,
     "area": "5 m^2",
 }  # 7850 kg/m^3; added mass of its own volume
-
-
-def at(crane: Crane, u_thr: float) -> Crane:
-    return changed(crane, {"control": {"u_thr": u_thr}})
 
 
 class Reading(NamedTuple):
@@ -85,11 +79,6 @@ def largest_alpha_min() -> float:
     alpha_m = 1.0 - REDUCTION / D_M
     k_red = (U_THR_USUAL * alpha_m - U_THR) / (1.0 - U_THR)
     return 1.0 - (1.0 - alpha_m) / k_red
-
-
-def case(tip: Motion, mode: str, **more: Any) -> Scenario:
-    asked: dict[str, Any] = {"load": LOAD, "s_w": S_W, "warm_up": "40 s", "duration": "118 s", **more}
-    return Scenario(tip=tip, mode=mode, **asked)
 
 
 class Row(NamedTuple):
@@ -137,7 +126,9 @@ ROWS = (
 
 def speeds_found(rows: Sequence[Row]) -> list[float]:
     """Peak speed of the tip with which the whole plant takes 100 cm^3/rev off the motors, u_thr 0.3 [m/s]."""
-    runs = side_by_side([(row.crane(U_THR), case(row.tip(v), "ssc", **row.more)) for row in rows for v in SPEEDS])
+    runs = side_by_side(
+        [(row.crane(U_THR), case("100 t", row.tip(v), "ssc", row.more)) for row in rows for v in SPEEDS]
+    )
     n = len(SPEEDS)
     taken = [[D_M * (1.0 - one["alpha_m_min"]) for one in runs[i * n : (i + 1) * n]] for i in range(len(rows))]
     assert all(t[0] < REDUCTION < t[-1] for t in taken), taken
@@ -156,7 +147,7 @@ class Compared(NamedTuple):
 def compared(rows: Sequence[Row], speeds: Sequence[float]) -> list[Compared]:
     modes = (("ns", U_THR_USUAL), ("ssc", U_THR_USUAL), ("ssc", U_THR))
     asked = [
-        (row.crane(u_thr), case(row.tip(v), mode, **row.more))
+        (row.crane(u_thr), case("100 t", row.tip(v), mode, row.more))
         for row, v in zip(rows, speeds, strict=True)
         for mode, u_thr in modes
     ]
@@ -245,9 +236,9 @@ def attribution(v: float) -> causes.Attribution:
     """What the figures depend on, at the tip's peak speed [m/s] with which SSC takes 100 cm^3/rev off the motors."""
     tip = BASE.tip(v)
     runs = {
-        "ns": (BASE.crane(), case(tip, "ns")),
-        "usual": (BASE.crane(), case(tip, "ssc")),
-        "ssc": (BASE.crane(U_THR), case(tip, "ssc")),
+        "ns": (BASE.crane(), case("100 t", tip, "ns")),
+        "usual": (BASE.crane(), case("100 t", tip, "ssc")),
+        "ssc": (BASE.crane(U_THR), case("100 t", tip, "ssc")),
     }
     return causes.attribute(runs, FIGURES, alternatives(v))
 
@@ -267,20 +258,15 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
         "heights": Table(("tip's highest speed", *(f"{T} s" for T in (6, 8, 10, 12, 14))), heights),
         "sensitivity": sensitivity(ROWS, found),
     }
-    v = by_label[TWO_SINES.label].v
-    tip = TWO_SINES.tip(v)
-    runs = {
-        "NS": simulate(CRANE, case(tip, "ns"), every="0.02 s"),
-        "SSC 0.6": simulate(CRANE, case(tip, "ssc"), every="0.02 s"),
-        "SSC 0.3": simulate(at(CRANE, U_THR), case(tip, "ssc"), every="0.02 s"),
-    }
+    runs = dict(runs_100t(by_label[TWO_SINES.label].v))
     blocks["notes"] = causes.notes(runs)
     return blocks, runs
 
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
+    start, end = TESTS["100 t"].window
     title = (
         "nov-250t, 100 t, 100 m of wire, swell of 13 s and roll of 6 s, in which SSC with u_thr 0.3 takes 100 cm³/rev"
         " off the motors"
     )
-    save(four_panels(runs, title=title, start=66.0, end=106.0), "offshore-100t.png")
+    save(four_panels(runs, title=title, start=start, end=end), "offshore-100t.png")

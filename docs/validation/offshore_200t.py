@@ -12,17 +12,16 @@ import xarray
 from batch import Numbers, side_by_side
 from blocks import Blocks, save
 
-from stillhook import Crane, Scenario, Sine, load_crane, simulate
+from stillhook import Crane, Scenario, Sine, load_crane
 from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
+from stillhook.thesis.offshore import HEIGHT, PERIOD, TESTS, runs_200t
+from stillhook.thesis.offshore import case as case_of
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
-HEIGHT = 1.0  # m: "peak-to-peak crane tip was now just about 1 m"
 PERIODS = (6.0, 8.0, 10.0, 12.0, 14.0)  # s
-PERIOD = 10.0  # s
-LOAD, S_W = "200 t", "100 m"
 U_THR, U_THR_100T = 0.6, 0.3
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 STEEL = {
@@ -79,8 +78,7 @@ class Pair(NamedTuple):
 
 
 def case(row: Row, mode: str) -> Scenario:
-    asked: dict[str, Any] = {"load": LOAD, "s_w": S_W, "warm_up": "40 s", "duration": "100 s", **row.more}
-    return Scenario(tip=Sine.from_si(0.5 * HEIGHT, row.period), mode=mode, **asked)
+    return case_of("200 t", Sine.from_si(0.5 * HEIGHT, row.period), mode, row.more)
 
 
 def pairs(rows: Sequence[Row]) -> list[Pair]:
@@ -182,11 +180,12 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
         "periods": [over_period(*one) for one in zip(OVER_PERIODS, found, damped, strict=True)],
         "sensitivity": [variant(row, p) for row, p in zip(ROWS, varied, strict=True)],
     }
-    runs = {mode.upper(): simulate(CRANE, case(BASE, mode), every="0.02 s") for mode in ("ns", "ssc")}
+    runs = dict(runs_200t())
     blocks["notes"] = causes.notes(runs)
     return blocks, runs
 
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
     title = "nov-250t, 200 t, 100 m of wire, tip 1 m peak-to-peak with 10 s"
-    save(four_panels(runs, title=title, start=60.0, end=90.0), "offshore-200t.png")
+    start, end = TESTS["200 t"].window
+    save(four_panels(runs, title=title, start=start, end=end), "offshore-200t.png")

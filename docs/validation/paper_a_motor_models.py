@@ -16,13 +16,11 @@ from trials.campaigns.motor_map import Extra, synthetic_map
 from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
 from stillhook.identify.motor.map import LossMap
 from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
-from stillhook.library import motor
-from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
+from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.report.plots.colours import COLOURS
-from stillhook.units import from_display
+from stillhook.thesis.losses import BAR, CC, RPM, TERMS, loss_parameters, term_shares, terms
 
 PICTURE = "paper-a-motor-models.png"
-CC, RPM, BAR = (from_display(1.0, kind) for kind in ("displacement", "rotation", "pressure"))
 MOTORS = ("A6VM280", "A6VM215", "A6VM170")
 SEEDS = (0, 1)
 EVERY = 7  # of the 22 speeds, ends included, where models are ranked: that fits each map a hundred times over
@@ -32,7 +30,6 @@ NEW = (LossModel.MJ6, LossModel.MJ5, LossModel.MJ4)
 SHOWN = (*NEW, LossModel.MJ1, LossModel.MJ2, LossModel.MJ3, LossModel.THOMA, LossModel.PACEY, LossModel.ORTWIG)
 BLIND = (LossModel.JEONG, LossModel.SCHLOSSER, LossModel.WILSON)
 HALF = 150.0 / 280.0  # paper A judges above 150 cm^3/rev of the 280 motor
-TERMS = {"X_1": "viscous", "X_2": "turbulent", "X_3": "in proportion to Δp D", "X_4": "Coulomb", "X_5": "Δp²"}
 CLAIMED = 0.01  # of nominal torque, paper A section 4
 
 
@@ -81,14 +78,10 @@ def smooth(name: str) -> LossMap:
     return synthetic_map(name, extra=NONE, printed=0.0)
 
 
-def parameters(name: str) -> TorqueLossFit:
-    return TorqueLossFit(*(getattr(motor(name).loss, f) for f in TorqueLossFit._fields))
-
-
 def published(
     name: str, n: NDArray[np.float64], D: NDArray[np.float64] | float, dp: NDArray[np.float64] | float
 ) -> NDArray[np.float64]:
-    return np.asarray(torque_loss(n, D, dp, parameters(name)))
+    return np.asarray(torque_loss(n, D, dp, loss_parameters(name)))
 
 
 @cache
@@ -105,17 +98,9 @@ CASES = [(name, seed) for name in MOTORS for seed in SEEDS]
 AS_ABOVE = VARIANTS[0]
 
 
-def terms(name: str, D: float) -> dict[str, float]:
-    """Share of each term of MJ4 over 300 to 2500 rev/min in steps of 10 at 200 bar (A 20) [-]."""
-    n, fit = np.arange(300.0, 2501.0, 10.0) * RPM, parameters(name)
-    alone = {k: TorqueLossFit(**{f: getattr(fit, f) if f == k else 0.0 for f in TorqueLossFit._fields}) for k in TERMS}
-    sums = {k: float(np.sum(torque_loss(n, D * CC, 200.0 * BAR, one) + 0.0 * n)) for k, one in alone.items()}
-    return {k: s / sum(sums.values()) for k, s in sums.items()}
-
-
 def term_rows() -> Iterator[tuple[str, ...]]:
     for name, D in (("A6VM280", 250.0), ("A6VM280", 280.0), ("A6VM215", 192.0), ("A6VM170", 152.0)):
-        yield f"{name}, {D:.0f} cm³/rev", *(percent(s) for s in terms(name, D).values())
+        yield f"{name}, {D:.0f} cm³/rev", *(percent(s) for s in term_shares(name, D).values())
 
 
 def upper(m: LossMap) -> LossMap:
@@ -256,7 +241,7 @@ def fixed_gain(model: LossModel) -> float:
 
 def claims() -> dict[str, Any]:
     """Numbers of the claims."""
-    of = terms("A6VM280", 250.0)
+    of = term_shares("A6VM280", 250.0)
     largest = sorted(of, key=lambda k: -of[k])[:2]
     ortwig, jeong = fixed_gain(LossModel.ORTWIG), fixed_gain(LossModel.JEONG)
     all_hold, doubled, other = holds(AS_ABOVE), holds(VARIANTS[2]), holds(VARIANTS[-1])
@@ -298,7 +283,7 @@ def draw(_: None) -> None:
         " motor"
     )
     _errors(axes[0, 0])
-    _terms(axes[0, 1])
+    terms().draw_on(axes[0, 1], "Terms of the published MJ4, A6VM280, 250 cm³/rev, 200 bar (fig. 7)")
     _over_speed(axes[1, 0])
     _map_and_model(axes[1, 1])
     save(figure, PICTURE)
@@ -330,19 +315,6 @@ def _errors(ax) -> None:
     ax.set_title("A6VM280, first map: error by model", fontsize="medium")
     ax.legend(fontsize="small", frameon=False)
     ax.grid(alpha=0.3, axis="y")
-
-
-def _terms(ax) -> None:
-    n, fit = np.linspace(300.0, 2500.0, 100) * RPM, parameters("A6VM280")
-    parts = {k: TorqueLossFit(**{f: getattr(fit, f) if f == k else 0.0 for f in TorqueLossFit._fields}) for k in TERMS}
-    for colour, (k, one) in zip(COLOURS, parts.items(), strict=False):
-        ax.plot(n / RPM, torque_loss(n, 250.0 * CC, 200.0 * BAR, one) + 0.0 * n, color=colour, label=TERMS[k])
-    panel(
-        ax,
-        "Terms of the published MJ4, A6VM280, 250 cm³/rev, 200 bar (fig. 7)",
-        "motor speed [rev/min]",
-        "torque loss [N m]",
-    )
 
 
 def _over_speed(ax) -> None:

@@ -9,22 +9,21 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
+from batch import Numbers, side_by_side, sine
 from blocks import Blocks, Table, percent, save
 from scipy.signal import butter, hilbert, sosfiltfilt
 
-from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook import Crane, load_crane
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
 from stillhook.sea.motion.motion import Motion
+from stillhook.thesis.offshore import TESTS, V_PEAK, base_wave, case, runs_90t, wave
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-150t")
-V_PEAK = 1.5  # m/s: 90 m/min
-EVERY = "0.01 s"
 RING_BAND = (0.6, 6.0)  # Hz: the circuit rings at about 1.5 Hz, the waves are at 0.08 and 0.17 Hz
 BOOST = CRANE.active.boost.p
 RING_LEFT = 10e5  # Pa
@@ -32,16 +31,6 @@ AFTER = 4.0  # s after a reversal
 
 IRREGULAR = ((1.0, 13.0), (0.8, 11.0), (0.7, 9.4), (0.5, 8.1), (0.3, 7.0))
 K_2 = gains(CRANE).K_2
-
-
-def case(mode: str, tip: Motion, **more: str) -> Scenario:
-    """Two whole beats after the warm-up."""
-    asked: dict[str, Any] = {"load": "90 t", "s_w": "100 m", "warm_up": "30 s", "duration": "186 s", **more}
-    return Scenario(tip=tip, mode=mode, **asked)
-
-
-def run(mode: str, crane: Crane = CRANE) -> xarray.Dataset:
-    return simulate(crane, case(mode, BASE), every=EVERY)
 
 
 def ringing_time(one: xarray.Dataset) -> float:
@@ -82,7 +71,7 @@ def irregular(phase: float) -> Motion:
     return wave(IRREGULAR, V_PEAK, phase, start=30.0, end=186.0)
 
 
-BASE = wave(SWELL_AND_ROLL, V_PEAK)
+BASE = base_wave()
 HEAVIER = {"inertia": {"J_m_eff": "3.58 kg m^2", "J_drum": "3.56e5 kg m^2"}}
 TIGHT = {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}}}
 ROWS = (
@@ -147,14 +136,14 @@ def variants() -> list[tuple[tuple[object, ...], Numbers, Numbers]]:
         (
             row.label,
             changed(CRANE, row.changes) if row.changes else CRANE,
-            [case(m, row.tip or BASE, **row.more) for m in ("hs", row.new)],
+            [case("90 t", row.tip or BASE, m, row.more) for m in ("hs", row.new)],
         )
         for row in ROWS
     ]
     for i_hD in I_HD:
         crane = geared(i_hD)
         asked.append(
-            (f"{i_hD:g}, HS {crane.control.alpha_hs:.2f}", crane, [case(m, BASE) for m in ("hs", "ssc-cubic")])
+            (f"{i_hD:g}, HS {crane.control.alpha_hs:.2f}", crane, [case("90 t", BASE, m) for m in ("hs", "ssc-cubic")])
         )
     runs = side_by_side((crane, one) for _, crane, cases in asked for one in cases)
     pairs = [runs[2 * i : 2 * i + 2] for i in range(len(asked))]
@@ -214,7 +203,10 @@ FIGURES = (
 
 def attribution() -> causes.Attribution:
     """What brings the printed figures about; one beat of the wave."""
-    runs = {name: (CRANE, case(mode, BASE, duration="108 s")) for name, mode in (("hs", "hs"), ("new", "ssc-cubic"))}
+    runs = {
+        name: (CRANE, case("90 t", BASE, mode, {"duration": "108 s"}))
+        for name, mode in (("hs", "hs"), ("new", "ssc-cubic"))
+    }
     return causes.attribute(runs, FIGURES, alternatives())
 
 
@@ -258,9 +250,8 @@ HEAD = ("pumps, classic", "pumps, new", "error peak-to-peak", "largest error", "
 
 def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
-    modes = ("ns", "hs", "ssc-cubic")
-    ns, hs, new = (run(mode) for mode in modes)
-    damped = [run(mode, changed(CRANE, {"wire": causes.WIRE})) for mode in modes]
+    ns, hs, new = runs_90t().values()
+    damped = list(runs_90t(changed(CRANE, {"wire": causes.WIRE})).values())
     rows = variants()
     found = claims(ns, hs, new, damped[1:]) | inner_layers(rows)
     values = zip(("NS", "HS (classic)", "cubic SSC (new)"), (ns, hs, new), damped, strict=True)
@@ -277,5 +268,6 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
 
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
-    picture = four_panels(runs, title="nov-150t, 90 t, outermost layer, tip up to 90 m/min", start=60.0, end=112.0)
+    start, end = TESTS["90 t"].window
+    picture = four_panels(runs, title="nov-150t, 90 t, outermost layer, tip up to 90 m/min", start=start, end=end)
     save(picture, "paper-c-90t.png")

@@ -13,16 +13,16 @@ from blocks import Blocks, percent, save
 
 from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.steady.envelope import envelope, setting_curves
-from stillhook.analysis.steady.figures import layer_figure, load_speed_figure, setting_figure
+from stillhook.analysis.steady.figures import layer_figure
 from stillhook.analysis.steady.limits import Direction, Station, Top
 from stillhook.analysis.steady.steady_state import speed_limit, steady, wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
+from stillhook.thesis.control import HS_LOAD, operating_range, settings
 
 SLOW_PAGE = True
 C150, E250 = load_crane("nov-150t"), load_crane("nov-250t")
-HS_LOAD = 90e3  # kg: 60 % of the SWL of the 150 t crane
 ABOVE = tuple(1e3 * t for t in (90.1, 100, 105, 110, 115, 120, 130))  # kg
 LOADS = tuple(1e3 * t for t in (0, 30, 60, 90, 110, 130, 150))  # kg: rows of the table
 PRINTED_HS = 90.0  # m/min
@@ -192,8 +192,7 @@ def compute() -> tuple[Blocks, dict[str, Any]]:
 
 
 def draw(results: Mapping[str, Any]) -> None:
-    save(load_speed_figure(envelope(C150)), "paper-c-envelope.png")
-    title = "nov-250t, empty hook, outermost layer: motors and pumps at a steady wire speed"
-    save(setting_figure(results["curves"], title=title), "paper-e-settings.png")
+    save(operating_range().figure(), "paper-c-envelope.png")
+    save(settings(results["curves"]).figure(), "paper-e-settings.png")
     layers = envelope(C150, layers=range(1, C150.drum.layers + 1), loads=[f"{x!r} kg" for x in (HS_LOAD, C150.SWL)])
     save(layer_figure(layers), "paper-c-envelope-layers.png")

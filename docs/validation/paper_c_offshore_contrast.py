@@ -9,52 +9,20 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, percent, picture, save
-from trials.ringing import rms_above
+from blocks import Blocks, percent, save
 
-from stillhook import Crane, Scenario, Sine, load_crane, simulate
+from stillhook import Scenario, Sine, simulate
 from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.library import changed
-from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.sea.motion.motion import Motion, Sum
-from stillhook.spec.crane import wire_inertia
+from stillhook.sea.motion.motion import Motion
+from stillhook.thesis.gallery import Drawing
+from stillhook.thesis.oscillation import D_ONE, HIGH, LOW, RING, WARM, contrast_panels, of_165t, offshore, sea
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 PICTURE = "paper-c-offshore-contrast.png"
-D_ONE = 250.0  # cm^3/rev, one motor
-LOW, HIGH = 162, 245  # cm^3/rev each, figures 7 and 8
-MODE_OF = {LOW: "hs", HIGH: "ns"}  # the two fixed settings of the classic controller
-RING = 0.5  # Hz: above the waves (0.08 and 0.17 Hz), below the circuit's eigenfrequency at either displacement
-WARM = 30.0  # s
-BEAT = 78.0  # s: 6 periods of 13 s, 13 of 6 s
-BASE = load_crane("nov-150t")
+CRANE = of_165t()
 MORE = 0.25  # share by which oscillations must differ to be called significant here
-
-
-def build() -> Crane:
-    """The 150 t crane of the same paper with three active motors of 250 cm^3/rev, and as many more passive ones."""
-    motor = {"type": "A6VM280", "D_max": "250 cm^3/rev", "C_1": "0.04 L/min/bar", "C_2": "1e-5 L/min/bar/(rev/min)"}
-    J = BASE.inertia.J_m_eff * 12 / 11  # one passive motor more
-    J_gear, J_motors = 12 * 0.05, 12 * 0.0559  # as the other cranes' gears; rotors as the library's A6VM280
-    J_drum = (J - J_gear - J_motors) * BASE.i_hD**2 - wire_inertia(BASE.drum, BASE.wire)
-    own = {
-        "name": "165t",
-        "title": "165 t active/passive winch of paper C figures 7 and 8",
-        "SWL": "165 t",
-        "active": {"motor": motor | {"alpha_min": 0.6}, "line": {"V": f"{50.0 * 750.0 / 645.0!r} L"}},
-        "passive": {"motor": motor | {"count": 9}},
-        "inertia": {"J_m_eff": f"{J!r} kg m^2", "J_gear": f"{J_gear!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"},
-        "control": {"alpha_hs": LOW / D_ONE, "alpha_ns": HIGH / D_ONE},
-    }
-    return changed(BASE, own)
-
-
-CRANE = build()
-
-
-def sea(scale: float = 1.0) -> Motion:
-    """The pattern of paper E scenario 3, two fifths of its size: up to 36 m/min."""
-    return Sum([Sine.from_si(0.8 * scale, 13.0), Sine.from_si(0.2 * scale, 6.0)])
 
 
 class Row(NamedTuple):
@@ -107,14 +75,7 @@ class Found(NamedTuple):
 
 
 def case(row: Row, D: int, beats: float = 2.0) -> Scenario:
-    asked: dict[str, Any] = {
-        "load": "1 t",
-        "s_w": "100 m",
-        "warm_up": f"{WARM:g} s",
-        "duration": f"{WARM + beats * BEAT:g} s",
-        **row.more,
-    }
-    return Scenario(tip=row.tip or sea(), mode=MODE_OF[D], **asked)
+    return offshore(D, row.tip, beats, row.more)
 
 
 def error_of_speed(run: xarray.Dataset) -> Any:
@@ -197,38 +158,8 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
 
 def draw(runs: Mapping[int, xarray.Dataset]) -> None:
     """Wanted and actual wire speed, pressures of both sides, at either displacement: paper C figures 7 and 8."""
-    figure = picture(10.0, 7.0)
-    axes = figure.subplots(2, 2, sharex=True, sharey="row")
-    for column, (D, run) in enumerate(runs.items()):
-        cut = run.sel(time=slice(60.0, 90.0))
-        t, upper, lower = cut["time"], axes[0][column], axes[1][column]
-        upper.plot(
-            t,
-            [in_display(-v, "speed") for v in cut["v_tip"].values],
-            color=GREY,
-            ls="--",
-            lw=1,
-            label="wanted: tip, turned over",
-        )
-        upper.plot(t, [in_display(v, "speed") for v in cut["v_w"].values], color=COLOURS[0], lw=1.2, label="wire")
-        for name, colour in (("p_a", COLOURS[0]), ("p_b", COLOURS[1])):
-            lower.plot(
-                t,
-                [in_display(p, "pressure") for p in cut[name].values],
-                color=colour,
-                lw=1.2,
-                label=f"{name[-1].upper()} side",
-            )
-        upper.set_title(f"{D} cm³/rev each", fontsize="medium")
-        lower.set_xlabel("time [s]")
-        for ax in (upper, lower):
-            ax.grid(alpha=0.3)
-    axes[0][0].set_ylabel("wire speed [m/min]\n(hoisting positive)")
-    axes[1][0].set_ylabel("pressure [bar]")
-    for row, top in ((0, 45.0), (1, 190.0)):
-        axes[row][0].set_ylim(top=top)
-        axes[row][0].legend(loc="upper right", ncols=2, fontsize="small")
-    figure.suptitle(
-        "165 t crane, 4 t on the wire, AHC at two fixed displacements: as paper C figures 7 and 8", fontsize="medium"
+    panels = [p for D, run in runs.items() for p in contrast_panels(D, run)]
+    save(
+        Drawing("165 t crane, 4 t on the wire, AHC at two fixed displacements", panels[::2] + panels[1::2]).figure(),
+        PICTURE,
     )
-    save(figure, PICTURE)

@@ -11,78 +11,32 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, Table, picture, save
-from trials.ringing import Ringing, ringing
+from blocks import Blocks, Table, save
 
-from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook import Scenario, simulate
 from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
 from stillhook.library import changed
-from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.spec.crane import wire_inertia
-from stillhook.spec.scenario import Operator
-from stillhook.units import from_display, in_display
+from stillhook.thesis.oscillation import (
+    D_MAX,
+    LEAST,
+    RAMP,
+    ROUNDING,
+    SEEN,
+    SPEED,
+    START,
+    THEIRS,
+    constant,
+    ramp,
+    ramped,
+    swing,
+    twelve_motors,
+)
+from stillhook.thesis.ringing import Ringing, ringing
+from stillhook.units import in_display
 
 PICTURE = "paper-c-oscillation.png"
-CC, BAR = from_display(1.0, "displacement"), from_display(1.0, "pressure")
-D_MAX = 3000.0  # cm^3/rev: 12 motors of 250
-THEIRS: Mapping[int, tuple[float, str]] = {
-    2940: (0.4, "no"),
-    2500: (0.4, "no"),
-    1600: (0.7, "yes"),
-    735: (1.5, "yes"),
-}  # table 1
-ROUNDING = 0.05  # s: the periods are printed in tenths
-SEEN = 0.05  # share of the speed: a swing that shows in a picture of the speed
-START = 2.0  # s: the stick begins to move
-SPEED = 15.0  # m/min
-RAMP, THROWN = 1.0, 0.2  # s: as the page's base; so short that everything after it rings freely
-LEAST = 0.3 * BAR
-BASE = load_crane("nov-100t-pure-active")
-V_PER_D = load_crane("nov-250t").active.line.V / load_crane("nov-250t").active.motor.D_total
-
-
-def constant() -> tuple[float, float]:
-    """Period times displacement [s cm^3/rev]: the least and the most that all four printed periods allow."""
-    return max((T - ROUNDING) * D for D, (T, _) in THEIRS.items()), min(
-        (T + ROUNDING) * D for D, (T, _) in THEIRS.items()
-    )
-
-
-def build() -> Crane:
-    """A winch with twelve motors of 250 cm^3/rev in one closed circuit, whose eigenperiod is what the printed periods
-    ask for."""
-    line = BASE.active.line
-    C_h = V_PER_D * D_MAX * CC / line.bulk_modulus
-    J = (sum(constant()) / 2.0 * CC / (2.0 * math.pi)) ** 2 / C_h
-    J_gear, J_motors = 12 * 0.05, 12 * 0.0559  # as the other cranes' gears; rotors as the library's A6VM280
-    J_drum = (J - J_gear - J_motors) * BASE.i_hD**2 - wire_inertia(BASE.drum, BASE.wire)
-    own = {
-        "name": "twelve-motors",
-        "title": "Twelve motors of 250 cm^3/rev in one closed circuit, paper C table 1",
-        "SWL": "165 t",
-        "active": {
-            "motor": {
-                "type": "A6VM280",
-                "D_max": "250 cm^3/rev",
-                "count": 12,
-                "alpha_min": 0.2,
-                "C_1": "0.04 L/min/bar",
-                "C_2": "1e-5 L/min/bar/(rev/min)",
-            },
-            "pump": {"D": ["500 cm^3/rev"] * 3},
-            "line": {"V": f"{C_h * line.bulk_modulus!r} m^3"},
-            "C_leak": "0.74 L/min/bar",
-        },
-        "friction": {"library": "crane-2"},
-        "inertia": {"J_m_eff": f"{J!r} kg m^2", "J_gear": f"{J_gear!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"},
-        "control": {"alpha_ns": 1.0, "alpha_hs": 0.6},
-    }
-    return changed(BASE, own).model_copy(
-        update={"brake": None}
-    )  # the quay tests begin from a winch that its circuits hold
-
-
-CRANE = build()
+THROWN = 0.2  # s: the stick thrown over
+CRANE = twelve_motors()
 
 
 class Row(NamedTuple):
@@ -134,22 +88,9 @@ ROWS = (
 )
 
 
-def ramp(crane: Crane, D: int, row: Row) -> xarray.Dataset:
-    """The winch ramped up at a fixed displacement D [cm^3/rev]."""
-    return simulate(crane, ramped(D, row), every="0.01 s")
-
-
-def ramped(D: int, row: Row) -> Scenario:
-    profile = ((f"{START:g} s", "0 m/min"), (f"{START + row.ramp:g} s", f"{row.speed:g} m/min"))
-    stick = Operator(profile=profile, alpha_m=D / D_MAX)
-    return Scenario(
-        load=f"{row.load:g} t",
-        s_w="15 m",
-        mode="manual",
-        operator=stick,
-        duration=f"{row.ramp + 22:g} s",
-        warm_up="1 s",
-    )
+def of_row(D: int, row: Row) -> Scenario:
+    """The row's ramp at a fixed displacement D [cm^3/rev]."""
+    return ramped(D, ramp=row.ramp, speed=row.speed, load=row.load)
 
 
 class Found(NamedTuple):
@@ -167,18 +108,11 @@ class Found(NamedTuple):
     linear: Eigenfrequency
 
 
-def swing(run: xarray.Dataset, end: float) -> float:
-    """Overshoot of the wire speed over its final value [-]."""
-    v = run["v_w"].values
-    final = float(np.mean(v[run["time"].values > end]))
-    return float(np.max(v)) / final - 1.0
-
-
 def found(row: Row) -> dict[int, Found]:
     crane = changed(CRANE, row.changes) if row.changes else CRANE
     out = {}
     for D in THEIRS:
-        run, thrown = ramp(crane, D, row), ramp(crane, D, row._replace(ramp=THROWN))
+        run, thrown = (simulate(crane, of_row(D, r), every="0.01 s") for r in (row, row._replace(ramp=THROWN)))
         end = float(run["time"][-1])
         v, t, asked = run["v_w"].values, run["time"].values, row.speed / 60.0
         out[D] = Found(
@@ -234,7 +168,7 @@ def _falls(values: Sequence[float]) -> bool:
 def both(row: Row) -> dict[str, Scenario]:
     """The ramp at every displacement, and the same thrown over."""
     return {
-        f"{how} {D}": ramped(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))
+        f"{how} {D}": of_row(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))
     }
 
 
@@ -321,24 +255,4 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
 
 
 def draw(runs: Mapping[int, xarray.Dataset]) -> None:
-    """A-side pressure and wire speed at each displacement: paper C figures 5 and 6."""
-    figure = picture(10.0, 7.5)
-    axes = figure.subplots(2, 1, sharex=True)
-    for (D, run), colour in zip(runs.items(), COLOURS, strict=False):
-        cut = run.sel(time=slice(START - 0.5, START + 8.0))
-        t = cut["time"] - START
-        axes[0].plot(
-            t, [in_display(p, "pressure") for p in cut["p_a"].values], color=colour, lw=1.3, label=f"{D} cm³/rev"
-        )
-        axes[1].plot(t, [in_display(v, "speed") for v in cut["v_w"].values], color=colour, lw=1.3)
-    wanted = [in_display(v, "speed") for v in cut["v_op"].values]
-    axes[1].plot(t, wanted, color=GREY, ls="--", lw=1, label="asked for")
-    axes[0].set_ylabel("A-side pressure [bar]")
-    axes[1].set_ylabel("wire speed [m/min]\n(hoisting positive)")
-    axes[1].set_xlabel("time after the stick moves [s]")
-    axes[0].legend(ncols=4, loc="upper right", frameon=False)
-    axes[1].legend(loc="lower right", frameon=False)
-    for ax in axes:
-        ax.grid(alpha=0.3)
-    figure.suptitle("Twelve motors, empty hook, stick over in 1 s: as paper C figures 5 and 6", fontsize="medium")
-    save(figure, PICTURE)
+    save(ramp("p_a", "v_w", runs=runs).figure(), PICTURE)

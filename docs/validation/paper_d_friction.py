@@ -28,7 +28,6 @@ from stillhook.identify.system_friction.fitting.model import (
     joined,
     mj4,
     motor_loss_at,
-    system_friction,
 )
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop, second_loop
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, held_out_errors, nominal_share
@@ -40,13 +39,11 @@ from stillhook.library.draws import crane_with
 from stillhook.library.parameter_sets import load_losses
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
-from stillhook.units import from_display
+from stillhook.thesis.losses import BAR, CC, FIRST, POINTS, RPM, SECOND, staged, two_cranes, two_loops
 
 SLOW_PAGE = True
 PICTURE = "paper-d-friction.png"
-CC, RPM, BAR = (from_display(1.0, kind) for kind in ("displacement", "rotation", "pressure"))
 CRANE = load_crane("nov-150t")
-FIRST, SECOND = "A6VM215", "A6VM215-crane-2-second-loop"
 ONE, TWO = mj4(motor(FIRST).loss), mj4(motor(SECOND).loss)
 Y_ONE, Y_TWO = (Y.of(library_friction(name)) for name in ("crane-2", "crane-2-second-loop"))
 MINUTES = 6.0  # a log: ten steps or so up and down
@@ -130,19 +127,6 @@ def run() -> Results:
 # Points without logs
 
 
-def staged(at: Points, loss: Loss, y: Y) -> Points:
-    """What motors and winch of known friction give at the speeds, displacements and loads of these points: the torque
-    balance, solved."""
-    dp_L = at.T_d / CRANE.i_hD / (at.count * at.D_m)
-    found = []
-    for sign in (1.0, -1.0):
-        dp = dp_L
-        for _ in range(40):  # the loss changes by a few per cent of the pressure's change: 40 rounds leave nothing
-            dp = dp_L + sign * (loss(at.omega, at.D_m, dp) + system_friction(at.omega, at.T_d, y)) / at.D_m
-        found.append(dp)
-    return replace(at, omega_up=at.omega, omega_down=at.omega, dp_up=found[0], dp_down=found[1], u_dp=np.zeros(len(at)))
-
-
 def swivelled(size: float) -> Loss:
     """The supplier's loss and drag that grows as the motor swivels in, from 400 rev/min on."""
     return lambda n, D, dp: (
@@ -171,7 +155,7 @@ EXPERIMENTS = {
 def made(grid: Points, name: str) -> Iterator[Points]:
     """Campaigns of one experiment: every test has friction of its own, by chance."""
     what = EXPERIMENTS[name]
-    points = staged(grid, what.loss(), Y_ONE)
+    points = staged(grid, what.loss(), Y_ONE, CRANE)
     for seed in SEEDS:
         own = what.chance * np.random.default_rng(seed).standard_normal(len(points.names))[points.test] / points.D_m
         yield replace(points, dp_up=points.dp_up + own, dp_down=points.dp_down - own)
@@ -289,7 +273,7 @@ def worst(found: Friction, y: Y) -> float:
 
 def costs_of(found: Friction, other: Friction) -> Costs:
     seen = found.grid.fitted()
-    points = staged(seen, ONE, Y_ONE)
+    points = staged(seen, ONE, Y_ONE, CRANE)
     e = SENSOR * np.random.default_rng(0).standard_normal((2, len(points)))
     noisy = replace(points, dp_up=points.dp_up + e[0], dp_down=points.dp_down + e[1])
     apart = float(np.sum((predicted(points, ONE, Y_ONE) - predicted(points, TWO, Y_TWO)) ** 2))
@@ -365,7 +349,7 @@ def rounds(r: Results) -> list[float]:
 def change_rows(r: Results) -> Iterator[tuple[str, ...]]:
     """What the second-loop set changes over paper D's tests."""
     grid = r.noisy["crane-2-extended"].grid
-    p = staged(grid, ONE, Y_ONE)
+    p = staged(grid, ONE, Y_ONE, CRANE)
     before, after = predicted(p, ONE, Y_ONE), predicted(p, TWO, Y_TWO)
     for k, name in enumerate(p.names[:7]):
         at = p.test == k
@@ -382,7 +366,7 @@ def minus(x: float) -> str:
 
 
 def loss_rows() -> Iterator[tuple[str, ...]]:
-    for D, dp in ((215.0, 130.0), (145.0, 130.0), (70.0, 275.0)):
+    for D, dp in POINTS:
         cells = [f"{_at(ONE, n, D, dp):.1f} to {_at(TWO, n, D, dp):.1f} N m" for n in (100.0, 500.0, 1000.0)]
         yield f"{D:.0f} cm³/rev, {dp:.0f} bar", *cells
 
@@ -408,7 +392,7 @@ def spread() -> tuple[float, float]:
         0.0 * one,
         one > 2.0,
     )
-    p = staged(at, ONE, Y_ONE)
+    p = staged(at, ONE, Y_ONE, CRANE)
     first, second = (COUNT * -np.diff(motor_loss_at(p, loss))[0] for loss in (ONE, TWO))
     return float(first), float(second)
 
@@ -500,8 +484,8 @@ def draw(r: Results) -> None:
     axes = figure.subplots(2, 2)
     figure.suptitle("Points: SYNTHETIC logs and tests of the twin, measured on no crane. Curves: published parameters")
     _errors(axes[0, 0], r)
-    _cranes(axes[0, 1])
-    _losses(axes[1, 0])
+    two_cranes().draw_on(axes[0, 1], "System friction a motor at 100 t, outermost layer (as D fig. 8)")
+    two_loops().draw_on(axes[1, 0], "Motor loss before and after the second loop (as D fig. 10)")
     _loops(axes[1, 1], r)
     for ax in axes.ravel():
         panel(ax)
@@ -526,30 +510,6 @@ def _errors(ax, r: Results) -> None:
     ax.set_title("Held-out tests: model less measured (as D fig. 17)", fontsize="medium")
     ax.set_xlabel("motor speed [rev/min]")
     ax.set_ylabel("error [% of nominal torque]")
-
-
-def _cranes(ax) -> None:
-    for colour, name in ((COLOURS[0], "crane-1"), (COLOURS[1], "crane-2")):
-        s = split(load_friction(name), drum_torque(CRANE, 100e3), speeds())
-        for part, ls in (("total", "-"), ("stiction", "--"), ("Coulomb", "-."), ("viscous", ":")):
-            ax.plot(s.omega / RPM, s.part(part), color=colour, ls=ls, label=f"{name.replace('-', ' ')}, {part}")
-    ax.set_title("System friction a motor at 100 t, outermost layer (as D fig. 8)", fontsize="medium")
-    ax.set_xlabel("motor speed [rev/min]")
-    ax.set_ylabel("friction torque [N m]")
-
-
-def _losses(ax) -> None:
-    n = np.linspace(0.0, 2000.0, 100) * RPM
-    for colour, (D, dp) in zip(COLOURS, ((215.0, 130.0), (145.0, 130.0), (70.0, 275.0)), strict=False):
-        for loss, ls in ((ONE, "-"), (TWO, "--")):
-            label = f"{D:.0f} cm³/rev, {dp:.0f} bar" if ls == "-" else None
-            ax.plot(
-                n / RPM, loss(n, np.full_like(n, D * CC), np.full_like(n, dp * BAR)), color=colour, ls=ls, label=label
-            )
-    ax.set_ylim(bottom=0.0)
-    ax.set_title("Motor loss before (solid) and after (dashed) the second loop (as D fig. 10)", fontsize="medium")
-    ax.set_xlabel("motor speed [rev/min]")
-    ax.set_ylabel("torque loss [N m]")
 
 
 def _loops(ax, r: Results) -> None:

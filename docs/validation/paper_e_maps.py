@@ -12,25 +12,23 @@ import numpy as np
 from blocks import Blocks, percent, save
 from numpy.typing import NDArray
 
-from stillhook import Crane, Scenario, load_crane
-from stillhook.analysis.maps.figures import change_figure, value_figure
+from stillhook import Crane, Scenario
+from stillhook.analysis.maps.figures import change_figure
 from stillhook.analysis.maps.operability import cells_of, map_of
 from stillhook.analysis.maps.result import BEST_CLASSIC, Map, cause_of
 from stillhook.analysis.maps.settling import settling_of
 from stillhook.library import changed
 from stillhook.sea.motion.text import parse_motion
+from stillhook.thesis.maps import AROUND_80, LOW, SWITCH, change, speeds, value_map
+from stillhook.thesis.maps import cells as of
+from stillhook.thesis.quay import CRANE
 
 SLOW_PAGE = True
-CRANE = load_crane("nov-250t")
 SCENARIO_3 = parse_motion("sine 2 m 13 s + sine 0.5 m 6 s")
 FEWER = "20 % to 100 % by 20 %"
 """Loads of the sensitivity tables."""
 SMALL = 10.0
 """Change of pressure up to which a difference is called small here [%]."""
-SWITCH = 81.0
-"""Speed that parts slow from fast [m/min]: "velocities above 80 m/min"."""
-LOW, AROUND_80 = (0.0, 51.0), (69.0, 81.0)
-"""Speeds that the page calls low, and around 80 m/min."""
 MISSED = "not reproduced"
 Y = CRANE.friction.system
 
@@ -90,22 +88,6 @@ STEP_ROWS = (
 
 def crane_of(row: Row) -> Crane:
     return changed(CRANE, row.changes) if row.changes else CRANE
-
-
-def speeds(found: Map) -> NDArray[np.float64]:
-    return 60.0 * np.array(found.axes.speeds)
-
-
-def of(found: Map, label: str, a: NDArray[Any]) -> NDArray[Any]:
-    """One controller's cells, load by speed."""
-    return np.asarray(a[found.labels.index(label)][:, :, 0, 0])
-
-
-def change(found: Map, name: str, low: float, high: float) -> NDArray[np.float64]:
-    """Changes of SSC against the best classic controller at these speeds, where both apply [-]."""
-    v, part = speeds(found), of(found, "ssc", found.changes()[name])
-    inside = part[:, (v > low) & (v < high)]
-    return inside[np.isfinite(inside)]
 
 
 def span(a: NDArray[np.float64]) -> str:
@@ -310,11 +292,9 @@ def compute() -> tuple[Blocks, dict[str, Map]]:
 
 
 def draw(maps: Mapping[str, Map]) -> None:
-    shown = (BEST_CLASSIC, "ssc")
-    for name in ("e_c_pp", "p_max"):
-        save(value_figure(maps["waves"], name, labels=shown), f"paper-e-maps-{name.replace('_', '-')}.png")
-    for name in ("settling_time", "alpha_m_end"):
-        save(value_figure(maps["steps"], name, labels=shown), f"paper-e-maps-{name.replace('_', '-')}.png")
+    for name in ("e_c_pp", "p_max", "settling_time", "alpha_m_end"):
+        of_map = maps["waves" if name in ("e_c_pp", "p_max") else "steps"]
+        save(value_map(name, of_map).figure(), f"paper-e-maps-{name.replace('_', '-')}.png")
     changes = change_figure(maps["waves"])
     assert changes is not None
     save(changes, "paper-e-maps-change.png")

@@ -5,36 +5,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import causes
 import numpy as np
 import xarray
 from batch import side_by_side
-from blocks import Blocks, panel, percent, picture, save
-from numpy.typing import NDArray
+from blocks import Blocks, percent, save
 from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
-from scipy.integrate import solve_ivp
 
-from stillhook import Crane, Scenario, Sine, simulate
+from stillhook import Crane
 from stillhook.analysis.steady.steady_state import reduction_lead
-from stillhook.engine.pack.winch import active_record
 from stillhook.library import changed
-from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration
-from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.thesis.quay import (
+    D_ONE,
+    DURATION,
+    HALF,
+    PATTERNS,
+    done_in_a_second,  # noqa: F401  # in the claims
+    motor_patterns,
+    motor_steps,
+    pattern,
+    staircase_offsets,
+)
+from stillhook.thesis.quay import run as run_of
 
 SLOW_PAGE = True
 PICTURE = "paper-e-motor-servo.png"
-D_ONE = 215.0  # cm^3/rev, one motor: 20 cm^3/rev is 9.3 % of it, and 1.9 % of all five
-PATTERNS = ((12.0, 3.2), (6.0, 1.2))  # period [s], "amplitude" [m]
-HALF = 0.5  # of the printed number: it is the way from trough to crest
-DURATION = 72.0  # s: 6 waves of 12 s, 12 of 6 s
 OFFSET = 20.0  # cm^3/rev: "up to"
 EASILY = 0.95  # share of the pumps below which the speed is met easily
-STEPS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.7, 0.8, 0.9, 1.0)
-HOLD = 2.0  # s a step
 SPEEDS = np.arange(70.0, 121.0)  # m/min
-Array = NDArray[np.float64]
 
 
 class Variant(NamedTuple):
@@ -83,13 +84,6 @@ def crane_of(v: Variant) -> Crane:
     return changed(CRANE, v.changes) if v.changes else CRANE
 
 
-def case(amplitude: float, period: float) -> Scenario:
-    tip = Sine.from_si(amplitude, period)
-    return Scenario(
-        load="0 t", s_w="15 m", mode="ssc", tip=tip, warm_up=f"{WARM:g} s", duration=f"{WARM + DURATION:g} s"
-    )
-
-
 class Found(NamedTuple):
     """One run: series after the warm-up; tip and wire speed [m/min]; error peak-to-peak [cm]; largest pump and smallest
     motor displacement [-]; by how much the motors stand above their command at most, and their least displacement above
@@ -108,7 +102,7 @@ class Found(NamedTuple):
 
 
 def found(v: Variant, period: float, amplitude: float) -> Found:
-    run = simulate(crane_of(v), case(amplitude, period), every="0.02 s").sel(time=slice(WARM, None))
+    run = run_of(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
     return Found(
         run=run,
         v_tip=60.0 * float(run["v_tip_max"]),
@@ -138,7 +132,7 @@ def setting(v: Variant) -> causes.Alternative:
 def attribution() -> causes.Attribution:
     """What the printed comparison depends on, both patterns read as amplitudes."""
     named = {"closed": CLOSED, "open": OPEN, "blind": BLIND}
-    runs = {f"{name} {T:g}": (crane_of(v), case(A, T)) for name, v in named.items() for T, A in PATTERNS}
+    runs = {f"{name} {T:g}": (crane_of(v), pattern(A, T)) for name, v in named.items() for T, A in PATTERNS}
 
     def off(a: str, b: str, T: float) -> Any:
         return lambda r: 100.0 * (r[f"{a} {T:g}"]["e_c_pp"] / r[f"{b} {T:g}"]["e_c_pp"] - 1.0)
@@ -185,48 +179,10 @@ class Followed(NamedTuple):
 
 def followed(v: Variant, period: float) -> Followed:
     crane = crane_of(v)
-    found_ = side_by_side((crane, case(v_tip / 60.0 * period / (2.0 * math.pi), period)) for v_tip in SPEEDS)
+    found_ = side_by_side((crane, pattern(v_tip / 60.0 * period / (2.0 * math.pi), period)) for v_tip in SPEEDS)
     full = next(i for i, x in enumerate(found_) if x["saturation_time"] > 0.0)
     wire = [60.0 * x["v_w_max"] for x in found_]
     return Followed(float(SPEEDS[full - 1]), wire[full - 1], max(wire))
-
-
-def stroke(crane: Crane, commands: Sequence[float], hold: float) -> tuple[Array, Array, Array]:
-    """Time [s], command and displacement [-] of motors that stand still, each command held for `hold` [s]: the twin's
-    own control."""
-    A = active_record(crane)
-    held, state, n = 1.0, [1.0, 0.0], round(hold / 0.02)
-    times, wanted, alpha = [], [], []
-    for k, u in enumerate(commands):
-        out, held = pilot(u, held, A.control)
-
-        def rates(_: float, x: Array, out: float = float(out)) -> list[float]:
-            return [float(x[1]), float(swash_acceleration(x[0], x[1], out, A.motor_servo))]
-
-        t = np.linspace(0.0, hold, n, endpoint=False)
-        run = solve_ivp(rates, (0.0, hold), state, t_eval=[*t, hold], rtol=1e-8, atol=1e-10)
-        state = [float(run.y[0, -1]), float(run.y[1, -1])]
-        times.append(k * hold + t)
-        wanted.append(np.full(n, u))
-        alpha.append(np.array([displacement(a, A.motor_servo) for a in run.y[0, :-1]]))
-    return np.concatenate(times), np.concatenate(wanted), np.concatenate(alpha)
-
-
-def staircase_offsets() -> tuple[float, float]:
-    """Least and largest part of the full displacement by which the motors stand above a command below full, after each
-    step [-]."""
-    _, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
-    last = round(HOLD / 0.02) - 1
-    ends = range(last, len(alpha), last + 1)
-    above = [float(alpha[i] - wanted[i]) for i in ends if wanted[i] < 0.95]
-    return min(above), max(above)
-
-
-def done_in_a_second() -> float:
-    """Part of a change from full to the least displacement that the motors have made after 1 s [-]."""
-    t, _, alpha = stroke(CRANE, (CRANE.active.motor.alpha_min,), HOLD)
-    at = float(np.interp(1.0, t, alpha))
-    return (1.0 - at) / (1.0 - CRANE.active.motor.alpha_min)
 
 
 Readings = dict[tuple[str, float], tuple[Found, Found]]
@@ -302,32 +258,5 @@ def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
 
 def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
     """Steps at standstill (figure 13) above the two patterns in both readings (figure 14)."""
-    figure = picture(10.0, 9.5)
-    grid = figure.add_gridspec(3, 2)
-    top = figure.add_subplot(grid[0, :])
-    t, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
-    panels = [(top, t, wanted, alpha, "at standstill, steps of the command")]
-    for (T, share), run in runs.items():
-        row, column = (1 if share == 1.0 else 2), (0 if PATTERNS[0][0] == T else 1)
-        cut = run.sel(time=slice(WARM, WARM + 2.0 * T))
-        reading = "amplitude" if share == 1.0 else "height"
-        title = f"{T:g} s, {dict(PATTERNS)[T]:g} m of {reading}: up to {60.0 * float(run['v_tip_max']):.0f} m/min"
-        panels.append(
-            (
-                figure.add_subplot(grid[row, column]),
-                cut["time"].values - WARM,
-                cut["u_m"].values,
-                cut["alpha_m"].values,
-                title,
-            )
-        )
-    for ax, x, command, setting, title in panels:
-        ax.plot(x, D_ONE * command, color=GREY, ls="--", lw=1.2, label="command")
-        ax.plot(x, D_ONE * setting, color=COLOURS[0], lw=1.3, label="motor")
-        ax.set_ylim(0.5 * D_ONE, 1.05 * D_ONE)
-        panel(ax, title, "time [s]", "displacement [cm³/rev]", legend=False)
-    top.legend(loc="lower right", frameon=False)
-    figure.suptitle(
-        "nov-250t, motors in open loop with feedback, u_thr 0.6: as paper E figures 13 and 14", fontsize="medium"
-    )
-    save(figure, PICTURE)
+    steps, patterns = motor_steps(), motor_patterns(runs)
+    save(replace(patterns, panels=(*steps.panels, *patterns.panels)).figure(), PICTURE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,22 +10,15 @@ import xarray
 from blocks import Blocks, Table, save
 from quay import CRANE, HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, less, numbers, oscillations, runs_of
 
-from stillhook import Sine
 from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.analysis.uncertainty.attribution import Figure
 from stillhook.report.plots.run import four_panels
+from stillhook.thesis.quay import DURATIONS, MODES, PERIOD, WINDOWS, sine
 from stillhook.units import in_display
 
 SLOW_PAGE = True
-MODES = ("ns", "hs", "ssc")
-V_PEAK = 0.5  # m/s: 30 m/min
-PERIOD = 12.0  # s: of the sines that paper E ran at the quay, 12 s and 6 s; that of scenario 1 is not printed
-DURATION = 72.0  # s: 6 waves of 12 s
+DURATION = DURATIONS[1]
 MARKED = 0.25  # share by which oscillations must fall to be called markedly reduced here
-
-
-def sine(period: float, v: float = V_PEAK) -> Sine:
-    return Sine.from_si(v * period / (2.0 * math.pi), period)
 
 
 TIP = sine(PERIOD)
@@ -117,4 +109,4 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
     title = "nov-250t, empty hook, tip up to 30 m/min, 12 s"
-    save(four_panels(runs, title=title, start=WARM + 20.0, end=WARM + 46.0), "paper-e-scenario-1.png")
+    save(four_panels(runs, title=title, start=WINDOWS[1][0], end=WINDOWS[1][1]), "paper-e-scenario-1.png")

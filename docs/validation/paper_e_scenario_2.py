@@ -3,7 +3,6 @@ and SSC."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -11,21 +10,16 @@ import causes
 import xarray
 from blocks import Blocks, save
 
-from stillhook import Crane, Scenario, Sine, Still, load_crane, simulate
+from stillhook import Sine, Still
 from stillhook.analysis import Alternative, Attribution, Figure
-from stillhook.engine.pack.winch import wire_speed_max
-from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
+from stillhook.thesis.quay import CRANE, DURATIONS, MODES, OPEN_LOOP, PERIOD, case, reduction_left, sine, speed_of_ns
+from stillhook.thesis.quay import run as run_of
 
 SLOW_PAGE = True
-CRANE = load_crane("nov-250t")
-S_W = 15.0  # m of wire paid out
-PERIOD = 12.0  # s: of the sines that paper E ran at the quay, 12 s and 6 s; that of scenario 2 is not printed
-MODES = ("ns", "hs", "ssc")
 Runs = dict[str, xarray.Dataset]
 
-OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
 THREE_TIMES_THE_LEAK = {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}
 HS_BY_RULE = 0.48  # 60 % of NS: "30 % of 60 % of the SWL" at the pressure at which NS holds 30 % of it
@@ -64,16 +58,8 @@ ROWS = (
 )
 
 
-def case(tip: Any, mode: str, sensors: Mapping[str, str]) -> Scenario:
-    asked: dict[str, Any] = {"load": "0 t", "s_w": f"{S_W:g} m", "warm_up": "40 s", "duration": "124 s"}
-    return Scenario(tip=tip, mode=mode, sensors=dict(sensors), **asked)
-
-
-def speed_of_ns(crane: Crane) -> float:
-    """Speed that NS reaches without leakage on this layer, with the displacement at which its motors really stand
-    [m/s]."""
-    at_rest = simulate(crane, case(Still(), "ns", {}))
-    return wire_speed_max(crane, float(at_rest["alpha_m"][-1]), layer_diameter_at(crane, S_W))
+def of_mode(tip: Any, mode: str, sensors: Mapping[str, str]) -> Any:
+    return case(tip, mode, DURATIONS[2], {"sensors": dict(sensors)})
 
 
 def run(row: Row) -> tuple[float, Runs]:
@@ -83,18 +69,12 @@ def run(row: Row) -> tuple[float, Runs]:
     if row.alpha_hs is not None:
         hs = changed(crane, {"control": {"alpha_hs": row.alpha_hs}, "active": {"motor": {"alpha_min": row.alpha_hs}}})
     v = speed_of_ns(crane)
-    tip = Sine.from_si(v * row.period / (2.0 * math.pi), row.period)
-    return v, {m: simulate(hs if m == "hs" else crane, case(tip, m, row.sensors), every="0.02 s") for m in MODES}
+    one = lambda m: run_of(hs if m == "hs" else crane, of_mode(sine(row.period, v), m, row.sensors))
+    return v, {m: one(m) for m in MODES}
 
 
 def value(one: xarray.Dataset, name: str) -> float:
     return float(one[name])
-
-
-def reduction_left(one: xarray.Dataset) -> float:
-    """Part of the motors' reduction, from full displacement to alpha_min, that stays unused."""
-    alpha_min = CRANE.active.motor.alpha_min
-    return (value(one, "alpha_m_min") - alpha_min) / (1.0 - alpha_min)
 
 
 def gap(runs: Runs) -> float:
@@ -104,8 +84,7 @@ def gap(runs: Runs) -> float:
 
 def at(runs: causes.Runs, period: float) -> causes.Runs:
     """The runs with a tip as fast as the NS of their crane, of this period [s]."""
-    v = speed_of_ns(runs["ns"][0])
-    tip = Sine.from_si(v * period / (2.0 * math.pi), period)
+    tip = sine(period, speed_of_ns(runs["ns"][0]))
     return {m: (crane, own.model_copy(update={"tip": tip})) for m, (crane, own) in runs.items()}
 
 
@@ -138,7 +117,7 @@ FIGURES = (
 
 def attribution() -> Attribution:
     """What brings the printed figures about."""
-    return causes.attribute(at({m: (CRANE, case(Still(), m, {})) for m in MODES}, PERIOD), FIGURES, ALTERNATIVES)
+    return causes.attribute(at({m: (CRANE, of_mode(Still(), m, {})) for m in MODES}, PERIOD), FIGURES, ALTERNATIVES)
 
 
 def cm(one: xarray.Dataset) -> str:
@@ -170,7 +149,7 @@ def compute() -> tuple[Blocks, dict[str, Runs]]:
         "claims": found,
         "causes": causes.block(attribution()),
         "notes": causes.notes({m.upper(): one for m, one in runs.items()}),
-        "peak": {"v": v},
+        "peak": {"v": v, "A": sine(PERIOD, v).amplitude},
         "numbers": numbers,
         "sensitivity": [variant(r) for r in ROWS],
     }

@@ -10,30 +10,20 @@ import causes
 import numpy as np
 import xarray
 from blocks import Blocks, Table, percent, save
-from quay import HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, hs_at, numbers, oscillations, runs_of
+from quay import HEAD, ROWS, Found, Row, alternatives, beside, found, hs_at, numbers, oscillations, runs_of
 
 from stillhook import Sine
 from stillhook.analysis.uncertainty.attribution import Figure
 from stillhook.report.plots.run import four_panels
-from stillhook.sea.motion.motion import Motion, Sum
+from stillhook.sea.motion.motion import Motion
+from stillhook.thesis.quay import BEAT, COMPARED, MODES, PITCH, ROLL, WINDOWS, two_sines
 
 SLOW_PAGE = True
-MODES = ("ns", "hs", "ssc")
-COMPARED = ("hs", "ssc")
-ROLL, PITCH = (0.5, 6.0), (2.0, 13.0)  # amplitude [m], period [s]: section 5.1.2
-BEAT = 78.0  # s: 13 periods of 6 s, 6 of 13 s
-
-
-def sea(scale: float = 1.0, phase: float = 0.0) -> Motion:
-    """Both sines; the short one starts `phase` [rad] later."""
-    return Sum([Sine.from_si(scale * PITCH[0], PITCH[1]), Sine.from_si(scale * ROLL[0], ROLL[1], phase)])
-
-
-TIP = sea()
+TIP = two_sines()
 OWN = (
     Row("**as above** (0.5 m and 2 m are amplitudes, closed loop)"),
-    Row("0.5 m and 2 m from trough to crest", tip=sea(0.5)),
-    Row("short sine a quarter period later", tip=sea(1.0, math.pi / 2.0)),
+    Row("0.5 m and 2 m from trough to crest", tip=two_sines(0.5)),
+    Row("short sine a quarter period later", tip=two_sines(1.0, math.pi / 2.0)),
     Row("the long sine alone", tip=Sine.from_si(*PITCH)),
     Row("the short sine alone", tip=Sine.from_si(*ROLL)),
     Row("HS 0.70", hs_at(0.7), only="hs"),
@@ -98,4 +88,4 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
     title = "nov-250t, empty hook, tip 2 m with 13 s and 0.5 m with 6 s"
-    save(four_panels(runs, title=title, start=WARM, end=WARM + BEAT / 2.0), "paper-e-scenario-3.png")
+    save(four_panels(runs, title=title, start=WINDOWS[3][0], end=WINDOWS[3][1]), "paper-e-scenario-3.png")

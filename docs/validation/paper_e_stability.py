@@ -10,7 +10,6 @@ import causes
 import numpy as np
 from blocks import Blocks, Rows, Table, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
-from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.governing import Governing, governing
@@ -29,9 +28,7 @@ from stillhook.analysis.loop_stability.stability import (
 )
 from stillhook.analysis.loop_stability.sweeps import (
     bode_figure,
-    gain_limit_figure,
     motor_pole_figure,
-    slow_sweep,
     sweep,
     sweep_figure,
 )
@@ -45,6 +42,8 @@ from stillhook.analysis.loop_stability.transfer import (
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
+from stillhook.thesis.control import gain_limits
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 SLOW_PAGE = True
@@ -289,7 +288,7 @@ def compute() -> tuple[Blocks, Any]:
 
 
 def draw(_: Any) -> None:
-    save(gain_limit_figure(CRANE, sweep(CRANE), slow_sweep(CRANE)), "paper-e-gain-limit.png")
+    save(gain_limits().figure(), "paper-e-gain-limit.png")
     save(motor_pole_figure(CRANE), "paper-e-motor-poles.png")
     save(bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
     over = ("layer", "leakage", "damping", "bulk_modulus", "delay")

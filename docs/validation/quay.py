@@ -9,17 +9,14 @@ from typing import Any, NamedTuple
 import causes
 import xarray
 from blocks import percent
-from trials.ringing import rms_above
 
-from stillhook import Scenario, load_crane, simulate
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
+from stillhook.thesis.quay import CRANE, OPEN_LOOP, WARM, case, run
+from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
-CRANE = load_crane("nov-250t")
-WARM = 40.0  # s
 RING = 0.5  # Hz: above the waves (up to 0.17 Hz), below the circuit's eigenfrequency in any mode (1 to 2 Hz)
-OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
 OPEN_LOOP_BLIND = {"active": {"motor": {"variant": "open-loop"}}}
 
@@ -78,28 +75,17 @@ class Found(NamedTuple):
     alpha_m: float
 
 
-def _case(tip: Motion, mode: str, duration: float, more: Mapping[str, Any]) -> Scenario:
-    asked: dict[str, Any] = {
-        "load": "0 t",
-        "s_w": "15 m",
-        "warm_up": f"{WARM:g} s",
-        "duration": f"{WARM + duration:g} s",
-        **more,
-    }
-    return Scenario(tip=tip, mode=mode, **asked)
-
-
 def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
     crane = changed(CRANE, row.changes) if row.changes and row.only in ("", mode) else CRANE
-    run = simulate(crane, _case(row.tip or tip, mode, duration, row.more), every="0.02 s")
+    one = run(crane, case(row.tip or tip, mode, duration, row.more))
     return Found(
-        run=run,
-        v_w=in_display(rms_above(run, "v_w", frequency=RING, start=WARM), "speed"),
-        p_a=in_display(rms_above(run, "p_a", frequency=RING, start=WARM), "pressure"),
-        e_c_pp=100.0 * float(run["e_c_pp"]),
-        p_a_max=in_display(float(run["p_a_max"]), "pressure"),
-        alpha_p=float(run["alpha_p_max"]),
-        alpha_m=float(run["alpha_m_min"]),
+        run=one,
+        v_w=in_display(rms_above(one, "v_w", frequency=RING, start=WARM), "speed"),
+        p_a=in_display(rms_above(one, "p_a", frequency=RING, start=WARM), "pressure"),
+        e_c_pp=100.0 * float(one["e_c_pp"]),
+        p_a_max=in_display(float(one["p_a_max"]), "pressure"),
+        alpha_p=float(one["alpha_p_max"]),
+        alpha_m=float(one["alpha_m_min"]),
     )
 
 
@@ -134,11 +120,11 @@ def alternatives(rows: Sequence[Row], group: str = "tip") -> list[causes.Alterna
 
 def runs_of(tip: Motion, modes: Sequence[str], duration: float) -> dict[str, causes.Pair]:
     """Crane and scenario of each mode."""
-    return {m: (CRANE, _case(tip, m, duration, {})) for m in modes}
+    return {m: (CRANE, case(tip, m, duration)) for m in modes}
 
 
-def _oscillation(run: xarray.Dataset) -> dict[str, float]:
-    return {name: rms_above(run, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")}
+def _oscillation(one: xarray.Dataset) -> dict[str, float]:
+    return {name: rms_above(one, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")}
 
 
 oscillations = causes.from_series(_oscillation, "0.02 s")

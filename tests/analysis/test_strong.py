@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller, lateness, strong_ssc
@@ -17,6 +16,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.library import changed, cranes
+from stillhook.thesis.ringing import rms_above
 
 pytestmark = pytest.mark.slow
 

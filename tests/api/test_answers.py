@@ -42,6 +42,9 @@ QUICK: tuple[tuple[str, ...], ...] = (
     ("example", "hil", "a-plc"),
     ("example", "motor-map", "map.csv"),
     ("plc", "export", "nov-250t", "--out", "plc"),
+    ("thesis", "E3"),
+    ("thesis", "ET2"),
+    ("thesis", "C13", "c13"),
 )
 RUNS: tuple[tuple[str, ...], ...] = (
     ("run", "case.toml", "--out", "runs"),

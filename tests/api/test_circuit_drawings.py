@@ -10,9 +10,11 @@ from xml.etree import ElementTree
 import pytest
 from tests.scripts import DOCS, script
 
+from stillhook.thesis import gallery
 from stillhook.winches import types
 
-FOLDER = DOCS / "explanation" / "circuits"
+SCRIPTS = DOCS / "explanation" / "circuits"
+FOLDER = Path(gallery.__file__).parent / "data"
 PAGE = DOCS / "explanation" / "circuits.md"
 SOURCES = Path(typing.cast(str, types.__file__)).parents[2]
 
@@ -87,7 +89,7 @@ def test_every_pressure_volume_setting_and_speed_of_the_state_is_in_the_drawing(
 def sections() -> dict[str, str]:
     """Sections of the page by the drawing that they show."""
     parts = PAGE.read_text(encoding="utf-8").split("\n## ")
-    shown = [(re.search(r"\(circuits/([\w-]+)\.svg\)", part), part) for part in parts]
+    shown = [(re.search(r"/data/([\w-]+)\.svg\)", part), part) for part in parts]
     return {found[1]: part for found, part in shown if found}
 
 
@@ -107,7 +109,7 @@ def test_the_functions_that_the_page_names_exist(module):
 
 def test_the_drawings_are_what_their_script_draws(tmp_path):
     pytest.importorskip("schemdraw", reason="the extra docs draws circuits")
-    circuits = script(FOLDER / "draw_circuits.py")
+    circuits = script(SCRIPTS / "draw_circuits.py")
     circuits.main(tmp_path)
     drawn = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.svg")}
     kept = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.svg")}

@@ -1,6 +1,7 @@
 """Draw the circuits of the winch types and of the passive compensator as SVG.
 
-python docs/explanation/circuits/draw_circuits.py           beside this script; with a folder, into that
+python docs/explanation/circuits/draw_circuits.py           into the package, for `stillhook thesis`; with a folder,
+                                                            into that
 """
 
 import sys
@@ -11,7 +12,7 @@ import closed_circuits
 import further_circuits
 from sheet import Sheet
 
-HERE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parents[3] / "src" / "stillhook" / "thesis" / "data"
 DRAWINGS: dict[str, Callable[[], Sheet]] = {
     "pure-active": closed_circuits.pure_active,
     "active-passive": closed_circuits.active_passive,
@@ -23,11 +24,11 @@ DRAWINGS: dict[str, Callable[[], Sheet]] = {
 }
 
 
-def main(folder: Path = HERE) -> None:
+def main(folder: Path = PACKAGE) -> None:
     """Write every drawing into a folder."""
     for name, draw in DRAWINGS.items():
         draw().save(folder / f"{name}.svg")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else PACKAGE)

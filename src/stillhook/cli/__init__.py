@@ -54,6 +54,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "new": Entry("runs.starters", "new"),
     "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
+    "thesis": Entry("analysis.thesis", "thesis"),
     "certificate": Entry("validate", "certificate"),
     "condition": Entry("live.condition", "condition"),
     "identify": Group(

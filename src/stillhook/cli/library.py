@@ -211,17 +211,21 @@ def _cell(name: str, value: Any) -> str:
 
 def show_crane(name: CraneArgument, json: Json = False) -> None:
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
-    from stillhook.engine.certificate import twin_line
+    from stillhook.engine.certificate import objections, twin_line
     from stillhook.library import load_crane, sheet, sheet_json
+    from stillhook.spec.sub_models import levels_text, parts_of
     from stillhook.tables.plausible import implausible_values, marked
 
     crane = load_crane(name)
     notes = implausible_values(crane)
+    certified = {} if crane.certified is None or objections(crane) else crane.certified.sub_models
+    levels = {name: certified.get(name, 1) for name in parts_of(crane)}
     rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
 
     def in_full() -> None:
         print(f"{crane.name}: {crane.title}")
         print_twin(crane)
+        print(f"sub-models of the twin: {levels_text(levels)}")
         print_implausible(crane)
         print_sheet(rows)
 
@@ -232,12 +236,14 @@ def show_crane(name: CraneArgument, json: Json = False) -> None:
             f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; type {crane.plant.value}.",
             f"{len(rows)} numbers: {', '.join(f'{n} {kind}' for kind, n in kinds.most_common())}.",
             twin_line(crane),
+            *([f"sub-models: {levels_text(levels)}"] if certified else []),
             *notes,
         ]
         step = f"stillhook compare {name}, for its control error under the usual controllers"
         return Answer(f"{crane.name}: {crane.title}", lines, step, "every number with its source")
 
-    data = sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)}
+    more = {"twin": twin_line(crane), "sub_models": levels, "status": marked("ok", notes), "notes": list(notes)}
+    data = sheet_json(crane) | more
     present(data, in_full, brief=brief, json=json)
 
 

@@ -127,4 +127,5 @@ def twin_line(crane: Crane) -> str:
     if against := objections(crane):
         return f"twin: certificate {c.short} of {c.date} does not hold: {', '.join(against)}"
     label = "SYNTHETIC certificate" if c.synthetic else "certificate"
-    return f"twin: level {c.level}, variant {c.variant}: {label} {c.short} of {c.date} by {c.criteria} holds (unsigned)"
+    by = f"{label} {c.short} of {c.date} by {c.criteria}"
+    return f"twin: level {c.level}, variant {c.variant_now}: {by} holds (unsigned)"

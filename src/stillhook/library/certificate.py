@@ -101,6 +101,7 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
             code=data["twin"]["code"],
             content=data["crane"]["content"],
             envelope=envelope,
+            sub_models=data["twin"].get("sub_models", {}),
         )
     except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]

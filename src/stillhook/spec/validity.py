@@ -132,7 +132,8 @@ class Certified(Spec):
     """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic:
     the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
     content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of
-    the Stillhook that did it; envelope: None where not passed; condition: None where no campaign followed."""
+    the Stillhook that did it; envelope: None where not passed; condition: None where no campaign followed;
+    sub_models: level of each part of the twin, nothing in certificates of version 0.11 and before."""
 
     digest: Text
     date: Text
@@ -146,6 +147,7 @@ class Certified(Spec):
     content: Mapping[str, str]
     envelope: Envelope | None
     condition: Condition | None = None
+    sub_models: Mapping[str, int] = {}
     seal: Text
 
     @model_validator(mode="after")
@@ -169,6 +171,11 @@ class Certified(Spec):
         """The record with what campaigns say since, sealed again."""
         record = self.model_copy(update={"condition": condition})
         return record.model_copy(update={"seal": _seal(record)})
+
+    @property
+    def variant_now(self) -> int:
+        """Variant of table 2.7: 3 instead of 2 since batches of data are watched (`stillhook condition`)."""
+        return 3 if self.variant == 2 and self.condition is not None else self.variant
 
     @property
     def short(self) -> str:
@@ -197,6 +204,6 @@ class Certified(Spec):
 
 
 def _seal(record: Certified) -> str:
-    bare = {"seal"} if record.condition is not None else {"seal", "condition"}
+    bare = {"seal"} | {name for name in ("condition", "sub_models") if not getattr(record, name)}
     data = record.model_dump(mode="json", exclude=bare)
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]

@@ -35,6 +35,7 @@ from stillhook.report.html import fragment, html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.crane import Crane, content
+from stillhook.spec.sub_models import levels_of
 from stillhook.spec.validity import Certified
 from stillhook.units import quote
 from stillhook.validate.certificate.document import annex, document
@@ -83,7 +84,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
         **view,
         "format": FORMAT,
         "crane": crane_part(campaign.crane),
-        "twin": {**level._asdict(), **versions()},
+        "twin": {**level._asdict(), "sub_models": levels_of(campaign.crane, view["lines"]), **versions()},
         "campaign": campaign_part(campaign),
         "data": [{**d, "file": logs[d["test"]]} for d in view["data"]],
         "envelope": view["envelope"] if view["passed"] else None,

@@ -9,6 +9,7 @@ from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import fmt, groups
+from stillhook.spec.sub_models import levels_text
 from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
 from stillhook.validate.certificate.utilisation import utilisation
@@ -79,7 +80,11 @@ def _document(
 def _front(data: View) -> list[Part]:
     sentence = str(data["verdict"]).removeprefix(f"{WORD[data['outcome']]}: ")  # the word stands above it
     sentence, twin = sentence[:1].upper() + sentence[1:], data["twin"]
-    about_twin = [["twin", twin["statement"]], ["computed by", f"Stillhook {twin['version']}, code {twin['code']}"]]
+    about_twin = [
+        ["twin", twin["statement"]],
+        ["its sub-models", levels_text(twin.get("sub_models", {}))],
+        ["computed by", f"Stillhook {twin['version']}, code {twin['code']}"],
+    ]
     parts: list[Part] = [Verdict(WORD[data["outcome"]], data["passed"], [sentence])]
     parts += [*deciding(data), facts([*about(data)[1:], *about_twin])]
     if envelope := certified_of(data, "certificate").envelope:

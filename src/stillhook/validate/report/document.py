@@ -23,6 +23,7 @@ from stillhook.report.document import (
     Verdict,
     facts,
 )
+from stillhook.spec.sub_models import levels_text
 from stillhook.spec.validity import SHORT, UNSIGNED, Envelope
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
@@ -245,6 +246,7 @@ def certificate_summary(data: View, number: str, envelope: Envelope | None) -> D
         ["certificate", number],
         *about(data),
         ["twin", twin["statement"]],
+        ["its sub-models", levels_text(twin.get("sub_models", {}))],
         ["computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"],
         *([f"validated: {name}", text] for name, text in ranges),
     ]

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 import xarray
-from trials.ringing import ringing, rms_above
 
 from stillhook.errors import StillhookError
+from stillhook.thesis.ringing import ringing, rms_above
 
 PERIOD, ZETA, REST = 0.7, 0.1, 40e5
 DT = 0.002
