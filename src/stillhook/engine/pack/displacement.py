@@ -13,7 +13,7 @@ import scipy
 
 from stillhook.control.commands import DisplacementLimits
 from stillhook.physics.friction import SystemFriction, system_friction
-from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, DisplacementLimit, effective_inertia
 from stillhook.winches.circuits.tables import MotorSet, loss_fit
@@ -82,7 +82,7 @@ def speed_floor(crane: Crane, T: float) -> float:
 
 def _lost(motor: MotorSet, omega: float, alpha: float, dp: float) -> float:
     """Torque that a set of motors loses [N m]."""
-    return float(motor.count * torque_loss(omega, alpha * motor.D_max, dp, loss_fit(motor)))
+    return float(motor.count * motor_loss(omega, alpha * motor.D_max, dp, loss_fit(motor)))
 
 
 def torque_needed(crane: Crane, friction: SystemFriction, T: float) -> float:
