@@ -266,7 +266,8 @@ def compute() -> tuple[Blocks, None]:
     most = closed_form(CRANE, 215.0, middle._replace(omega=fastest)) / BAR
     each, both = (f"{min(x):.0f} to {max(x):.0f} bar" for x in zip(*bars_of_215(runs), strict=True))
     less = f"{(runs[215.0, 500.0][1].friction - middle.friction) / BAR:+.1f} bar at 500 rev/min"
-    as_expected = f"{len(results) - len(wrong)} of {len(results)} campaigns as expected"
+    judged = [row for row in results if row[6] != "-"]
+    as_expected = f"{len(judged) - len(wrong)} of {len(judged)} campaigns as they must be"
     claims = {
         "pressure drop of the passive motors at 55 t": (
             "about 275 bar",
