@@ -74,9 +74,9 @@ def read_leaks(
 ) -> LeakData:
     """A table of leakage in long form, a row a measured point, from CSV, Parquet or Excel.
 
-    Columns: D_m (full or part displacement), omega_m (or n), dp_m (or dp), and one of C_leak, Q_leak, Q (what a pump delivers, what a motor
-    takes) or eta_v; Q_case where the case drain was measured. Rows that cannot be a leak (empty cells, standstill, no
-    pressure, a negative leak) are left out and reported.
+    Columns: D_m (full or part displacement), omega_m (or n), dp_m (or dp), and one of C_leak, Q_leak, Q (what a pump
+    delivers, what a motor takes) or eta_v; Q_case where the case drain was measured. Rows that cannot be a leak (empty
+    cells, standstill, no pressure, a negative leak) are left out and reported.
     Errors: LogError, UnitError of one line with file, row and column.
     """
     table = read_columns(path, (*SETTINGS, *LEAKS, CASE), mapping, columns=columns)
