@@ -131,7 +131,8 @@ def component(
 
     motor-leakage and pump-leakage read D_m, omega_m, dp_m and one of C_leak, Q_leak, Q, eta_v, with Q_case where the
     drain was measured; servo reads u_p and alpha_p, or u_m and alpha_m; lines reads p_a_pump, p_a_motor, p_b_pump,
-    p_b_motor and a flow. The table [component] of the mapping file has base (crane that takes the result), circuit, D_max, V_dead, bulk_modulus.
+    p_b_motor and a flow. The table [component] of the mapping file has base (crane that takes the result), circuit,
+    D_max, V_dead and bulk_modulus.
 
     Exit code 1 if the data do not determine the component.
 
