@@ -136,9 +136,10 @@ def component(
 ) -> None:
     """Identify a component from data of its own, with 95 % intervals, held-out errors and a crane file that takes it.
 
-    motor-leakage and pump-leakage read D, n, dp and one of C_leak, Q_leak, Q, eta_v, with Q_case where the drain was
-    measured; servo u_p and alpha_p or u_m and alpha_m; lines p_a_pump, p_a_motor, p_b_pump, p_b_motor and a flow. The
-    table [component] of the mapping file has base (crane that takes the result), circuit, D_max, V_dead, bulk_modulus.
+    motor-leakage and pump-leakage read D_m, omega_m, dp_m and one of C_leak, Q_leak, Q, eta_v, with Q_case where the
+    drain was measured; servo reads u_p and alpha_p, or u_m and alpha_m; lines reads p_a_pump, p_a_motor, p_b_pump,
+    p_b_motor and a flow. The table [component] of the mapping file has base (crane that takes the result), circuit,
+    D_max, V_dead and bulk_modulus.
 
     Exit code 1 if the data do not determine the component.
 

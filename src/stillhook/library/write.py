@@ -176,7 +176,7 @@ def sheet(crane: Crane) -> tuple[Section, ...]:
     sections: dict[str, list[Row]] = {}
     for item in _numbers(crane):
         table = item.path.rpartition(".")[0] or "crane"
-        value = _text(item.value, item.quantity)
+        value = _text(item.value, item.quantity).replace(" + ", ", " if ".pump.table." in item.path else " + ")
         row = Row(item.path, item.meaning, value, item.source.kind.value, item.source.text)
         sections.setdefault(table, []).append(row)
     sections["derived"] = list(_derived(crane))

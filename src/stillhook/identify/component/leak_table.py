@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -14,13 +14,13 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, read_columns
-from stillhook.identify.motor.map import D_RANGE, DP_LARGEST, OMEGA_LARGEST, OMEGA_SLOWEST
+from stillhook.identify.motor.map import SETTINGS as MOTOR_SETTINGS
+from stillhook.identify.motor.map import SYNTHETIC, in_range
 from stillhook.units import quote, show
 
 FEWEST_ROWS = 3
 MOST_LEFT_OUT = 0.5
 """Part of the rows: a table that loses more than half of them to bad values was misread."""
-SYNTHETIC = "synthetic"
 
 
 class Unit(StrEnum):
@@ -30,11 +30,7 @@ class Unit(StrEnum):
     PUMP = "pump"
 
 
-SETTINGS = (
-    ColumnSpec("D", "displacement", ("d_m", "d_p", "displacement", "vg", "v_g"), "D [cm^3/rev]", required=True),
-    ColumnSpec("omega", "rotation", ("n", "n_m", "n_p", "speed", "rpm"), "n [rev/min]", required=True),
-    ColumnSpec("dp", "pressure", ("dp_m", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]"),
-)
+SETTINGS = tuple(replace(spec, required=spec.name != "dp_m") for spec in MOTOR_SETTINGS)
 LEAKS = (
     ColumnSpec("C_leak", "leakage", ("c", "c_pleak", "leak_conductance"), "C_leak [L/min/bar]"),
     ColumnSpec("Q_leak", "flow", ("leak", "leakage", "leak_flow", "loss"), "Q_leak [L/min]"),
@@ -78,15 +74,15 @@ def read_leaks(
 ) -> LeakData:
     """A table of leakage in long form, a row a measured point, from CSV, Parquet or Excel.
 
-    Columns: D (full or part displacement), n, dp, and one of C_leak, Q_leak, Q (what a pump delivers, what a motor
-    takes) or eta_v; Q_case where the case drain was measured. Rows that cannot be a leak (empty cells, standstill, no
-    pressure, a negative leak) are left out and reported.
+    Columns: D_m (full or part displacement), omega_m (or n), dp_m (or dp), and one of C_leak, Q_leak, Q (what a pump
+    delivers, what a motor takes) or eta_v; Q_case where the case drain was measured. Rows that cannot be a leak (empty
+    cells, standstill, no pressure, a negative leak) are left out and reported.
     Errors: LogError, UnitError of one line with file, row and column.
     """
     table = read_columns(path, (*SETTINGS, *LEAKS, CASE), mapping, columns=columns)
     values, notes = dict(table.values), list[str]()
-    _in_range(table)
-    D, omega = values["D"], np.abs(values["omega"])
+    in_range(table, f"a {unit}")
+    D, omega = values["D_m"], np.abs(values["omega_m"])
     leak, dp = _leak(table, unit, notes)
     case = values.get("Q_case")
     keep = np.isfinite(D + omega + leak + (0.0 if dp is None else dp))
@@ -126,26 +122,6 @@ def read_leaks(
     )
 
 
-def _in_range(table: Columns) -> None:
-    """Refuse values that no unit has: a wrong unit in a heading."""
-    limits = {"D": ("displacement", *D_RANGE), "omega": ("rotation", -OMEGA_LARGEST, OMEGA_LARGEST)}
-    limits["dp"] = ("pressure", -DP_LARGEST, DP_LARGEST)
-    for name, (kind, lo, hi) in limits.items():
-        x = table.values.get(name, np.empty(0))
-        if (bad := (x < lo) | (x > hi)).any():
-            i = int(np.argmax(bad))
-            raise LogError(
-                f"{table.source}: row {table.numbers[i]}: column {quote(table.headings[name])} reads"
-                f" {show(float(x[i]), kind)}; a unit has {show(lo, kind)} to {show(hi, kind)}. Check the number and the"
-                " unit."
-            )
-    if float(np.nanmax(np.abs(table.values["omega"]), initial=0.0)) < OMEGA_SLOWEST:
-        raise LogError(
-            f"{table.source}: column {quote(table.headings['omega'])} ends below {show(OMEGA_SLOWEST, 'rotation')}."
-            " Check the unit, and that no thousands sign was read as a decimal sign."
-        )
-
-
 def _leak(table: Columns, unit: Unit, notes: list[str]) -> tuple[FloatArray, FloatArray | None]:
     """Leak flow of every row and its pressure, or conductance and None, of the first of `LEAKS` that the table has."""
     values = table.values
@@ -154,7 +130,7 @@ def _leak(table: Columns, unit: Unit, notes: list[str]) -> tuple[FloatArray, Flo
         examples = ", ".join(f'"{spec.example}"' for spec in LEAKS)
         raise LogError(f"{table.source}: no column with the leak. Choose one of {examples}, or map it with --mapping.")
     name = available[0]
-    x, dp, swept = values[name], values.get("dp"), values["D"] * np.abs(values["omega"])
+    x, dp, swept = values[name], values.get("dp_m"), values["D_m"] * np.abs(values["omega_m"])
     if name != "C_leak" and dp is None:
         raise LogError(
             f'{table.source}: column {quote(table.headings[name])} is a flow, and no column "dp [bar]" says at what'

@@ -232,11 +232,4 @@ def to_dict(result: Component) -> dict[str, Any]:
         "held_out": dict(result.held_out),
         "notes": list(result.notes),
         "twin": list(result.twin),
-        "crane_file": {
-            path: {
-                "value": list(value) if isinstance(value, tuple) else value,
-                "unit": u.KINDS[kind].si if kind else "1",
-            }
-            for path, (value, kind) in result.changes.items()
-        },
     }

@@ -191,7 +191,7 @@ def read_map(
     left out and reported in `findings`.
     """
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping, columns=columns)
-    _in_range(table)
+    in_range(table)
     notes: list[str] = []
     loss = _loss(table, notes)
     keep = _good(table, loss, notes)
@@ -229,17 +229,17 @@ def read_map(
     return replace(m, findings=tuple(notes))
 
 
-def _in_range(table: Columns) -> None:
-    """Refuse values that no motor has: a wrong unit in a heading."""
+def in_range(table: Columns, unit: str = "a motor") -> None:
+    """Refuse values that no motor or pump has: a wrong unit in a heading."""
     limits = {"D_m": D_RANGE, "omega_m": (-OMEGA_LARGEST, OMEGA_LARGEST), "dp_m": (-DP_LARGEST, DP_LARGEST)}
-    for w in SETTINGS:
+    for w in (w for w in SETTINGS if w.name in table.values):
         x, (lo, hi) = table.values[w.name], limits[w.name]
         bad = (x < lo) | (x > hi)
         if bad.any():
             i = int(np.argmax(bad))
             raise LogError(
                 f"{table.source}: row {table.numbers[i]}: column {quote(table.headings[w.name])} reads"
-                f" {show(float(x[i]), w.kind)}; a motor has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number"
+                f" {show(float(x[i]), w.kind)}; {unit} has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number"
                 " and the unit."
             )
     fastest = float(np.nanmax(np.abs(table.values["omega_m"]), initial=0.0))
