@@ -14,7 +14,7 @@ from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs
 from stillhook.export.twin import CONTENTS, Export, ExportError, compile_library, export, generate
 from stillhook.kernels.c99.expressions import SubsetError
-from stillhook.library import cranes
+from stillhook.library import changed, cranes
 from stillhook.validate import certificate_of
 
 CLOSE = 1e-12
@@ -85,6 +85,19 @@ def test_every_drive_has_the_signals_of_simulate(name: str, compiled):
         true = run[signal].values
         bound = CLOSE if signal.startswith("e_c") else RELATIVE * max(float(np.abs(true).max()), 1e-30)
         assert np.abs(values - true).max() <= bound, signal
+
+
+def test_motors_with_other_loss_models_have_the_signals_of_simulate(compiled):
+    """A measured map and a fitted model, whose constants the C core carries."""
+    mj6 = {"law": "mj6", "C": [12.0, 0.0027, 0.87, 1.1e-14, 4.4e7, 3e-8]}
+    models = {"active": {"law": "map", "map": "motor-map"}, "passive": mj6}
+    crane = changed(stillhook.load_crane("nov-150t"), {c: {"motor": {"loss_model": m}} for c, m in models.items()})
+    case = case_of(crane, duration="10 s")
+    run = series(crane, case)
+    _, signals = hosted(export(crane, case), compiled, rows(crane, case), ("e_c", "p_a", "T_f"))
+    for name, values in zip(("e_c", "p_a", "T_f"), signals, strict=True):
+        true = run[name].values
+        assert np.abs(values - true).max() <= RELATIVE * float(np.abs(true).max()), name
 
 
 def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):
