@@ -19,8 +19,8 @@ from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.scenario import Operator
 from stillhook.winches.circuits.tables import LossName, loss_fit
 
-AUDIT = 1.0e-3
-"""Energy that is not accounted for, of that through the winch: what the specification asks for."""
+AUDIT = 1.0e-4
+"""Energy that is not accounted for, of that through the winch, as of MJ4 (`tests.conservation.test_energy`)."""
 MANUAL = Operator(profile=(("0 s", "0 m/min"), ("1 s", "12 m/min"), ("8 s", "12 m/min")))
 
 
@@ -55,7 +55,7 @@ def test_every_model_runs_in_the_150t_crane_and_its_energy_closes(law, example, 
     case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode="ssc", duration="4 s", warm_up="0 s")
     run = simulate(crane, case)
     assert str(run.status.item() if run.status.ndim == 0 else run.status) == "ok"
-    assert abs(float(run.energy_unaccounted)) < AUDIT * float(run.energy_through)
+    assert abs(float(run.energy_unaccounted)) < AUDIT
     assert float(run.p_max) > 20e5
 
 
@@ -122,7 +122,7 @@ def test_motors_of_other_winch_types_take_a_model_as_well(name, table, motors, e
     assert [law for _, law in losses_of(crane)] == ["mj6"]
     case = Scenario(load="5 t", s_w="50 m", tip="sine 0.3 m 8 s", duration="2 s", warm_up="0 s")
     run = simulate(crane, case)
-    assert abs(float(run.energy_unaccounted)) < AUDIT * float(run.energy_through)
+    assert abs(float(run.energy_unaccounted)) < AUDIT
 
 
 def test_outside_the_range_of_a_map_there_is_a_note(example):

@@ -96,6 +96,19 @@ def test_a_displacement_from_torque_and_speeds_is_that_of_simulate(nov: stillhoo
     assert np.abs(by_load - true).max() > 0.02
 
 
+def test_motors_with_other_loss_models_have_the_signals_of_simulate(compiled):
+    """A measured map and a fitted model, whose constants the C core carries."""
+    mj6 = {"law": "mj6", "C": [12.0, 0.0027, 0.87, 1.1e-14, 4.4e7, 3e-8]}
+    models = {"active": {"law": "map", "map": "motor-map"}, "passive": mj6}
+    crane = changed(stillhook.load_crane("nov-150t"), {c: {"motor": {"loss_model": m}} for c, m in models.items()})
+    case = case_of(crane, duration="10 s")
+    run = series(crane, case)
+    _, signals = hosted(export(crane, case), compiled, rows(crane, case), ("e_c", "p_a", "T_f"))
+    for name, values in zip(("e_c", "p_a", "T_f"), signals, strict=True):
+        true = run[name].values
+        assert np.abs(values - true).max() <= RELATIVE * float(np.abs(true).max()), name
+
+
 def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):
     case = case_of(nov)
     _, (e_c,) = hosted(export(nov, case), compiled, rows(nov, case), ("e_c",), ahead=False)

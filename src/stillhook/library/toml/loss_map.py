@@ -1,4 +1,4 @@
-"""A measured map of a motor's torque loss, from a table beside a crane file or of the library, as the fields of a
+"""A measured map of a motor's torque loss, from a table next to a crane file or of the library, as the fields of a
 `loss_model`."""
 
 from __future__ import annotations
