@@ -62,7 +62,7 @@ def test_a_wrong_unit_is_named(tmp_path):
         ),
         ([HEAD, *CELLS, CELLS[0]], "line 6: this combination is given twice. Leave one of them."),
         ([HEAD, "100,400,100,x"], 'line 2: T_f = "x": it must be a number.'),
-        ([HEAD, "100,400,100,nan"], "line 2: T_f is no finite number. Give one."),
+        ([HEAD, "100,400,100,nan"], "line 2: T_f is not a finite number. Give one."),
         ([HEAD, "100,400,100"], "line 2: T_f = nothing: it must be a number."),
         ([HEAD, "100,400,100,-5"], "line 2: a negative number, or no displacement. Leave no such row."),
         ([HEAD.replace("N m", "bar"), *CELLS], 'unit "bar" is not one of N m'),

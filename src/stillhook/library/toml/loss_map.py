@@ -130,7 +130,7 @@ def _row(cells: list[str], columns: Mapping[str, tuple[int, float]], where: str)
             written = quote(cells[i].strip()) if i < len(cells) else "nothing"
             raise SpecError(f"{where}: {name} = {written}: it must be a number.") from None
         if not math.isfinite(out[name]):
-            raise SpecError(f"{where}: {name} is no finite number. Give one.")
+            raise SpecError(f"{where}: {name} is not a finite number. Give one.")
     return out
 
 
