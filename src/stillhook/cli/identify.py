@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from stillhook.logs.log import Log
 
 STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
-MOTOR_FILES = ("motor.toml", "report.html", "models.json", "map.csv", *(f"{stem}.png" for stem in STEMS))
+MOTOR_FILES = ("motor.toml", "report.html", "models.json", *(f"{stem}.png" for stem in STEMS))
+MAP_TABLE = "map.csv"
 MAP_HELP = (
     "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
     " headings."
@@ -76,7 +77,7 @@ def motor(
     from stillhook.identify.motor.map import read_map
     from stillhook.library.parameter_sets import load_losses
 
-    check_out(out, MOTOR_FILES)
+    check_out(out, (*MOTOR_FILES, MAP_TABLE))
     if not 0.0 < threshold < 100.0:
         raise IdentifyError(
             f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1."
@@ -104,7 +105,7 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     from stillhook.report.html import html
     from stillhook.report.kit import draw_if_possible, pngs
 
-    chosen, page, numbers, table = MOTOR_FILES[:4]
+    chosen, page, numbers = MOTOR_FILES[:3]
     pictures = draw_if_possible(lambda: pngs(figures(result)))
     files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
     files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
@@ -118,7 +119,7 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     else:
         files[chosen] = set_toml(loss_set(result, chosen.removesuffix(".toml")))
     if result.law == "map":
-        files[table] = map_table(result)
+        files[MAP_TABLE] = map_table(result)
     return files
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -128,6 +129,8 @@ def _row(cells: list[str], columns: Mapping[str, tuple[int, float]], where: str)
         except (ValueError, IndexError):
             written = quote(cells[i].strip()) if i < len(cells) else "nothing"
             raise SpecError(f"{where}: {name} = {written}: it must be a number.") from None
+        if not math.isfinite(out[name]):
+            raise SpecError(f"{where}: {name} is not a finite number. Give one.")
     return out
 
 
