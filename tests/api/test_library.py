@@ -131,6 +131,7 @@ def test_names_on_the_shelves() -> None:
         "nov-100t-pure-active",
         "nov-150t",
         "nov-250t",
+        "nov-250t-digital",
         "nov-250t-secondary",
         "utility-20t-open-circuit",
     )

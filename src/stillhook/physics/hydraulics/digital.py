@@ -35,11 +35,14 @@ def setting_acceleration(alpha, alpha_dot, u, omega_m, servo):
 
 
 @scalar
-def enabled(motors, share):
-    """Units whose enabled cylinders alone are under pressure: leak and X_5 go with their share [-]. X_3 goes with the
-    setting as in all units; X_1, X_2 and X_4 remain, for idle pistons move as well."""
-    fit = motors.fit
-    part = TorqueLossFit(fit.X_1, fit.X_2, fit.X_3, fit.X_4, share * fit.X_5)
+def enabled(motors, share, idle):
+    """Units of which a share of the cylinders is enabled [-]: these leak and lose as at full displacement, the others
+    neither leak nor carry pressure, and lose `idle` of what they would lose without pressure [-].
+
+    X_3 goes with the setting as in all units, so it is left; pistons move over their full stroke.
+    """
+    fit, moved = motors.fit, share + idle * (1.0 - share)
+    part = TorqueLossFit(moved * fit.X_1, moved * fit.X_2, fit.X_3, moved * fit.X_4, share * fit.X_5)
     return Motors(motors.count, motors.D_max, share * motors.C_1, share * motors.C_2, part)
 
 

@@ -15,7 +15,7 @@ from stillhook.physics.hydraulics.secondary import load_ahead, setting_for_torqu
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import copysign, fmin, scalar
-from stillhook.tables.table import Count, Spec
+from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import rail
 from stillhook.winches.circuits.passive import PassiveCircuit
@@ -67,25 +67,32 @@ PATH = load
 STROKES = 1.0
 """Share of their stroke that pistons move, enabled or idle [-]."""
 SLOW = 0.1
-"""Part of full speed at which the pattern of strokes is told [-]."""
+"""Part of full speed at which the wire speed of the pattern is stated [-]."""
+CONSIDERABLE = 0.1
+"""Torque of the pattern over that of the load, above which it is noted [-]."""
 
 
 class Digital(Spec):
     """Cylinders of digital displacement units; their rail and units are in [secondary]."""
 
     cylinders: Count = Field(description="cylinders of one unit, evenly on its shaft and between those of the others")
+    idle: Number = Field(
+        ge=0, le=1, description="loss of an idle cylinder over that of an enabled one without pressure"
+    )
 
 
 TABLES = {"secondary": Secondary, "digital": Digital}
 
 
 class Params(NamedTuple):
-    """As of secondary control; the servo of the units is their response at standstill, by partial strokes."""
+    """As of secondary control, and idle loss of an idle cylinder over that of an enabled one without pressure [-]; the
+    servo of the units is their response at standstill, by partial strokes."""
 
     rail: PassiveCircuit
     drive: DriveSettings
     p_min: float
     P_back: float
+    idle: float
     hoist: Hoist
     plc: Plc
     sensors: Sensors
@@ -95,16 +102,16 @@ with_motors = replace(PassiveCircuit, "motors")
 
 
 @scalar
-def rail_at(alpha, R):
+def rail_at(alpha, p):
     """The rail with the leak and the friction of units at a setting [-]."""
-    return with_motors(R, enabled(R.motors, fmin(abs(alpha), 1.0)))
+    return with_motors(p.rail, enabled(p.rail.motors, fmin(abs(alpha), 1.0), p.idle))
 
 
 @scalar
 def circuit(x, q, u, geo, p):
-    """The winch at an instant: the rail, of whose units the enabled cylinders leak, and all pistons move."""
+    """The winch at an instant: the rail, of whose units the enabled cylinders leak, while all pistons move."""
     alpha_s = displacement(x.alpha_s, p.rail.motor_servo)
-    return secondary.circuit_of(x, q, u, geo, alpha_s, STROKES, rail_at(alpha_s, p.rail), p)
+    return secondary.circuit_of(x, q, u, geo, alpha_s, STROKES, rail_at(alpha_s, p), p)
 
 
 with_setting = replace(State, "alpha_s", "alpha_s_dot")
@@ -126,7 +133,7 @@ with_rail = replace(Params, "rail")
 @scalar
 def loss_at(alpha, F, dp, omega_m, geo, p):
     """Friction of the winch with units at a setting and a load F [N], never negative [N m]."""
-    now = with_rail(p, rail_at(alpha, p.rail))
+    now = with_rail(p, rail_at(alpha, p))
     dry = secondary.dry_level(F * 0.5 * geo.d, alpha, dp, omega_m, now)
     return dry + abs(secondary.moving_loss(omega_m, STROKES, now))
 
@@ -144,7 +151,8 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Parameters of a run."""
-    return Params(*secondary.pack(crane, case, parts))
+    rail_alone = secondary.pack(crane, case, parts)._asdict()
+    return Params(**rail_alone, idle=crane.digital.idle)
 
 
 def stiffness(p: Params) -> Stiffness:
@@ -169,7 +177,7 @@ def steady_flow(p: Params, T: float, omega_m: float) -> float:
     """Flow that the rail's pumps must give at a steady speed and mid stroke [m^3/s]; negative: take."""
     s = p.rail.settings
     alpha = setting_for_torque(T, s.D_m_max, s.p_set - s.p_lp)
-    return secondary.steady_flow(p._replace(rail=rail_at(alpha, p.rail)), T, omega_m)
+    return secondary.steady_flow(p._replace(rail=rail_at(alpha, p)), T, omega_m)
 
 
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
@@ -183,10 +191,9 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     unit, cylinders = table.unit, table.unit.count * crane.digital.cylinders
     T = torque_of_pattern(unit.D_total, table.accumulator.gas.p_0 - table.p_lp, cylinders)
     omega, r_eff = SLOW * table.drive.n_full, 0.5 * held.d / crane.i_hD
-    v = T / (crane.inertia.J_m_eff * omega) * r_eff
-    return [
-        *rail.notes(crane, held, parts),
-        f"strokes of {cylinders} cylinders are averaged: their pattern adds at most {show(T, 'torque')} at the shaft"
-        f" ({T * r_eff**-1 / held.W:.1%} of the load) and {show(v, 'speed')} of wire at"
-        f" {show(omega, 'rotation')}",
-    ]
+    v, share = T / (crane.inertia.J_m_eff * omega) * r_eff, T / (held.W * r_eff)
+    of_pattern = (
+        f"strokes of {cylinders} cylinders are averaged: their pattern adds at most {show(T, 'torque')} at the shaft,"
+        f" {share:.0%} of the load, and {show(v, 'speed')} of wire at {show(omega, 'rotation')}"
+    )
+    return rail.notes(crane, held, parts) + [of_pattern] * (share > CONSIDERABLE)
