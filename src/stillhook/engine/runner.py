@@ -241,6 +241,7 @@ class Block(ABC, Generic[R]):
         return Ending.DONE, self.ran * self.drive.t_cycle
 
 
+@functools.cache
 def nothing(cls: type) -> Any:
     """A record of zeros."""
     return unflatten(cls, itertools.repeat(0.0))
