@@ -22,6 +22,8 @@ NET = {"Q_a", "Q_b", "Q_s"}  # sums into a volume: no line of their own
 DRAWN_STATE = re.compile(r"(p|V|alpha|x)_\w+(?<!_dot)|omega_m|E|i|theta")
 ELEMENT = "phc"  # hangs below any winch, is none
 SVG = "{http://www.w3.org/2000/svg}"
+DRAWN_AS = {"digital": "secondary"}
+"""Winch types that have the circuit of another."""
 
 
 def modules() -> list[ModuleType]:
@@ -33,7 +35,7 @@ def modules() -> list[ModuleType]:
 
 def letters(name: str) -> set[str]:
     """Letters of the code in a drawing."""
-    root = ElementTree.parse(FOLDER / f"{name}.svg").getroot()
+    root = ElementTree.parse(FOLDER / f"{DRAWN_AS.get(name, name)}.svg").getroot()
     titles = [node.findtext(f"{SVG}title") for node in root.iter(f"{SVG}text")]
     return {letter for title in titles if title for letter in title.split()}
 
@@ -41,6 +43,7 @@ def letters(name: str) -> set[str]:
 LETTERS = {
     ("active-passive", "o"): {"Q_p": "Q_pp", "Q_ext": "Q_lp_ext", "Q_relief": "Q_relief_p"},
     ("secondary", "o"): {"Q_p": "Q_rp", "Q_ext": "Q_lp_ext"},
+    ("digital", "o"): {"Q_p": "Q_rp", "Q_ext": "Q_lp_ext"},
     ("cylinder", "f"): {"Q_m": ""},
 }
 """Letters of a drawing where they are others than in the record that several circuits share: winch and field -> letters;
@@ -101,7 +104,11 @@ def test_the_page_shows_every_drawing():
 def test_the_functions_that_the_page_names_exist(module):
     code = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES.rglob("*.py"))
     defined = set(re.findall(r"^def (\w+)\(", code, flags=re.MULTILINE))
-    rows = [row.split("|") for row in sections()[module.NAME].splitlines() if row.startswith("| ")]
+    rows = [
+        row.split("|")
+        for row in sections()[DRAWN_AS.get(module.NAME, module.NAME)].splitlines()
+        if row.startswith("| ")
+    ]
     named = {name for row in rows for name in re.findall(r"`(\w+)`", row[3]) if not re.match(r"[QpV]_", name)}
     assert named, module.NAME
     assert named - defined == set()

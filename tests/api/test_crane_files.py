@@ -159,7 +159,7 @@ MISTAKES = [
     ('[friction]\nlibrary = "crane-3"', 'friction.library = "crane-3": not in the library, which has L4593, crane-1'),
     ('[active.motor]\nvariant = "open"', "active.motor.variant = \"open\": it must be 'closed-loop', 'open-"),
     ('[drum]\npacking = "hexagonal"', "drum.packing = \"hexagonal\": it must be 'square'."),
-    ('plant = "passive"', "plant = \"passive\": it must be 'active-passive', 'cylinder', 'electric',"),
+    ('plant = "passive"', "plant = \"passive\": it must be 'active-passive', 'cylinder', 'digital', 'electric',"),
     ("active = 5", "active = 5: must be a table, with C_leak, leak, motor, pump, line"),
     ("SWL = { t = 5 }", 'SWL: must be one value, not a table. Write SWL = "250 t".'),
     ("SWL = 1979-05-27", "SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
@@ -252,8 +252,9 @@ def test_files_that_are_no_crane_files_say_why(tmp_path: Path) -> None:
 def test_a_name_that_is_no_crane_lists_the_cranes() -> None:
     assert refusal("nov-250") == (
         'No crane "nov-250": the library has deep-250t, nov-100t-cylinder, nov-100t-electric, nov-100t-pure-active, '
-        "nov-150t, nov-165t, nov-165t-12-motors, nov-250t, nov-250t-f1799, nov-250t-secondary, nov-50t-pure-active, "
-        'nov-58t-pure-active, nov-70t-pure-active, utility-20t-open-circuit; did you mean "nov-250t"? '
+        "nov-150t, nov-165t, nov-165t-12-motors, nov-250t, nov-250t-digital, nov-250t-f1799, nov-250t-secondary, "
+        "nov-50t-pure-active, nov-58t-pure-active, nov-70t-pure-active, utility-20t-open-circuit; did you mean "
+        '"nov-250t"? '
         "A file's name ends in .toml."
     )
     assert "the library has deep-250t, nov-100t-cylinder" in refusal("")

@@ -134,6 +134,7 @@ def test_names_on_the_shelves() -> None:
         "nov-165t",
         "nov-165t-12-motors",
         "nov-250t",
+        "nov-250t-digital",
         "nov-250t-f1799",
         "nov-250t-secondary",
         "nov-50t-pure-active",

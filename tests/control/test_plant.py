@@ -45,7 +45,7 @@ def test_hydraulics_are_those_of_the_winch_and_nothing_where_it_has_none(name):
         assert plant[: len(Hydraulics._fields)] == (0.0,) * len(Hydraulics._fields)
     elif kind == "cylinder":
         assert (plant.D_m, plant.Q_p, plant.i_C_h) == (0.0, params.cylinder.Q_p, 0.0)
-    elif kind == "secondary":
+    elif kind in ("secondary", "digital"):
         settings = params.rail.settings
         assert (plant.D_m, plant.Q_p, plant.Q_pp, plant.i_C_h) == (settings.D_m_max, 0.0, settings.Q_p_max, 0.0)
     else:

@@ -78,6 +78,7 @@ WINCHES = {
         ("friction", "leakage", "relief", "piston"),
     ),
 }
+WINCHES["digital"] = WINCHES["secondary"]._replace(crane=load_crane("nov-250t-digital"))
 every_winch = pytest.mark.parametrize("name", WINCHES)
 
 
@@ -147,6 +148,7 @@ ENERGY: dict[str, dict[str, Any]] = {
         "gas held": {"gas_held": True},
     },
 }
+ENERGY["digital"] = ENERGY["secondary"]
 
 
 @pytest.mark.parametrize(("name", "run"), [(name, run) for name, runs in ENERGY.items() for run in runs])
@@ -243,6 +245,12 @@ LIMITS: list[tuple[str, str, dict[str, Any], dict[str, Any]]] = [
         {"load": "200 t", "tip": "sine 4 m 12 s", "s_w": "100 m", "ramp": "0 s", "warm_up": "0 s"},
     ),
     ("secondary", "brake", {}, moves("0 m/min") | {"tip": "sine 4 m 4.5 s", "load": "250 t"}),
+]
+SLOWER = {"secondary": {"unit": {"n_max_full": "1810 rev/min"}}}
+LIMITS += [
+    ("digital", limit, SLOWER if limit == "overspeed" else changes, case)
+    for name, limit, changes, case in LIMITS
+    if name == "secondary"
 ]
 BESIDE = {
     "electric": {"saturated", "overspeed", "power", "store empty", "brake slipping"},

@@ -216,7 +216,8 @@ def within_stroke(u, left):
 
 class PassiveSettings(NamedTuple):
     """D_m_max all passive motors [m^3/rad]; Q_p_max all passive pumps [m^3/s]; p_lp low side [Pa]; p_set accumulator at
-    mid stroke [Pa]; K_acc [1/Pa]; dp_least pressure below which the torque law stops dividing [Pa]."""
+    mid stroke [Pa]; K_acc [1/Pa]; dp_least pressure below which the torque law stops dividing [Pa]; least displacement,
+    1: fixed [-]."""
 
     D_m_max: float
     Q_p_max: float
@@ -224,6 +225,7 @@ class PassiveSettings(NamedTuple):
     p_set: float
     K_acc: float
     dp_least: float
+    least: float
 
 
 @scalar
@@ -233,7 +235,7 @@ def displacement_for_weight(F_load, r_eff, p_hp, settings):
     Source: Moslatt 2020 F, system description: torque from load cell and measured pressure.
     """
     dp = fmax(p_hp - settings.p_lp, settings.dp_least)
-    return clip(F_load * r_eff / (settings.D_m_max * dp), 0.0, 1.0)
+    return clip(F_load * r_eff / (settings.D_m_max * dp), settings.least, 1.0)
 
 
 @scalar

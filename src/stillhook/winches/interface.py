@@ -294,6 +294,11 @@ class Undeclared(Protocol):
         return 0.0
 
     @staticmethod
+    def prepared(crane: Any, W: float, d: float) -> Any:
+        """The crane as it is prepared for a weight W [N] on diameter d [m], such as with gas banks filled."""
+        return crane
+
+    @staticmethod
     def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
         """Sets next to the active ones that hold a weight W [N] on diameter d [m]."""
         return []

@@ -130,7 +130,7 @@ def compare(
     ns,hs,ssc
 
     Example: stillhook compare nov-250t --load "100 t" --motion "sine 2 m 10 s" --drives
-    active-passive,pure-active,secondary,cylinder,electric,open-circuit
+    active-passive,pure-active,secondary,digital,cylinder,electric,open-circuit
     """
     from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.formats.case_file import load_subject

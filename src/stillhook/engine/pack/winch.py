@@ -23,7 +23,16 @@ from stillhook.physics.hydraulics.motor import Motors
 from stillhook.physics.hydraulics.motor_laws import FITTED
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl
-from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter, suspended_load
+from stillhook.physics.load_path.drum import (
+    Drum,
+    Inertia,
+    K_wire,
+    Load,
+    Wire,
+    layer_diameter,
+    layers_filled,
+    suspended_load,
+)
 from stillhook.physics.records import other_classes
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
@@ -201,6 +210,7 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
             p_set=p.accumulator.gas.p_0,
             K_acc=crane.control.K_acc,
             dp_least=circuits.DP_LEAST,
+            least=0.0 if p.bank is None else 1.0,
         ),
         n_full=n_full,
         n_max=n_max,
@@ -247,6 +257,12 @@ def drum_record(crane: Crane) -> Drum:
         L_full=L_full,
         m_wire=crane.wire.mass_per_length,
     )
+
+
+def layer_diameter_at(crane: Crane, s_w: float) -> float:
+    """Diameter of the wire centre on the layer in use with s_w paid out [m]."""
+    drum = drum_record(crane)
+    return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
 
 
 def inertia_record(crane: Crane) -> Inertia:
@@ -397,6 +413,7 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
     gas_factor: charge of accumulators over that which the crane was set up with, and which its PLC holds [-].
     """
     hoist = _hoist(crane, case)
+    crane = crane.plant.type.prepared(crane, hoist.load.W, layer_diameter_at(crane, case.s_w))
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
     p_0 = crane.plant.type.charge(crane)
     modes = (case.mode, *(mode for _, mode in case.modes))

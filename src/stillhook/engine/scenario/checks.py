@@ -22,11 +22,12 @@ from stillhook.engine.pack.winch import (
     torque_limit,
     wire_speed_max,
 )
+from stillhook.engine.pack.winch import layer_diameter_at as layer_diameter_at
 from stillhook.engine.scenario.followed_law import LEAST_GAIN, FollowedLaw, standing_error
 from stillhook.errors import ScenarioError
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor_laws import motor_loss
-from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
@@ -142,12 +143,6 @@ def _check_held(crane: Crane, case: Scenario) -> None:
             f"operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. "
             'Set mode = "manual", or leave it out.'
         )
-
-
-def layer_diameter_at(crane: Crane, s_w: float) -> float:
-    """Diameter of the wire centre on the layer in use with s_w paid out [m]."""
-    drum = drum_record(crane)
-    return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
 
 
 def foresee(crane: Crane, case: Scenario) -> Foreseen:

@@ -17,7 +17,11 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.scalar import scalar
 from stillhook.units import show
 from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
+from stillhook.winches.circuits.tables import P_ATM
 from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, Stroke
+
+ROUNDED = 1.0e-9
+"""Part of their displacement by which motors that hold a load exactly may seem too small [-]."""
 
 
 class PassiveCircuit(NamedTuple):
@@ -101,8 +105,33 @@ def charge(crane: Any) -> float:
     return float(crane.passive.accumulator.gas.p_0)
 
 
+def pressure_set(passive: Any, T: float) -> float:
+    """Gas pressure at mid stroke that is set for a torque T of all motors [N m]: that of the charge, and of a bank what
+    carries it, within its range [Pa]."""
+    p_0, bank = float(passive.accumulator.gas.p_0), passive.bank
+    return p_0 if bank is None else min(max(passive.p_lp + T / passive.motor.D_total, bank.p_min), p_0)
+
+
+def prepared(crane: Any, W: float, d: float) -> Any:
+    """The crane with its gas bank filled for a weight W [N] on diameter d [m]; without a bank as it is."""
+    passive = crane.passive
+    if passive.bank is None:
+        return crane
+    gas = passive.accumulator.gas
+    gas = gas.model_copy(update={"p_0": pressure_set(passive, W * 0.5 * d / crane.i_hD)})
+    accumulator = passive.accumulator.model_copy(update={"gas": gas})
+    return crane.model_copy(update={"passive": passive.model_copy(update={"accumulator": accumulator})})
+
+
+def time_to_fill(passive: Any, dp: float) -> float:
+    """Time in which the compressor changes the pressure of a bank by dp [Pa], with the gas at one temperature [s]: V_0
+    dp = p_atm Q t."""
+    return float(passive.accumulator.gas.V_0 * abs(dp) / (P_ATM * passive.bank.Q_free))
+
+
 def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
     """The passive motors, at mid stroke of the accumulator."""
+    crane = prepared(crane, W, d)
     passive, T = crane.passive, W * 0.5 * d / crane.i_hD
     dp = passive.accumulator.gas.p_0 - passive.p_lp
     alpha = T / (passive.motor.D_total * dp)
@@ -129,14 +158,23 @@ def stroke_notes(acc: Any, p_lp: float, held: Any) -> list[str]:
 
 
 def stroke(crane: Any, F: float) -> Stroke:
-    """Motion of the tip that fills the accumulator's stroke at a tension F [N]."""
-    return stroke_of(crane.passive.accumulator, crane.passive.p_lp, F)
+    """Motion of the tip that fills the accumulator's stroke at a tension F [N], on the innermost layer of a bank."""
+    passive = prepared(crane, F, crane.drum.d).passive
+    return stroke_of(passive.accumulator, passive.p_lp, F)
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     """Passive motors too small for the load, an accumulator too small for the motion."""
+    crane = prepared(crane, held.W, held.d)
     acc, out = crane.passive.accumulator, []
-    if (alpha := other_motors(crane, held.W, held.d)[0].alpha) > 1.0:
+    alpha = other_motors(crane, held.W, held.d)[0].alpha
+    if crane.passive.bank is not None:
+        p_0, dp = acc.gas.p_0, acc.gas.p_0 - crane.passive.bank.p_min
+        out.append(
+            f"the gas bank is set to {show(p_0, 'pressure')} for this load and stays so: the compressor takes"
+            f" {show(time_to_fill(crane.passive, dp), 'time')} down to {show(crane.passive.bank.p_min, 'pressure')}"
+        )
+    if alpha > 1.0 + ROUNDED:
         p_0 = show(acc.gas.p_0, "pressure")
         out.append(
             f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"

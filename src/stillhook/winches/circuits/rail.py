@@ -173,6 +173,7 @@ def rail_record(rail: Secondary, K_acc: float, gas_held: bool, parts: Parts) -> 
             p_set=rail.accumulator.gas.p_0,
             K_acc=K_acc,
             dp_least=tables.DP_LEAST,
+            least=0.0,
         ),
         n_full=unit.n_max_full,
         n_max=unit.n_max_full,

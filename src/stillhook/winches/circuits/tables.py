@@ -451,6 +451,18 @@ class Accumulator(Spec):
         return self
 
 
+P_ATM = 101325.0
+"""Pressure of the air that a compressor draws [Pa]: standard atmosphere."""
+
+
+class GasBank(Spec):
+    """Bank whose gas pressure is set for the load, with motors of fixed displacement: passive control of the first
+    generation. Its highest pressure is accumulator.gas.p_0."""
+
+    p_min: u.Pressure = Field(gt=0, description="lowest gas pressure that is set")
+    Q_free: u.Flow = Field(gt=0, description="gas that the compressor delivers, at atmospheric pressure")
+
+
 class PassiveCircuit(Spec):
     """Circuit on an accumulator that carries the weight of the load."""
 
@@ -462,6 +474,26 @@ class PassiveCircuit(Spec):
     line: Line
     leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
     internal_share: Number | None = InternalShare
+    bank: GasBank | None = Field(
+        default=None, description="gas pressure set for the load; default variable displacement at one pressure"
+    )
+
+    @model_validator(mode="after")
+    def _bank_holds_the_load(self) -> Self:
+        if self.bank is None:
+            return self
+        if self.motor.alpha_min < 1.0:
+            raise ValueError(
+                f"motor.alpha_min = {self.motor.alpha_min:g}: with a bank the motors are of fixed displacement. Set 1,"
+                " or leave out bank."
+            )
+        if not self.p_lp < self.bank.p_min <= self.accumulator.gas.p_0:
+            raise ValueError(
+                f"p_lp {u.show(self.p_lp, 'pressure')}, bank.p_min {u.show(self.bank.p_min, 'pressure')} and"
+                f" accumulator.gas.p_0 {u.show(self.accumulator.gas.p_0, 'pressure')} must rise in this order. Change"
+                " the one that is out of place."
+            )
+        return self
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:

@@ -27,6 +27,7 @@ from stillhook.winches.circuits.passive import (
     other_motors,
     passive_flows,
     passive_stiffness,
+    prepared,
     stroke,
 )
 from stillhook.winches.interface import Carried, Cause, Parts, Stiffness

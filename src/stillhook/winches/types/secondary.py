@@ -1,6 +1,7 @@
 """Secondary control: over-centre units on a rail of nearly constant pressure turn the drum, and an accumulator keeps
 the energy (Moslatt 2020 section 1.2.2, figures 1.10 and 1.12; paper E section 1)."""
 
+from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.control.commands import SMALL, make_up, within_power
@@ -171,8 +172,15 @@ def moving_loss(alpha_s, dp, omega_m, p):
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant, read along its diagram: rail, speed control, friction. q point of the load
     path."""
-    R, d = p.rail, p.drive
-    alpha_s = displacement(x.alpha_s, R.motor_servo)
+    alpha_s = displacement(x.alpha_s, p.rail.motor_servo)
+    return circuit_of(x, q, u, geo, alpha_s, abs(alpha_s), p.rail, p)
+
+
+@scalar
+def circuit_of(x, q, u, geo, alpha_s, swept, R, p):
+    """The winch at an instant with units at alpha_s, whose pistons sweep a share of their full stroke [-]; R rail with
+    the leak and the friction of the units as they are now."""
+    d = p.drive
     alpha_rp = displacement(x.alpha_rp, R.pump_servo)
     D = R.settings.D_m_max
     D_s = D * alpha_s
@@ -182,7 +190,8 @@ def circuit(x, q, u, geo, p):
     T_P = speed_torque(u.omega_ref, x.omega_m, 1.0 / geo.i_J, d.K) * (1.0 - u.brake)
     T_ref = u.T_ahead + T_P + x.T_I
     u_s = guarded_setting(setting_for_torque(T_ref, D, dp), x.omega_m, d.n_full, R.n_full)
-    g = dry_level(q.F_w * 0.5 * geo.d, alpha_s, over, x.omega_m, p) + u.brake * p.hoist.T_brake
+    dry = motors_dry(x.omega_m, abs(alpha_s), over, R.motors)
+    g = shaft.dry_level(dry, x.omega_m, q.F_w * 0.5 * geo.d, p.hoist) + u.brake * p.hoist.T_brake
     return Circuit(
         o=o,
         alpha_s=alpha_s,
@@ -194,7 +203,7 @@ def circuit(x, q, u, geo, p):
         u_s=u_s,
         g=g,
         held=u.brake,
-        T_moving=moving_loss(alpha_s, over, x.omega_m, p),
+        T_moving=shaft.moving_loss(motors_moving(x.omega_m, swept, over, R.motors), x.omega_m, p.hoist),
     )
 
 
@@ -250,11 +259,16 @@ def sense(x, y, q, m, tick, geo, p):
 def torque_ahead(omega_ref, u_p, r, x, m, brake, tick, geo, p):
     """Torque that is fed forward to the drive [N m]: load, friction, and the shaft's acceleration while the tip is
     compensated and the speed is not at its limit; m memory after the cycle."""
-    R, d = p.rail, p.drive
-    F = load_ahead(m.F, r.F, d.most)
-    dp = r.p_hp - R.settings.p_lp
+    F, dp = load_ahead(m.F, r.F, p.drive.most), r.p_hp - p.rail.settings.p_lp
     T_f = dry_level(F * 0.5 * geo.d, x.alpha_s, dp, omega_ref, p)
     T_f = T_f + abs(moving_loss(x.alpha_s, dp, omega_ref, p))
+    return torque_ahead_of(F, T_f, omega_ref, u_p, m, brake, tick, geo, p)
+
+
+@scalar
+def torque_ahead_of(F, T_f, omega_ref, u_p, m, brake, tick, geo, p):
+    """Torque that is fed forward with a load F [N] and a friction T_f of the winch [N m]."""
+    d = p.drive
     follows = 1.0 if m.mode > MANUAL and abs(u_p) < 1.0 else 0.0
     accelerates = -follows * tick.a_m / (geo.r_eff * geo.i_J)
     return F * geo.r_eff + (1.0 - brake) * (friction_ahead(omega_ref, T_f, d.share, d.i_omega) + accelerates)
@@ -265,10 +279,16 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     """Commands of the plant, the PLC's memory, signals of the drive: the speed's set-point and its feedforward; the
     pumps replace what the mean pressure lacks, and the oil that the operator's own motion takes, within the power
     that the units give and take."""
-    R, power, f = p.rail, p.plc.power, tick.f_known
     drive = apply_override(drive, tick)
     omega_ref = drive.u_p * p.drive.n_full
     T_ahead = torque_ahead(omega_ref, drive.u_p, r, x, m, drive.brake, tick, geo, p)
+    return commands(drive, omega_ref, T_ahead, r, x, m, tick, geo, p)
+
+
+@scalar
+def commands(drive, omega_ref, T_ahead, r, x, m, tick, geo, p):
+    """Commands of the plant with a set-point of the speed [rad/s] and a torque fed forward [N m]; see `actuate`."""
+    R, power, f = p.rail, p.plc.power, tick.f_known
     demand = make_up(m.p_mean, displacement(x.alpha_s, R.motor_servo), tick.v_op / geo.r_eff, R.settings)
     dp = r.p_hp - R.settings.p_lp
     u_supplied = within_power(demand, dp, f * power.Q_pp, f * power.P_max)
@@ -388,7 +408,7 @@ def lag(crane: Any) -> float:
     return float(crane.control.computing + 0.5 * crane.control.t_cycle)
 
 
-def stiffness(p: Params) -> Stiffness:
+def stiffness(p: Any) -> Stiffness:
     """Fast modes of the winch."""
     of_rail = passive_stiffness(p.rail, shaft_inertia_without_wire(p.hoist))
     rates = {
@@ -407,7 +427,7 @@ def steady_torque(p: Params, geo: Geometry, F_w: float, omega_m: float) -> float
     return float(T_w + copysign(T_f, omega_m))
 
 
-def steady_flow(p: Params, T: float, omega_m: float) -> float:
+def steady_flow(p: Any, T: float, omega_m: float) -> float:
     """Flow that the rail's pumps must give at a steady speed and mid stroke [m^3/s]; negative: take."""
     R = p.rail
     dp = R.settings.p_set - R.settings.p_lp
@@ -420,15 +440,23 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
     """Highest steady motor speed with the tension F_w at the top [rad/s], and the limit that ends it: torque of the
     units, power of the power units (lowering: what they take back), flow of the pumps (the accumulator then runs to an
     end), or the speed at full command."""
+    return speed_limit_of(steady_torque, steady_flow, p, geo, F_w, lowering)
+
+
+def speed_limit_of(
+    torque: Callable[..., float], flow: Callable[..., float], p: Any, geo: Geometry, F_w: float, lowering: bool
+) -> tuple[float, str]:
+    """`speed_limit` with the torque of all units and the flow of the rail's pumps at a steady speed, see
+    `steady_torque` and `steady_flow`."""
     R, way = p.rail, -1.0 if lowering else 1.0
     dp = R.settings.p_set - R.settings.p_lp
     P = p.P_back if lowering else p.plc.power.P_max
     Q, cause = (P / dp, "power") if P < R.settings.Q_p_max * dp else (R.settings.Q_p_max, "stroke")
 
     def possible(omega: float) -> bool:
-        return way * steady_flow(p, steady_torque(p, geo, F_w, way * omega), way * omega) <= Q
+        return way * flow(p, torque(p, geo, F_w, way * omega), way * omega) <= Q
 
-    if steady_torque(p, geo, F_w, way * MOVES) > R.settings.D_m_max * dp:
+    if torque(p, geo, F_w, way * MOVES) > R.settings.D_m_max * dp:
         return 0.0, "torque"
     if possible(p.drive.n_full):
         return p.drive.n_full, "overspeed"
