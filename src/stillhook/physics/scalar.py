@@ -139,6 +139,18 @@ exp = in_kernels(_exp_python, Scalar(_exp, error_model="numpy", fastmath={"contr
 Called from Python it takes arrays as well, so that measured data can be put into the same equations."""
 
 
+def _sin(x):
+    return math.sin(x)
+
+
+def _cos(x):
+    return math.cos(x)
+
+
+sin, cos = in_kernels(lambda x: np.sin(x), Scalar(_sin)), in_kernels(lambda x: np.cos(x), Scalar(_cos))
+"""Sine and cosine of an angle [rad]; called from Python they take arrays as well."""
+
+
 @scalar
 def tanh(x):
     q = exp(-2.0 * abs(x))
