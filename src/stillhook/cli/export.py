@@ -169,6 +169,10 @@ def external(
 
 
 LANGUAGES = ("st",)
+BOOM_HELP = (
+    "Boom, its heel from the motion unit: also write the block that makes the tip's motion of heave, roll, pitch and"
+    ' the boom\'s angles: "x=0 m, y=0 m, z=8 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg".'
+)
 
 
 def plc_export(
@@ -177,6 +181,7 @@ def plc_export(
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
     language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML next to it.")] = "st",
+    boom: Annotated[str | None, typer.Option(help=BOOM_HELP)] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the files.")] = Path(),
     json: Json = False,
 ) -> None:
@@ -188,7 +193,10 @@ def plc_export(
     from stillhook.export.plc.block import PlcError, controller_block
     from stillhook.export.plc.sequence import sequence_csv
     from stillhook.export.plc.text import plcopen_xml, settings, structured_text
+    from stillhook.export.plc.tip import tip_block
     from stillhook.library import load_crane
+    from stillhook.sea.vessel.boom import parse_boom
+    from stillhook.sea.vessel.vessel_tip import lengths
 
     if language not in LANGUAGES:
         raise PlcError(f"--language {quote(language)}: unknown. Choose {' or '.join(LANGUAGES)}.")
@@ -196,11 +204,14 @@ def plc_export(
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
     stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
-    names = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
+    tip = None if boom is None else structured_text(tip_block(lengths(parse_boom(boom, "--boom"))))
+    names: tuple[str, ...] = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
+    names += () if tip is None else (f"{machine.name}-tip.st",)
     check_out(out, names)
     text = structured_text(block)
     facts = settings(block, text)
-    write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, sequence_csv(block)), strict=True)), quiet=json)
+    contents = (text, plcopen_xml(block), facts, sequence_csv(block), *(() if tip is None else (tip,)))
+    write_out(out, dict(zip(names, contents, strict=True)), quiet=json)
     data = {**facts, "files": [str(out / name) for name in names]}
     title = f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s"
     say_lines(data, title, [f"SHA-256 {facts['sha256']}"], json=json)

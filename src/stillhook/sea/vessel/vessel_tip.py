@@ -162,14 +162,14 @@ class VesselTip(Motion):
 
     def sample(self, t: ArrayLike) -> Sample:
         time = np.asarray(t, dtype=np.float64)
-        return _sample(tip_motion(self._attitude(time), self._pose(time), self._lengths((0.0, 0.0, 0.0), 1.0)), time)
+        return _sample(tip_motion(self._attitude(time), self._pose(time), lengths(self.boom)), time)
 
     def measured(self, t: ArrayLike) -> Sample:
         """Height, speed and acceleration of the tip as the PLC calculates them from its motion unit and the boom's
         angles."""
         time = np.asarray(t, dtype=np.float64)
         flat = np.ravel(time)
-        boom = self._lengths(self.unit.at, self.unit.exact)
+        boom = lengths(self.boom, self.unit.at, self.unit.exact)
         return _sample(tip_motion(self._signals.at(flat), self._pose(flat), boom), time)
 
     @cached_property
@@ -187,12 +187,6 @@ class VesselTip(Motion):
         h = rise(true, Jet(x, 0.0, 0.0), Jet(y, 0.0, 0.0), Jet(z, 0.0, 0.0), 1.0)
         return Attitude(Jet(h.x - z, h.v, h.a), true.roll, true.pitch)
 
-    def _lengths(self, at: tuple[float, float, float], exact: float) -> BoomLengths:
-        """The boom seen from a place."""
-        b = self.boom
-        x, y, z = b.x - at[0], b.y - at[1], b.z - at[2]
-        return BoomLengths(x, y, z, b.offset, b.main_length, b.knuckle_length, b.tip[2] - at[2], exact)
-
     def _pose(self, t: FloatArray) -> BoomPose:
         return BoomPose(*(_moved(getattr(self.boom, angle), getattr(self, name), t) for name, angle in ANGLES.items()))
 
@@ -201,7 +195,7 @@ class VesselTip(Motion):
         that do not turn with the ship [m]; exact rotations in the order yaw, pitch, roll."""
         time = np.asarray(t, dtype=np.float64)
         turn = {name: getattr(self, name).sample(time)[0] for name in SIZES}
-        x, y, z = (jet.x for jet in lever(self._pose(time), self._lengths((0.0, 0.0, 0.0), 1.0)))
+        x, y, z = (jet.x for jet in lever(self._pose(time), lengths(self.boom)))
         y, z = y * np.cos(turn["roll"]) - z * np.sin(turn["roll"]), y * np.sin(turn["roll"]) + z * np.cos(turn["roll"])
         x, z = (
             x * np.cos(turn["pitch"]) - z * np.sin(turn["pitch"]),
@@ -237,6 +231,12 @@ class VesselTip(Motion):
             unit=MotionUnit.from_dict(data["unit"]),
         )
         return tip
+
+
+def lengths(boom: Boom, at: tuple[float, float, float] = (0.0, 0.0, 0.0), exact: float = 1.0) -> BoomLengths:
+    """The boom seen from a place, which its tip is above as it is now; exact as in `BoomLengths`."""
+    x, y, z = boom.x - at[0], boom.y - at[1], boom.z - at[2]
+    return BoomLengths(x, y, z, boom.offset, boom.main_length, boom.knuckle_length, boom.tip[2] - at[2], exact)
 
 
 def _sample(jet: Jet, t: FloatArray) -> Sample:
