@@ -84,7 +84,8 @@ def fmu(
     coupling: Annotated[
         str,
         typer.Option(
-            help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out.'
+            help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out. "vessel":'
+            " heave, roll, pitch and the angles of the boom in; the case's tip then has a boom."
         ),
     ] = "tip",
     contents: Annotated[

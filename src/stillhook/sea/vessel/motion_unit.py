@@ -109,6 +109,16 @@ class MotionUnit:
         return 2.0 * math.pi / self.heave_period if self.heave_period else 0.0
 
     @property
+    def noisy(self) -> bool:
+        """Whether it adds noise."""
+        return any((self.noise_heave, self.noise_speed, self.noise_angle, self.noise_rate))
+
+    @property
+    def passes(self) -> bool:
+        """Whether its signals are the motion as it is."""
+        return self.heave_period is None and self.delay == 0.0 and not self.noisy
+
+    @property
     def exact(self) -> float:
         """1 where the PLC turns the lever in full."""
         return float(self.rotations == EXACT)
@@ -127,8 +137,9 @@ class MotionUnit:
         """The unit in words."""
         heave = f"heave filter {self.heave_period:g} s, damping {self.heave_damping:g}" if self.heave_period else ""
         late = f"{1e3 * self.delay:g} ms late" if self.delay else ""
-        noisy = self.noise_heave or self.noise_speed or self.noise_angle or self.noise_rate
-        parts = [part for part in (heave, late, "with noise" if noisy else "", f"{self.rotations} rotations") if part]
+        parts = [
+            part for part in (heave, late, "with noise" if self.noisy else "", f"{self.rotations} rotations") if part
+        ]
         return f"motion unit: {', '.join(parts)}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -182,7 +193,7 @@ class Signals:
             step = np.maximum(late - from_node, 1e-9)  # at a node the cubic between is not needed
             m = filter_step(m, before, heave, step, unit.omega, unit.heave_damping)
             heave = filtered(heave, m, unit.omega, unit.heave_damping)
-        if not (unit.noise_heave or unit.noise_speed or unit.noise_angle or unit.noise_rate):
+        if not unit.noisy:
             return Attitude(heave, true.roll, true.pitch)
         n = self._noise_of(np.floor(np.maximum(t, 0.0) * RATE + 1e-6).astype(np.intp))
         angle, rate = unit.noise_angle, unit.noise_rate
