@@ -42,6 +42,11 @@ class MotionUnit:
     of white noise, a hundred values a second, on heave, its speed, roll and pitch, and their rates (per second, as
     "0.01 rad/s"). seed: of that noise. rotations: whether the PLC turns the lever "exact" or "small-angle".
     Texts with units in, SI kept. Errors: MotionError, UnitError.
+
+    >>> import math, stillhook
+    >>> unit = stillhook.MotionUnit(heave_period="25 s")
+    >>> round(abs(complex(unit.response(2.0 * math.pi / 14.0))), 3)
+    0.96
     """
 
     at: tuple[float, float, float]

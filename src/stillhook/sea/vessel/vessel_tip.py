@@ -50,7 +50,7 @@ class VesselTip(Motion):
     >>> import stillhook
     >>> tip = stillhook.VesselTip("x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg", roll="sine 2 deg 12 s")
     >>> round(float(tip.sample(3.0)[0]), 3)
-    -0.794
+    -0.787
     """
 
     boom: Boom
