@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Columns, CraneArgument, Json, MappingFile, check_out, present, refuse, write_out
+from stillhook.cli.parser import (
+    Columns,
+    CraneArgument,
+    Json,
+    MappingFile,
+    SubjectArgument,
+    check_out,
+    present,
+    refuse,
+    write_out,
+)
 from stillhook.errors import CommandError, ConvertError, StillhookError
 from stillhook.report.formatting import counted
 from stillhook.report.terminal import Answer, say
@@ -170,23 +180,20 @@ def external(
 
 
 LANGUAGES = ("st",)
-BOOM_HELP = (
-    "Boom, its heel from the motion unit: also write the block that makes the tip's motion of heave, roll, pitch and"
-    ' the boom\'s angles: "x=0 m, y=0 m, z=8 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg".'
-)
 
 
 def plc_export(
-    crane: CraneArgument,
+    crane: SubjectArgument,
     controller: Annotated[
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
     language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML next to it.")] = "st",
-    boom: Annotated[str | None, typer.Option(help=BOOM_HELP)] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the files.")] = Path(),
     json: Json = False,
 ) -> None:
     """Write a controller for a PLC: text, PLCopen XML, settings, and a test sequence with its expected outputs.
+
+    Of a case whose tip has a boom also the block that makes the tip's motion of the signals of motion unit and boom.
 
     Example: stillhook plc export nov-250t --controller ssc --language st --out plc
     """
@@ -195,17 +202,19 @@ def plc_export(
     from stillhook.export.plc.sequence import sequence_csv
     from stillhook.export.plc.text import plcopen_xml, settings, structured_text
     from stillhook.export.plc.tip import tip_block
-    from stillhook.library import load_crane
-    from stillhook.sea.vessel.boom import parse_boom
-    from stillhook.sea.vessel.vessel_tip import lengths
+    from stillhook.formats.case_file import load_subject
+    from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 
     if language not in LANGUAGES:
         raise PlcError(f"--language {quote(language)}: unknown. Choose {' or '.join(LANGUAGES)}.")
-    machine = load_crane(crane)
+    subject = load_subject(crane)
+    machine, motion = subject.crane, subject.scenario.get("tip")
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
     stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
-    tip = None if boom is None else structured_text(tip_block(lengths(parse_boom(boom, "--boom"))))
+    tip = None
+    if isinstance(motion, VesselTip):
+        tip = structured_text(tip_block(lengths(motion.boom, motion.unit.at, motion.unit.exact)))
     names: tuple[str, ...] = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
     names += () if tip is None else (f"{machine.name}-tip.st",)
     check_out(out, names)

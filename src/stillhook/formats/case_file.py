@@ -19,7 +19,7 @@ from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
-from stillhook.sea.motion.text import parse_motion
+from stillhook.sea.motion.words import parse_motion
 from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.vessel_tip import SIZES, VesselTip
 from stillhook.spec.crane import Crane

@@ -31,14 +31,18 @@ def test_the_text_calculates_what_a_run_takes_for_measured(rotations):
     np.testing.assert_allclose(ours, np.column_stack(tip.measured(t)), rtol=1e-13, atol=1e-13)
 
 
-def test_the_command_writes_it_beside_the_controller(tmp_path):
-    assert run(["plc", "export", "nov-250t", "--boom", BOOM, "--out", str(tmp_path)]) == 0
-    file = tmp_path / "nov-250t-tip.st"
+def test_the_command_writes_it_next_to_the_controller_of_a_case_with_a_boom(tmp_path):
+    case = f'crane = "nov-250t"\n[scenario]\nload = "100 t"\ns_w = "100 m"\n[scenario.tip]\nboom = "{BOOM}"\n'
+    (tmp_path / "case.toml").write_text(case + 'unit = { at = ["1 m", "0 m", "3 m"], rotations = "small-angle" }\n')
+    assert run(["plc", "export", str(tmp_path / "case.toml"), "--out", str(tmp_path / "plc")]) == 0
+    file = tmp_path / "plc" / "nov-250t-tip.st"
     named, found = verify(file)
     assert named == found
-    assert "FUNCTION_BLOCK SH_tip" in file.read_text()
+    text = file.read_text()
+    for line in ("FUNCTION_BLOCK SH_tip", "x : LREAL := 0.0;", "z : LREAL := 5.0;", "exact : LREAL := 0.0;"):
+        assert line in text
 
 
-def test_a_boom_without_a_height_is_refused(tmp_path, capsys):
-    assert run(["plc", "export", "nov-250t", "--boom", BOOM.replace(", z=8 m", ""), "--out", str(tmp_path)]) == 2
-    assert "--boom: z is missing." in capsys.readouterr().err
+def test_without_a_boom_there_is_no_such_block(tmp_path):
+    assert run(["plc", "export", "nov-250t", "--out", str(tmp_path)]) == 0
+    assert not list(tmp_path.glob("*-tip.st"))

@@ -36,8 +36,8 @@ from stillhook.units import parse, quote
 if TYPE_CHECKING:
     from stillhook.sea.motion.motion import Motion
     from stillhook.sea.spectra.spectrum import Sea
+    from stillhook.sea.vessel.boom import TipPoint
     from stillhook.sea.vessel.rao import Rao
-    from stillhook.sea.vessel.tip import TipPoint
 
 
 OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
@@ -192,7 +192,7 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
     """Motion of a tip in a log, at a place from its sensor; of a case file that of its scenario."""
     from stillhook.formats.case_file import load_subject
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
-    from stillhook.sea.vessel.tip import parse_point
+    from stillhook.sea.vessel.boom import parse_point
 
     case = log.suffix == ".toml"
     known = load_subject(str(log)).scenario.get("tip") if case else stored_motion(log)
@@ -352,8 +352,7 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
 
 def place(at: str | None, boom: str | None) -> TipPoint:
     """The crane tip, given as such or by the crane's geometry."""
-    from stillhook.sea.vessel.boom import parse_boom
-    from stillhook.sea.vessel.tip import TipPoint, parse_point
+    from stillhook.sea.vessel.boom import TipPoint, parse_boom, parse_point
 
     if at is not None:
         refuse({"--boom": boom}, "the tip is given by --at already. Give one of them.")

@@ -11,8 +11,7 @@ from typing import Self
 from stillhook.base.arrays import fill
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.ship_motion import MAX_OFFSET
-from stillhook.sea.vessel.tip import parse_point
-from stillhook.units import parse, quote
+from stillhook.units import number, parse, quote
 
 LARGEST_ELEVATION = math.radians(88.0)
 """Of the main boom above the horizontal: no boom is lifted over its own pedestal."""
@@ -20,11 +19,47 @@ LARGEST_FOLD = math.radians(170.0)
 """Of the knuckle boom below the line of the main boom: beyond it the two booms meet."""
 LONGEST_BOOM, LARGEST_OFFSET = 200.0, 20.0  # m
 REACH_TOLERANCE = 1e-9  # part of the reach by which rounding may pass it
+AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 DESCRIPTIONS = {
     "pedestal": 'Give forward, to port, and height of the heel pin, as ("-10 m", "-6 m", "15 m").',
     "main": 'Give length and angle above the horizontal, as ("25 m", "50 deg").',
     "knuckle": 'Give length and angle below the line of the main boom, as ("15 m", "60 deg").',
 }
+
+
+@dataclass(frozen=True)
+class TipPoint:
+    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up
+    (None: not determined)."""
+
+    x: float
+    y: float
+    z: float | None = None
+
+    def describe(self) -> str:
+        """The place in words and units."""
+        up = "" if self.z is None else f", z {number(self.z)} m"
+        return f"x {number(self.x)} m, y {number(self.y)} m{up}"
+
+
+def parse_point(text: str, where: str = "at") -> TipPoint:
+    """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
+    coordinates: dict[str, float] = {}
+    for part in text.split(",") if isinstance(text, str) else [""]:
+        match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
+        if match is None or match[1].lower() not in ("x", "y", "z"):
+            problem = f"{quote(part.strip())} is not x, y or z with a length"
+            raise SeaError(f"{where} {quote(text)}: {problem}. Write a place {AT_LIKE}.")
+        name = match[1].lower()
+        if name in coordinates:
+            raise SeaError(f"{where} {quote(text)}: {name} is given twice. Give it once.")
+        coordinates[name] = parse(match[2], "length", f"{where}: {name}")
+        if abs(coordinates[name]) > MAX_OFFSET:
+            raise SeaError(f"{where} {quote(text)}: {name} is more than {MAX_OFFSET:g} m. Check its unit.")
+    for name in ("x", "y"):
+        if name not in coordinates:
+            raise SeaError(f"{where} {quote(text)}: {name} is missing. Write a place {AT_LIKE}.")
+    return TipPoint(coordinates["x"], coordinates["y"], coordinates.get("z"))
 
 
 @dataclass(frozen=True, init=False)

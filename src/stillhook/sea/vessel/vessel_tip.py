@@ -4,7 +4,7 @@ the PLC makes of its motion unit's signals."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -18,7 +18,7 @@ from stillhook.errors import MotionError, SeaError
 from stillhook.physics.tip_kinematics import Attitude, BoomLengths, BoomPose, Jet, lever, rise, tip_motion
 from stillhook.sea.motion.motion import Motion, Sample, Still
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.sea.motion.text import motion_from_dict, parse_motion
+from stillhook.sea.motion.words import parse_motion
 from stillhook.sea.vessel.boom import Boom, parse_boom
 from stillhook.sea.vessel.motion_unit import MotionUnit, Signals
 from stillhook.sea.vessel.ship_motion import ShipMotion
@@ -221,12 +221,12 @@ class VesselTip(Motion):
         return {"type": self.kind, "boom": self.boom.to_dict(), **motions, **moves, "unit": self.unit.to_dict()}
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Self:
-        """The motion that `to_dict` stored."""
+    def from_dict(cls, data: dict[str, Any], read: Callable[[dict[str, Any]], Motion]) -> Self:
+        """The motion that `to_dict` stored; read: makes a motion of what its `to_dict` stored."""
         tip = cls.__new__(cls)
         tip._fill(
             boom=Boom.from_dict(data["boom"]),
-            **{name: motion_from_dict(data[name]) for name in SIZES},
+            **{name: read(data[name]) for name in SIZES},
             **{name: tuple((float(a), float(b), float(c)) for a, b, c in data[name]) for name in ANGLES},
             unit=MotionUnit.from_dict(data["unit"]),
         )
