@@ -18,7 +18,7 @@ from stillhook.analysis.maps.operability import cells_of, map_of
 from stillhook.analysis.maps.result import BEST_CLASSIC, Map, cause_of
 from stillhook.analysis.maps.settling import settling_of
 from stillhook.library import changed
-from stillhook.sea.motion.text import parse_motion
+from stillhook.sea.motion.words import parse_motion
 from stillhook.thesis.maps import AROUND_80, LOW, SWITCH, change, speeds, value_map
 from stillhook.thesis.maps import cells as of
 from stillhook.thesis.quay import CRANE

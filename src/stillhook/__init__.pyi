@@ -28,6 +28,8 @@ from stillhook.sea.motion.motion import Sine as Sine
 from stillhook.sea.motion.motion import Still as Still
 from stillhook.sea.motion.recorded import Recorded as Recorded
 from stillhook.sea.spectra.text import parse_sea as parse_sea
+from stillhook.sea.vessel.motion_unit import MotionUnit as MotionUnit
+from stillhook.sea.vessel.vessel_tip import VesselTip as VesselTip
 from stillhook.spec.crane import Crane as Crane
 from stillhook.spec.lift.lowering import Lowering as Lowering
 from stillhook.spec.scenario import Mode as Mode

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from stillhook.errors import MotionError, StillhookError, UnitError
 from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.sea.motion.text import motion_from_dict, motion_from_json, motion_to_json, parse_motion
+from stillhook.sea.motion.text import motion_from_dict, motion_from_json, motion_to_json
+from stillhook.sea.motion.words import parse_motion
 
 RECORD = Recorded(np.arange(7.0) + 0.1, np.sin(np.arange(7.0)), source="log.csv", report="Read.")
 EXAMPLES: list[Motion] = [

@@ -15,7 +15,7 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.load_chart import CapacityStatement
 from stillhook.plan.file import load_plan
-from stillhook.sea.motion.text import parse_motion
+from stillhook.sea.motion.words import parse_motion
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import Phase
 

@@ -11,10 +11,11 @@ from tests.physics.test_secondary import BASE
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
-from stillhook.errors import StillhookError
+from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
-from stillhook.physics.hydraulics.motor import motor_leakage, motors_dry, motors_moving
+from stillhook.physics.hydraulics.motor import motor_leakage
+from stillhook.physics.hydraulics.motor_laws import motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.winches.types import digital
 
@@ -112,10 +113,10 @@ def test_idle_cylinders_neither_leak_nor_rub_under_pressure_and_full_units_are_a
     motors, idle = p.rail.motors, p.idle
     none, every = enabled(motors, 0.0, idle), enabled(motors, 1.0, idle)
     assert motor_leakage(100.0, none) == 0.0
-    assert motors_dry(0.0, 3e7, none) == pytest.approx(idle * motors_dry(0.0, 0.0, motors))
-    assert motors_moving(100.0, 1.0, none) == pytest.approx(idle * motors_moving(100.0, 1.0, motors))
-    assert motors_dry(1.0, 3e7, every) == motors_dry(1.0, 3e7, motors)
-    assert motors_moving(100.0, 1.0, every) == motors_moving(100.0, 1.0, motors)
+    assert motors_dry(100.0, 0.0, 3e7, none) == pytest.approx(idle * motors_dry(100.0, 0.0, 0.0, motors))
+    assert motors_moving(100.0, 1.0, 0.0, none) == pytest.approx(idle * motors_moving(100.0, 1.0, 0.0, motors))
+    assert motors_dry(100.0, 1.0, 3e7, every) == motors_dry(100.0, 1.0, 3e7, motors)
+    assert motors_moving(100.0, 1.0, 0.0, every) == motors_moving(100.0, 1.0, 0.0, motors)
     assert motor_leakage(100.0, every) == motor_leakage(100.0, motors)
 
 
@@ -126,7 +127,7 @@ def test_without_idle_loss_the_efficiency_does_not_depend_on_the_setting():
     def efficiency(alpha: float, idle: float) -> float:
         now = enabled(motors, alpha, idle)
         D = motors.count * motors.D_max * alpha
-        lost = motors_dry(alpha, dp, now) + motors_moving(omega, 1.0, now)
+        lost = motors_dry(omega, alpha, dp, now) + motors_moving(omega, 1.0, dp, now)
         return (1.0 - lost / (D * dp)) / (1.0 + motor_leakage(omega, now) * dp / (D * omega))
 
     assert efficiency(0.1, 0.0) == pytest.approx(efficiency(1.0, 0.0), rel=1e-12)
@@ -185,3 +186,9 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(changes, words):
         changed(crane(), changes)
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_units_with_another_loss_model_are_refused():
+    other = {"secondary": {"unit": {"loss_model": {"law": "mj2", "C": [1.0, 1e-2, 1e-2, 1e-2, 1e-15]}}}}
+    with pytest.raises(SpecError, match="told from MJ4 alone"):
+        pack(changed(crane(), other), Scenario(**BASE))

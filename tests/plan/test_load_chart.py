@@ -26,8 +26,8 @@ from stillhook.plan.tiers.closed_form import closed_form, leads
 from stillhook.plan.weather.spectral import spectral_persistence
 from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.weather.alpha import load_alpha_table
 

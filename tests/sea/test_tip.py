@@ -14,9 +14,10 @@ from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.motion.motion import Sine, Still
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.sea.vessel.tip import TipPoint, motion_statistics, parse_point, tip_response, tip_summary
+from stillhook.sea.vessel.tip import motion_statistics, tip_response, tip_summary
 from stillhook.statistics.extremes import MPM, Gumbel, gumbel, largest
 
 INTERPOLATION = 0.01

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Columns, CraneArgument, Json, MappingFile, check_out, present, refuse, write_out
+from stillhook.cli.parser import (
+    Columns,
+    CraneArgument,
+    Json,
+    MappingFile,
+    SubjectArgument,
+    check_out,
+    present,
+    refuse,
+    write_out,
+)
 from stillhook.errors import CommandError, ConvertError, StillhookError
 from stillhook.report.formatting import counted
 from stillhook.report.terminal import Answer, say
@@ -84,7 +94,8 @@ def fmu(
     coupling: Annotated[
         str,
         typer.Option(
-            help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out.'
+            help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out. "vessel":'
+            " heave, roll, pitch and the angles of the boom in; the case's tip then has a boom."
         ),
     ] = "tip",
     contents: Annotated[
@@ -172,7 +183,7 @@ LANGUAGES = ("st",)
 
 
 def plc_export(
-    crane: CraneArgument,
+    crane: SubjectArgument,
     controller: Annotated[
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
@@ -182,25 +193,35 @@ def plc_export(
 ) -> None:
     """Write a controller for a PLC: text, PLCopen XML, settings, and a test sequence with its expected outputs.
 
+    Of a case whose tip has a boom also the block that makes the tip's motion of the signals of motion unit and boom.
+
     Example: stillhook plc export nov-250t --controller ssc --language st --out plc
     """
     from stillhook.control.registry import default_of
     from stillhook.export.plc.block import PlcError, controller_block
     from stillhook.export.plc.sequence import sequence_csv
     from stillhook.export.plc.text import plcopen_xml, settings, structured_text
-    from stillhook.library import load_crane
+    from stillhook.export.plc.tip import tip_block
+    from stillhook.formats.case_file import load_subject
+    from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 
     if language not in LANGUAGES:
         raise PlcError(f"--language {quote(language)}: unknown. Choose {' or '.join(LANGUAGES)}.")
-    machine = load_crane(crane)
+    subject = load_subject(crane)
+    machine, motion = subject.crane, subject.scenario.get("tip")
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
     stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
-    names = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
+    tip = None
+    if isinstance(motion, VesselTip):
+        tip = structured_text(tip_block(lengths(motion.boom, motion.unit.at, motion.unit.exact)))
+    names: tuple[str, ...] = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
+    names += () if tip is None else (f"{machine.name}-tip.st",)
     check_out(out, names)
     text = structured_text(block)
     facts = settings(block, text)
-    write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, sequence_csv(block)), strict=True)), quiet=json)
+    contents = (text, plcopen_xml(block), facts, sequence_csv(block), *(() if tip is None else (tip,)))
+    write_out(out, dict(zip(names, contents, strict=True)), quiet=json)
     data = {**facts, "files": [str(out / name) for name in names]}
     title = f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s"
     say_lines(data, title, [f"SHA-256 {facts['sha256']}"], json=json)

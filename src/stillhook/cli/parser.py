@@ -136,7 +136,7 @@ def case_of(
 
 def motion_of(text: str, duration: str | None = None) -> Motion:
     """A motion text, or the log that it names."""
-    from stillhook.sea.motion.text import parse_motion
+    from stillhook.sea.motion.words import parse_motion
 
     if text.strip().split(" ")[0].lower() in ("sine", "still"):
         return parse_motion(text, "--motion")

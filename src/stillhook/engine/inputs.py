@@ -89,7 +89,7 @@ def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
     """What runs must share to run side by side: PLC cycles, first one that counts, and columns of the drive."""
     t_cycle = crane.control.t_cycle
     n_ticks = max(1, math.floor(case.duration / t_cycle + 1e-9))
-    thin = is_ideal(case.sensors) and not _events(case)
+    thin = is_ideal(case.sensors) and not case.tip.separate and not _events(case)
     return n_ticks, min(round(case.warm_up / t_cycle), n_ticks), THIN if thin else TICK
 
 
@@ -230,7 +230,8 @@ class CycleInputs:
     def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
         """The tip as the PLC receives it: delayed (constant before the start), noisy, quantised."""
         sensors = self.case.sensors
-        seen = thin if sensors.delay == 0.0 else np.column_stack(self.motion.sample(np.maximum(t - sensors.delay, 0.0)))
+        late = sensors.delay > 0.0 or self.motion.separate
+        seen = np.column_stack(self.motion.measured(np.maximum(t - sensors.delay, 0.0))) if late else thin
         seen = seen + self._noise.tip[k : k + n]
         for column, step in ((0, sensors.step_s_tip), (1, sensors.step_v_tip)):
             if step > 0.0:

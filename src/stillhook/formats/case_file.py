@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, ValidationError
 
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError
-from stillhook.formats.motion.open import read_tip_motion, stored_motion
+from stillhook.formats.motion.open import read_ship_motion, read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.formats.table.corrections import corrections
 from stillhook.library import load_crane
@@ -19,11 +19,13 @@ from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
-from stillhook.sea.motion.text import parse_motion
+from stillhook.sea.motion.words import parse_motion
+from stillhook.sea.vessel.motion_unit import MotionUnit
+from stillhook.sea.vessel.vessel_tip import SIZES, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Share, Spec, Text, first_problem
-from stillhook.units import Speed
+from stillhook.units import Speed, quote
 
 Read = TypeVar("Read")
 FASTEST = 10.0
@@ -47,6 +49,45 @@ class TipFile(Spec):
     max_gap: Any = Field(default=None, description="longest gap that is bridged")
     start: Any = Field(default=None, description="begin of the part that is used")
     duration: Any = Field(default=None, description="length of the part that is used")
+    mapping: Text | None = Field(default=None, description="mapping file of its columns, seen from this file")
+    columns: Mapping[str, Any] = Field(default_factory=dict, description="its columns, as in a mapping file")
+
+
+class UnitTable(Spec):
+    """A table `unit` in a table `tip` with a boom: the motion unit, see `stillhook.MotionUnit`."""
+
+    at: Any = Field(default=None, description="from the point whose motion is given to the motion unit")
+    heave_period: Any = Field(default=None, description="corner of its heave filter")
+    heave_damping: Any = Field(default=None, description="damping of that filter")
+    delay: Any = Field(default=None, description="by which its signals are late")
+    noise_heave: Any = Field(default=None, description="noise of heave")
+    noise_speed: Any = Field(default=None, description="noise of the heave's speed")
+    noise_angle: Any = Field(default=None, description="noise of roll and pitch")
+    noise_rate: Any = Field(default=None, description="noise of their rates")
+    seed: Any = Field(default=None, description="seed of its noise")
+    rotations: Any = Field(default=None, description="how the PLC turns the lever: exact or small-angle")
+
+
+class VesselTable(Spec):
+    """A table `tip` with a boom: motion of the vessel, from a log or in words, and of the boom, see
+    `stillhook.VesselTip`."""
+
+    boom: Text = Field(description="boom, its heel pin from the point whose motion is given")
+    file: Text | None = Field(default=None, description="log of heave, roll and pitch, seen from this file")
+    heave: Any = Field(default=None, description="heave in words; with a log the sign of its heave")
+    roll: Any = Field(default=None, description="roll in words")
+    pitch: Any = Field(default=None, description="pitch in words")
+    surge: Any = Field(default=None, description="surge in words")
+    sway: Any = Field(default=None, description="sway in words")
+    yaw: Any = Field(default=None, description="yaw in words")
+    slew: Any = Field(default=None, description="slewing: first time, last time, angle reached")
+    luff: Any = Field(default=None, description="luffing of the main boom, likewise")
+    fold: Any = Field(default=None, description="folding of the knuckle boom, likewise")
+    unit: Mapping[str, Any] = Field(default_factory=dict, description="table of the motion unit")
+    time: Any = Field(default=None, description="column of the times of a log")
+    max_gap: Any = Field(default=None, description="longest gap of a log that is bridged")
+    start: Any = Field(default=None, description="begin of the part of a log that is used")
+    duration: Any = Field(default=None, description="length of the part of a log that is used")
     mapping: Text | None = Field(default=None, description="mapping file of its columns, seen from this file")
     columns: Mapping[str, Any] = Field(default_factory=dict, description="its columns, as in a mapping file")
 
@@ -122,6 +163,7 @@ def load_case(path: str | Path) -> CaseFile:
         s_w  = "100 m"
         mode = "ssc"
         tip  = "sine 2.8 m 12 s"      # or { file = "log.txt", position = ["20 m", "-8 m", "25 m"] }
+                                      # or { file = "log.txt", boom = "x=-10 m, ...", unit = { heave_period = "25 s" } }
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
@@ -172,10 +214,12 @@ def read_tip(tip: Any, folder: Path) -> Motion:
         return parse_motion(tip, "tip")
     if isinstance(tip, dict) and set(tip) == {"profile"}:
         return Profile(_pairs(tip["profile"]))
+    if isinstance(tip, dict) and "boom" in tip:
+        return _vessel_tip(tip, folder)
     if not isinstance(tip, dict) or "file" not in tip:
         raise ScenarioError(
-            'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity'
-            ' profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
+            'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] } or { boom = ...,'
+            ' roll = ... }, or a velocity profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
     try:
         source = TipFile.model_validate(tip)
@@ -193,6 +237,48 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     return read_tip_motion(
         folder / source.file, tip=tuple(position) if isinstance(position, list) else position, columns=rows, **options
     )
+
+
+def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
+    """Motion of a tip from that of the vessel."""
+    try:
+        table = VesselTable.model_validate(tip)
+    except ValidationError as e:
+        raise ScenarioError(first_problem(e, VesselTable, tip, "tip").line) from None
+    try:
+        UnitTable.model_validate(table.unit)
+    except ValidationError as e:
+        raise ScenarioError(first_problem(e, UnitTable, table.unit, "tip.unit").line) from None
+    unit = MotionUnit(**table.unit)
+    moves: dict[str, Any] = {name: _rows(name, tip[name]) for name in ("slew", "luff", "fold") if name in tip}
+    motions = {name: tip[name] for name in SIZES if name in tip}
+    log = {name: tip[name] for name in ("time", "max_gap", "start", "duration") if name in tip}
+    if table.file is None:
+        if unused := [name for name in (*log, "mapping", "columns") if name in tip]:
+            raise ScenarioError(
+                f"tip.{unused[0]}: belongs to a log, and none is given. Name it as file, or leave it out."
+            )
+        for name, value in motions.items():
+            if not isinstance(value, str):
+                raise ScenarioError(f"tip.{name}: {quote(value)} is not a text such as {EXAMPLES[SIZES[name]]}.")
+        return VesselTip(table.boom, **motions, **moves, unit=unit)
+    sign = motions.pop("heave", None)
+    if motions:
+        raise ScenarioError(f"tip.{next(iter(motions))}: {table.file} holds the motion of the vessel. Leave it out.")
+    rows = corrections(None if table.mapping is None else folder / table.mapping) | dict(table.columns)
+    ship = read_ship_motion(folder / table.file, heave=sign, columns=rows, **log)
+    return VesselTip.from_log(ship, table.boom, **moves, unit=unit)
+
+
+EXAMPLES = {"length": '"sine 1 m 14 s"', "angle": '"sine 2 deg 12 s"'}
+
+
+def _rows(name: str, rows: Any) -> list[tuple[str, str, str]]:
+    if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 3 for row in rows):
+        raise ScenarioError(
+            f'tip.{name}: give rows of first time, last time and angle reached, such as [["30 s", "90 s", "180 deg"]].'
+        )
+    return [(row[0], row[1], row[2]) for row in rows]
 
 
 def _pairs(rows: Any) -> list[tuple[str, str]]:

@@ -20,8 +20,8 @@ from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml, unknown_name
 from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
 from stillhook.spec.lift.lowering import InSea, Lowering

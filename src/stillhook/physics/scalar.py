@@ -192,6 +192,18 @@ power = in_kernels(lambda x, n: x**n, Scalar(_power))
 next; relative error below 1e-13. Called from Python it takes arrays as well."""
 
 
+def _sin(x):
+    return math.sin(x)
+
+
+def _cos(x):
+    return math.cos(x)
+
+
+sin, cos = in_kernels(lambda x: np.sin(x), Scalar(_sin)), in_kernels(lambda x: np.cos(x), Scalar(_cos))
+"""Sine and cosine of an angle [rad]; called from Python they take arrays as well."""
+
+
 @scalar
 def tanh(x):
     q = exp(-2.0 * abs(x))

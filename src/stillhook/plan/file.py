@@ -49,8 +49,8 @@ from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, 
 from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.joining import Water, joined
 from stillhook.spec.lift.lowering import Rigging

@@ -25,9 +25,9 @@ from stillhook.report.plots.run import Limits, lowering_panels
 from stillhook.report.plots.sea import tip_figure
 from stillhook.sea.motion.text import motion_to_json
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion, tip_motion_exact
-from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 

@@ -25,7 +25,8 @@ from stillhook.control.registry import Mode as Mode
 from stillhook.errors import ScenarioError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
-from stillhook.sea.motion.text import motion_from_dict, parse_motion
+from stillhook.sea.motion.text import motion_from_dict
+from stillhook.sea.motion.words import parse_motion
 from stillhook.spec.record import Record as Record
 from stillhook.spec.sensors import Sensors as Sensors
 from stillhook.tables.table import Number as Number

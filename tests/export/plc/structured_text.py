@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 import re
 from types import CodeType
 from typing import Any
@@ -18,11 +19,11 @@ TOKEN = re.compile(
 )
 WORDS = """
     type end_type struct end_struct function end_function function_block end_function_block var var_input
-    var_output end_var if then else elsif end_if and or not true false lreal bool abs sqrt on of s r n p l d q
+    var_output end_var if then else elsif end_if and or not true false lreal bool abs sqrt sin cos on of s r n p l d q
     t by do
 """
 KEYWORDS = frozenset(WORDS.split())
-STANDARD = {"abs": "abs", "sqrt": "sqrt"}
+STANDARD = {"abs": "abs", "sqrt": "sqrt", "sin": "sin", "cos": "cos"}
 
 
 def tokens(text: str) -> list[tuple[str, str]]:
@@ -295,7 +296,7 @@ class Machine:
 
     def __init__(self, text: str, compare: Any = None) -> None:
         parser, code = parsed(text, compare is not None)
-        names: dict[str, Any] = {"sqrt": __import__("math").sqrt, "compare": compare}
+        names: dict[str, Any] = {name: getattr(math, name) for name in ("sqrt", "sin", "cos")} | {"compare": compare}
         exec(code, names)
         self.inputs, self.outputs, self.parser = parser.inputs, parser.outputs, parser
         self.settings = copy.deepcopy(parser.settings)

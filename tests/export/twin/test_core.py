@@ -275,7 +275,7 @@ def test_the_source_compiles_without_warnings(compiler: str, contents: str, nov:
     ("changes", "words"),
     [
         ({"contents": "motor"}, ("contents", "plant+controller")),
-        ({"coupling": "rope"}, ("coupling", "tip or wire")),
+        ({"coupling": "rope"}, ("coupling", "tip, wire or vessel")),
         ({"contents": "controller", "coupling": "wire"}, ("coupling wire", "no wire")),
     ],
 )

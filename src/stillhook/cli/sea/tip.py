@@ -36,8 +36,8 @@ from stillhook.units import parse, quote
 if TYPE_CHECKING:
     from stillhook.sea.motion.motion import Motion
     from stillhook.sea.spectra.spectrum import Sea
+    from stillhook.sea.vessel.boom import TipPoint
     from stillhook.sea.vessel.rao import Rao
-    from stillhook.sea.vessel.tip import TipPoint
 
 
 OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
@@ -192,7 +192,7 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
     """Motion of a tip in a log, at a place from its sensor; of a case file that of its scenario."""
     from stillhook.formats.case_file import load_subject
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
-    from stillhook.sea.vessel.tip import parse_point
+    from stillhook.sea.vessel.boom import parse_point
 
     case = log.suffix == ".toml"
     known = load_subject(str(log)).scenario.get("tip") if case else stored_motion(log)
@@ -350,41 +350,13 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
     return Sea((Train(series.spectrum(i), beta, spread),))
 
 
-_BOOM = re.compile(
-    r"(?P<pedestal>[^;]*?)[,;\s]+slew\s+(?P<slew>.*?)[,;\s]+main\s+(?P<main>.*?)(?:[,;\s]+knuckle\s+(?P<knuckle>.*))?"
-)
-
-
 def place(at: str | None, boom: str | None) -> TipPoint:
     """The crane tip, given as such or by the crane's geometry."""
-    from stillhook.sea.vessel.boom import Boom
-    from stillhook.sea.vessel.tip import TipPoint, parse_point
+    from stillhook.sea.vessel.boom import TipPoint, parse_boom, parse_point
 
     if at is not None:
         refuse({"--boom": boom}, "the tip is given by --at already. Give one of them.")
         return parse_point(at, "--at")
     if boom is None:
         raise SeaError('--at: missing. Give a tip, --at "x=-20 m, y=-18 m", or a crane with --boom.')
-    parts = _BOOM.fullmatch(boom.strip())
-    if parts is None:
-        raise SeaError(
-            f'--boom {quote(boom)}: is not heel, slew and main boom. Write "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main'
-            ' 25 m 50 deg".'
-        )
-    heel = parse_point(parts["pedestal"], "--boom")
-    if heel.z is None:
-        raise SeaError("--boom: z is missing. Give the height of the boom's heel above still water as well.")
-    crane = Boom(
-        pedestal=(f"{heel.x!r} m", f"{heel.y!r} m", f"{heel.z!r} m"),
-        slew=f"{parse(parts['slew'], 'angle', '--boom: slew')!r} rad",
-        main=_length_and_angle(parts["main"], "--boom: main"),
-        knuckle=None if parts["knuckle"] is None else _length_and_angle(parts["knuckle"], "--boom: knuckle"),
-    )
-    return TipPoint(*crane.tip)
-
-
-def _length_and_angle(text: str, where: str) -> tuple[str, str]:
-    match = re.fullmatch(r"\s*(\S+ [^\s,]+)\s*[,\s]\s*(\S+ \S+)\s*", text)
-    if match is None:
-        raise SeaError(f'{where} {quote(text)}: is not a length and an angle. Write "25 m 50 deg".')
-    return match[1], match[2]
+    return TipPoint(*parse_boom(boom, "--boom").tip)

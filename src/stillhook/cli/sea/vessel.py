@@ -54,7 +54,7 @@ def vessel(
         refuse({"--at": at, "--out": out}, "--check writes nothing. Leave it out.")
         raise typer.Exit(0 if _check(name, json=json) else 1)
     from stillhook.formats.vessel.open import read_vessel
-    from stillhook.sea.vessel.tip import parse_point
+    from stillhook.sea.vessel.boom import parse_point
 
     point = None if at is None else parse_point(at, "--at")
     place = None if point is None else (point.x, point.y)

@@ -121,7 +121,7 @@ class LoweringType(CaseType):
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, phases_of(case), is_ideal(lift.sensors)
+        return lift.duration, lift.wire.nodes, water, phases_of(case), is_ideal(lift.sensors) and not lift.tip.separate
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return lift_of(case).duration

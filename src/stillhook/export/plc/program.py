@@ -238,6 +238,15 @@ class Unit(NamedTuple):
     body: tuple[str, ...]
 
 
+class Program(NamedTuple):
+    """A function block with what it needs: head says what it is."""
+
+    head: tuple[str, ...]
+    structures: tuple[Structure, ...]
+    functions: tuple[Unit, ...]
+    block: Unit
+
+
 class Block(NamedTuple):
     """Everything that is exported: head says what it is; reference computes its cycle in Python."""
 

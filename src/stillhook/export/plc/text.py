@@ -12,7 +12,7 @@ from typing import Any
 
 from stillhook._version import __version__
 from stillhook.export.plc.block import PlcError
-from stillhook.export.plc.program import PREFIX, Block, Structure, Unit, Variable
+from stillhook.export.plc.program import PREFIX, Block, Program, Structure, Unit, Variable
 from stillhook.export.plc.translate import comment
 
 MARK = "(* SHA-256 of this text without this line: "
@@ -48,7 +48,7 @@ def verify(file: Path) -> tuple[str, str]:
     return found[1], checksum(text)
 
 
-def structured_text(block: Block) -> str:
+def structured_text(block: Block | Program) -> str:
     """The complete text: head, structures, functions, function block."""
     head, *more = comment("\n".join(block.head))
     parts = [

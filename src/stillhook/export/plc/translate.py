@@ -32,7 +32,7 @@ OPERATORS: dict[type, tuple[str, int]] = {
 COMPARISONS: dict[type, str] = {
     ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "=", ast.NotEq: "<>"
 }  # fmt: skip
-STANDARD: dict[Any, str] = {abs: "ABS", math.fabs: "ABS", math.sqrt: "SQRT"}
+STANDARD: dict[Any, str] = {abs: "ABS", math.fabs: "ABS", math.sqrt: "SQRT", math.sin: "SIN", math.cos: "COS"}
 TYPES: dict[Any, str] = {float: LREAL, bool: BOOL}
 WIDTH = 110
 
@@ -247,7 +247,7 @@ class Body:
     def refuse(self, node: Any, call: Call, what: str) -> Any:
         raise TranslationError(
             f"{call.fn.__code__.co_filename}:{node.lineno}: {what} in {call.fn.__name__} cannot be written as"
-            " Structured Text. Use numbers, records, + - * /, comparisons, if and else, abs and sqrt."
+            " Structured Text. Use numbers, records, + - * /, comparisons, if and else, abs, sqrt, sin and cos."
         )
 
     # Statements

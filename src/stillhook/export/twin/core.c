@@ -114,6 +114,8 @@ static int sh_finite(double x) { return x - x == 0.0; }
 
 static void sh_put(double *row, int i, double x)
 {
+    if (sh_entries[i].first < 0)
+        return;
     row[sh_entries[i].first] = x;
     if (sh_entries[i].second >= 0)
         row[sh_entries[i].second] = x;
@@ -133,10 +135,26 @@ static void sh_defaults(sh_twin *t)
     }
 }
 
+/* Where vessel and boom are inputs: true motion of the tip, and the one that the PLC makes of its motion unit. */
+static void sh_vessel(double *row, const double *input)
+{
+#if SH_VESSEL
+    double given[SH_VESSEL], tip[6];
+    memcpy(given, input, sizeof given);
+    sh_kernel_tip(given, sh_boom, tip);
+    memcpy(row + SH_TRUE, tip, 3 * sizeof(double));
+    memcpy(row + SH_MOTION, tip + 3, 3 * sizeof(double));
+#else
+    (void)row;
+    (void)input;
+#endif
+}
+
 static void sh_all_inputs(sh_twin *t)
 {
     for (int i = 0; i < SH_INPUTS; i++)
         sh_put(t->row, i, t->input[i]);
+    sh_vessel(t->row, t->input);
 }
 
 static int sh_known_mode(double x)
@@ -179,6 +197,8 @@ static int sh_set(sh_twin *t, int v, double x)
         t->input[p.at] = x;
         if (t->started == 0.0 || t->input_time == SH_START || sh_entries[p.at].at_once)
             sh_put(t->row, p.at, x);
+        if (SH_VESSEL && (t->started == 0.0 || t->input_time == SH_START))
+            sh_vessel(t->row, t->input);
     } else if (p.kind == SH_OF_LANE) {
         t->A[p.at] = x;
     } else if (p.kind == SH_OF_BEGINNING) {
@@ -238,10 +258,17 @@ static void sh_between(double *to, const double *from, const double *end, double
     to[2] = (a_0 + x * (6.0 * c_3 + x * (12.0 * c_4 + x * 20.0 * c_5))) / (h * h);
 }
 
+/* Where a motion is after h, its acceleration held. */
+static void sh_held(double *to, const double *tip, double h)
+{
+    to[0] = tip[0] + h * (tip[1] + 0.5 * h * tip[2]);
+    to[1] = tip[1] + h * tip[2];
+}
+
 /* The true motion is the one that the PLC is shown, where the host gives one alone. */
 static void sh_same_motion(double *row)
 {
-#if SH_TRUE >= 0
+#if SH_TRUE >= 0 && !SH_VESSEL
     memcpy(row + SH_TRUE, row + SH_MOTION, 3 * sizeof(double));
 #else
     (void)row;
@@ -251,15 +278,17 @@ static void sh_same_motion(double *row)
 /* What holds at the end of a step of h: as given for it, else the tip's acceleration and everything else held. */
 static void sh_end_row(sh_twin *t, double *end, double h)
 {
-    const double *tip = t->row + SH_MOTION;
     memcpy(end, t->row, sizeof t->row);
     if (t->input_time == SH_END) {
         for (int i = 0; i < SH_INPUTS; i++)
             if (!sh_entries[i].at_once)
                 sh_put(end, i, t->input[i]);
+        sh_vessel(end, t->input);
     } else {
-        end[SH_MOTION] = tip[0] + h * (tip[1] + 0.5 * h * tip[2]);
-        end[SH_MOTION + 1] = tip[1] + h * tip[2];
+        sh_held(end + SH_MOTION, t->row + SH_MOTION, h);
+#if SH_VESSEL
+        sh_held(end + SH_TRUE, t->row + SH_TRUE, h);
+#endif
         sh_same_motion(end);
     }
 }
@@ -271,6 +300,9 @@ static void sh_row_of(sh_twin *t, double *to, const double *from, const double *
     if (j < n) {
         double x = (double)j / n;
         sh_between(to + SH_MOTION, from + SH_MOTION, end + SH_MOTION, n * SH_T_CYCLE, x);
+#if SH_VESSEL
+        sh_between(to + SH_TRUE, from + SH_TRUE, end + SH_TRUE, n * SH_T_CYCLE, x);
+#endif
         sh_same_motion(to);
 #if SH_TENSION >= 0
         to[SH_TENSION] = from[SH_TENSION] + x * (end[SH_TENSION] - from[SH_TENSION]);

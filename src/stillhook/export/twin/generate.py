@@ -30,7 +30,9 @@ from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
+from stillhook.kernels.vessel_tip import GIVEN, tip_of_vessel
 from stillhook.physics.scalar import G
+from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.validity import EDGE, Envelope
@@ -38,8 +40,8 @@ from stillhook.winches.records import Tick
 
 BOTH, PLANT, CONTROLLER = "plant+controller", "plant", "controller"
 CONTENTS = (BOTH, PLANT, CONTROLLER)
-TIP, WIRE = "tip", "wire"
-COUPLINGS = (TIP, WIRE)
+TIP, WIRE, VESSEL = "tip", "wire", "vessel"
+COUPLINGS = (TIP, WIRE, VESSEL)
 NEVER = 2**62
 """Stands for a cycle that never comes: no windows are kept, and none is the last."""
 SHORTEST_TEXT = 256
@@ -85,24 +87,30 @@ def export(
 
     Parameters: crane; case: load, water, wire out and mode with which it begins, and the controllers of its modes (its
     motion, duration and operator are the host's); contents: "plant+controller", "plant" or "controller"; coupling:
-    "tip" (motion of the crane tip in) or "wire" (also the tension at the tip in; wire out and its speed out); step:
+    "tip" (motion of the crane tip in), "wire" (also the tension at the tip in; wire out and its speed out), or "vessel"
+    (heave, roll and pitch in, and the angles of the boom: the case's tip is a `stillhook.VesselTip`); step:
     integration step as in `stillhook.simulate`.
 
     Errors: ExportError, one line, for what cannot be exported; ScenarioError as in `stillhook.simulate`.
     """
     _known("contents", contents, CONTENTS)
     _known("coupling", coupling, COUPLINGS)
-    if contents == CONTROLLER and coupling == WIRE:
-        raise ExportError("coupling wire: a controller alone has no wire. Leave the coupling out.")
+    if contents == CONTROLLER and coupling != TIP:
+        raise ExportError(f"coupling {coupling}: a controller alone has no wire and no tip. Leave the coupling out.")
     check(crane, case)
     _check_case(case)
+    tip = _vessel(case, coupling)
     if interpreted():
         raise ExportError("NUMBA_DISABLE_JIT is set: kernels are not translated. Unset it.")
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
     ready = Ready.of(crane, case)
     check_step(ready.winch, ready.drive.t_cycle / n_sub)
     try:
-        made = _controller(crane, ready) if contents == CONTROLLER else _winch(crane, ready, contents, coupling, n_sub)
+        made = (
+            _controller(crane, ready)
+            if contents == CONTROLLER
+            else _winch(crane, ready, contents, coupling, n_sub, tip)
+        )
     except SubsetError as problem:
         raise ExportError(
             f'"{crane.name}": a winch type or controller of it is outside what is translated to C: {problem}'
@@ -133,6 +141,21 @@ def _part(name: str) -> str:
 def _known(what: str, value: str, allowed: Sequence[str]) -> None:
     if value not in allowed:
         raise ExportError(f"{what} = {units.quote(value)}: choose {', '.join(allowed[:-1])} or {allowed[-1]}.")
+
+
+def _vessel(case: Scenario, coupling: str) -> VesselTip | None:
+    """The boom and its motion unit where the vessel moves the tip. Errors: ExportError for a case without, and for what
+    a host's motion unit does."""
+    if coupling != VESSEL:
+        return None
+    if not isinstance(case.tip, VesselTip):
+        raise ExportError("coupling vessel: the case's tip has no boom. Give a case with [scenario.tip] boom.")
+    if not case.tip.unit.passes:
+        raise ExportError(
+            "unit: filter, delay and noise of the motion unit are not exported, since unit_heave, roll and pitch are"
+            " what the PLC reads. Leave them out of the case and make them in the host."
+        )
+    return case.tip
 
 
 def _check_case(case: Scenario) -> None:
@@ -183,7 +206,7 @@ def _translated(entries: dict[str, Any]) -> str:
     return translator.source().replace("static void sh_", "static SH_UNUSED void sh_")
 
 
-def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int) -> Made:
+def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int, tip: VesselTip | None) -> Made:
     """Winch with its PLC, or, by commands from outside, without."""
     wire = coupling == WIRE
     winch, case = ready.winch, ready.drive.case
@@ -206,11 +229,13 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     record = flatten(first_lane(d, winch, tick, guard_at_start(allowed) if both else None))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
-    names = (*(("F_w",) if wire else ()), *p.MOTION, "v_op", "mode", *shares)
+    moved = p.MOTION if tip is None else tuple(p.VESSEL)
+    names = (*(("F_w",) if wire else ()), *moved, "v_op", "mode", *shares)
     names += p.COMMANDS if contents == PLANT else ()
     where = [p.columns(name, wire=wire) for name in names]
     row = [float(x) for x in tick]
-    starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True)}
+    starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True) if first >= 0}
+    starts |= {} if tip is None else {name: getattr(tip.boom, f) for name, f in POSE.items()}
     laws = p.laws_of(crane, winch.extra_controllers)
     with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.sensors)]
     passed = p.limits(crane, d)
@@ -231,6 +256,8 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     entries = {f"sh_kernel_{name}": getattr(d, name) for name in ("run", "at_rest", "prepare")}
     if contents == PLANT:
         entries["sh_kernel_read"] = d.read
+    if tip is not None:
+        entries["sh_kernel_tip"] = tip_of_vessel
     defines = {
         "SENSED": size(Sensed),
         "STATES": size(d.State),
@@ -240,6 +267,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         "MOTION": Tick._fields.index("s_m"),
         "TRUE": -1 if wire else 0,
         "TENSION": 0 if wire else -1,
+        "VESSEL": 0 if tip is None else GIVEN,
         "SPEED": Tick._fields.index("v_op"),
         "MODE_COLUMN": Tick._fields.index("mode"),
     }
@@ -248,7 +276,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
     at_tick = offset(d.Lane, "tick", 1)
     return Made(
-        text=_translated(entries),
+        text=_translated(entries) + ("" if tip is None else _array("sh_boom", _boom(tip), const=False)),
         ports=found,
         limits=passed,
         names=names,
@@ -262,6 +290,14 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         wire_out=y,
         quintic=scale_weights(hermite_weights(n_sub), ready.drive.t_cycle).tolist(),
     )
+
+
+POSE = {"slew": "slew", "main": "main_angle", "knuckle": "knuckle_angle"}
+
+
+def _boom(tip: VesselTip) -> list[float]:
+    """Lengths of the boom from the point of the motion, and from the motion unit."""
+    return [*lengths(tip.boom), *lengths(tip.boom, tip.unit.at, tip.unit.exact)]
 
 
 def _settings(ports: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
@@ -326,6 +362,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
             "MOTION": 0,
             "TRUE": -1,
             "TENSION": -1,
+            "VESSEL": 0,
             "SPEED": -1,
             "MODE_COLUMN": Sensed._fields.index("mode"),
         },

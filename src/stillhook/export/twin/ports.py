@@ -32,6 +32,22 @@ LEAST_SHARE = 0.01
 """Least share of pumps: with none left nothing would hold the load."""
 MOTION = ("s_tip", "v_tip", "a_tip")
 COMMANDS = ("u_p", "u_m", "brake")
+_MOVED = {
+    "heave": "heave, up positive [m]",
+    "roll": "roll, port side up positive [rad]",
+    "pitch": "pitch, bow up positive [rad]",
+    "slew": "slew angle of the boom, from the bow to port [rad]",
+    "main": "angle of the main boom above the horizontal [rad]",
+    "knuckle": "angle of the knuckle boom below the line of the main boom [rad]",
+    "unit_heave": "heave as the motion unit gives it to the PLC, up positive [m]",
+}
+VESSEL = {
+    f"{mark}{name}": (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
+    for name, text in _MOVED.items()
+    for mark, of, per in (("", "", ""), ("v_", "rate of ", "/s"), ("a_", "acceleration of ", "/s^2"))
+}
+"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.vessel_tip`, with what they are and their
+units."""
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
 RANGES = {
@@ -104,6 +120,10 @@ def inputs(names: tuple[str, ...], starts: dict[str, float], laws: list[ControlL
         if name.removeprefix("sensed_") == "mode":
             more |= {"kind": "integer", "description": f"mode: {modes_in_words(laws)}"}
             least, most = 0.0, max(law.code for law in laws)
+        if name in VESSEL:
+            text, unit = VESSEL[name]
+            yield Port(name, "input", "real", unit, text, more["start"], place=("SH_OF_INPUT", i))
+            continue
         yield port(name, "input", ("SH_OF_INPUT", i), least=least, most=most, **more)
 
 
@@ -234,6 +254,8 @@ def guard_outputs(at: int) -> Iterator[Port]:
 
 def columns(name: str, *, wire: bool) -> tuple[int, int]:
     """Columns of a `Tick` that an input fills, -1 for none."""
+    if name in VESSEL:
+        return -1, -1
     if name in COLUMN:
         seen = Tick._fields.index(COLUMN[name])
         return (seen, -1) if wire else (seen, MOTION.index(name))

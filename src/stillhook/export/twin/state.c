@@ -96,8 +96,8 @@ static int sh_check_set(const sh_twin *t, char *why, size_t room)
         switch (sh_variables[v].causality == SH_OUTPUT ? SH_OF_SEEN : p.kind) {
         case SH_OF_INPUT:
             x = t->input[p.at];
-            first = t->row[sh_entries[p.at].first];
-            column = &sh_row_numbers[sh_entries[p.at].first];
+            first = sh_entries[p.at].first < 0 ? x : t->row[sh_entries[p.at].first];
+            column = sh_entries[p.at].first < 0 ? NULL : &sh_row_numbers[sh_entries[p.at].first];
             break;
         case SH_OF_LANE: x = first = t->A[p.at]; break;
         case SH_OF_BEGINNING:

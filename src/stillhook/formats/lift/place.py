@@ -21,9 +21,9 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
+from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, moved_by, realise
-from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.units import quote, show
 
 SHORTEST_SEA = 60.0

@@ -28,6 +28,8 @@ LIBRARY = {
     math.ceil: "ceil",
     math.floor: "floor",
     math.copysign: "copysign",
+    math.sin: "sin",
+    math.cos: "cos",
 }
 BITS = {bits: ("bits_of", int), double: ("float_of", float)}
 ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}

@@ -19,7 +19,7 @@ from stillhook.plan.tiers.situations import looked_at, natural_period, resonance
 from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.frequency_domain import sigmas
 from stillhook.response.suspended_load import SuspendedLoad, suspended_load
-from stillhook.sea.vessel.tip import TipPoint
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase
 

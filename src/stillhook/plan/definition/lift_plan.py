@@ -27,9 +27,8 @@ from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, 
 from stillhook.plan.definition.weights import Weight
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
-from stillhook.sea.vessel.boom import Boom
+from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings

@@ -29,8 +29,7 @@ from stillhook.formats.table.corrections import corrections
 from stillhook.formats.table.read import Columns, chosen_rows, columns_of, open_table
 from stillhook.formats.table.understood import Understood, understood_columns
 from stillhook.plan.definition.chart_matrix import long_form
-from stillhook.sea.vessel.boom import Boom
-from stillhook.sea.vessel.tip import TipPoint, parse_point
+from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase

@@ -26,7 +26,7 @@ from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
 from stillhook.plan.tiers.other_vessel import from_other_vessel
 from stillhook.response.forcing import HIGHEST, LOWEST, STEP
-from stillhook.sea.vessel.tip import TipPoint
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode

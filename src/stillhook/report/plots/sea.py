@@ -13,8 +13,9 @@ from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
-from stillhook.sea.vessel.tip import TipPoint, TipResponse, tip_response, tip_responses
+from stillhook.sea.vessel.tip import TipResponse, tip_response, tip_responses
 from stillhook.weather.limit_text import KIND, Limit
 from stillhook.weather.persistence import MONTHS
 from stillhook.weather.series import HOUR, Weather

@@ -38,6 +38,15 @@ class Motion(ABC):
         """Last time at which the motion is known [s]; None: endless."""
         return None
 
+    @property
+    def separate(self) -> bool:
+        """Whether the PLC measures another motion than the tip has, before the errors that a scenario adds."""
+        return False
+
+    def measured(self, t: ArrayLike) -> Sample:
+        """The motion as the PLC measures it, as `sample`."""
+        return self.sample(t)
+
     @abstractmethod
     def sample(self, t: ArrayLike) -> Sample:
         """Height [m], velocity [m/s] and acceleration [m/s^2] at the times t [s], each with the shape of t."""
@@ -176,12 +185,15 @@ class Sum(Motion):
     def duration(self) -> float | None:
         return min((d for term in self.terms if (d := term.duration) is not None), default=None)
 
+    @property
+    def separate(self) -> bool:
+        return any(term.separate for term in self.terms)
+
     def sample(self, t: ArrayLike) -> Sample:
-        s, v, a = self.terms[0].sample(t)
-        for term in self.terms[1:]:
-            ds, dv, da = term.sample(t)
-            s, v, a = s + ds, v + dv, a + da
-        return s, v, a
+        return _added(term.sample(t) for term in self.terms)
+
+    def measured(self, t: ArrayLike) -> Sample:
+        return _added(term.measured(t) for term in self.terms)
 
     def describe(self) -> str:
         return " + ".join(term.describe() for term in self.terms)
@@ -297,8 +309,18 @@ class Ramped(Motion):
     def duration(self) -> float | None:
         return self.motion.duration
 
+    @property
+    def separate(self) -> bool:
+        return self.motion.separate
+
     def sample(self, t: ArrayLike) -> Sample:
-        s_0, v_0, a_0 = self.motion.sample(t)
+        return self._grown(t, self.motion.sample(t))
+
+    def measured(self, t: ArrayLike) -> Sample:
+        return self._grown(t, self.motion.measured(t))
+
+    def _grown(self, t: ArrayLike, full: Sample) -> Sample:
+        s_0, v_0, a_0 = full
         x = np.clip(np.asarray(t, dtype=np.float64) / self.t_ramp, 0.0, 1.0)
         if np.all(x == 1.0):
             return s_0, v_0, a_0  # grown to full size: nothing to do for most of a run
@@ -312,3 +334,10 @@ class Ramped(Motion):
 
     def to_dict(self) -> dict[str, Any]:
         return {"type": self.kind, "motion": self.motion.to_dict(), "t_ramp": self.t_ramp}
+
+
+def _added(samples: Iterable[Sample]) -> Sample:
+    (s, v, a), *others = samples
+    for ds, dv, da in others:
+        s, v, a = s + ds, v + dv, a + da
+    return s, v, a

@@ -1,9 +1,8 @@
-"""Motions as text that a person writes and a file keeps, and made larger or smaller."""
+"""Motions as text that a file keeps, and made larger or smaller."""
 
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,57 +12,11 @@ from stillhook.errors import MotionError
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.units import parse, quote
+from stillhook.sea.vessel.vessel_tip import VesselTip
+from stillhook.units import quote
 
-ALLOWED = '"still", "sine <amplitude> <period> [<phase>]" such as "sine 2.8 m 12 s", and sums of sines joined by " + "'
 SPACING = 0.01
 """Of the samples among which the highest speed is looked for [s]: a sine of 6 s is then met within 1e-5 of its peak."""
-_STARTS_QUANTITY = re.compile(r"[+-]?\.?\d")
-
-
-def parse_motion(text: str, where: str = "") -> Motion:
-    """The motion that a text names.
-
-    - `still`
-    - `sine 2.8 m 12 s`: amplitude (middle to crest), period; `sine 2.8 m 12 s 90 deg` with a phase
-    - `sine 2 m 13 s + sine 0.5 m 6 s`: sums, with spaces round the plus sign
-
-    Parameters: text; where, put first in every error (the file and field). Errors: MotionError for a text of another
-    form, UnitError for a number with a wrong unit; both in one line.
-    """
-    place = f"{where}: " if where else ""
-    if not isinstance(text, str):
-        raise MotionError(f"{place}{quote(text)} is not a motion. Allowed: {ALLOWED}.")
-    terms = [_term(term, quote(text), place) for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
-    return terms[0] if len(terms) == 1 else Sum(terms)
-
-
-def _term(text: str, full_text: str, place: str) -> Motion:
-    word, *rest = text.split() or [""]
-    match word.lower():
-        case "still" if not rest:
-            return Still()
-        case "sine":
-            return _sine(rest, full_text, place)
-    raise MotionError(f"{place}{full_text}: {quote(text.strip())} is not a motion. Allowed: {ALLOWED}.")
-
-
-def _sine(tokens: list[str], full_text: str, place: str) -> Sine:
-    quantities: list[list[str]] = []
-    for token in tokens:
-        if _STARTS_QUANTITY.match(token) or not quantities:
-            quantities.append([])
-        quantities[-1].append(token)
-    if len(quantities) not in (2, 3):
-        problem = f"a sine has an amplitude, a period and at most a phase, not {len(quantities)} quantities"
-        do = 'Write "sine 2.8 m 12 s" or "sine 2.8 m 12 s 90 deg".'
-        raise MotionError(f"{place}{full_text}: {problem}. {do}")
-    names = (("amplitude", "length"), ("period", "time"), ("phase", "angle"))
-    values = [
-        parse(" ".join(quantity), kind, f"{place}{full_text}: {name}")
-        for (name, kind), quantity in zip(names, quantities, strict=False)
-    ]
-    return Sine.from_si(*values, where=f"{place}{full_text}")
 
 
 def motion_to_json(motion: Motion) -> str:
@@ -100,10 +53,12 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
                 return Recorded.from_dict(dict(data))
             case "irregular":
                 return IrregularTip.from_dict(dict(data))
+            case "vessel":
+                return VesselTip.from_dict(dict(data), motion_from_dict)
     except (KeyError, TypeError, ValueError) as problem:
         wrong = f"type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}"
         raise MotionError(f"stored motion: {wrong}. Simulate again.") from problem
-    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip))
+    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip, VesselTip))
     raise MotionError(f"stored motion: type {quote(data.get('type'))} is not one of {types}.")
 
 

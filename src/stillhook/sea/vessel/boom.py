@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
+import re
 from dataclasses import dataclass
 from typing import Self
 
 from stillhook.base.arrays import fill
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.ship_motion import MAX_OFFSET
-from stillhook.units import parse
+from stillhook.units import number, parse, quote
 
 LARGEST_ELEVATION = math.radians(88.0)
 """Of the main boom above the horizontal: no boom is lifted over its own pedestal."""
@@ -18,11 +19,47 @@ LARGEST_FOLD = math.radians(170.0)
 """Of the knuckle boom below the line of the main boom: beyond it the two booms meet."""
 LONGEST_BOOM, LARGEST_OFFSET = 200.0, 20.0  # m
 REACH_TOLERANCE = 1e-9  # part of the reach by which rounding may pass it
+AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 DESCRIPTIONS = {
     "pedestal": 'Give forward, to port, and height of the heel pin, as ("-10 m", "-6 m", "15 m").',
     "main": 'Give length and angle above the horizontal, as ("25 m", "50 deg").',
     "knuckle": 'Give length and angle below the line of the main boom, as ("15 m", "60 deg").',
 }
+
+
+@dataclass(frozen=True)
+class TipPoint:
+    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up
+    (None: not determined)."""
+
+    x: float
+    y: float
+    z: float | None = None
+
+    def describe(self) -> str:
+        """The place in words and units."""
+        up = "" if self.z is None else f", z {number(self.z)} m"
+        return f"x {number(self.x)} m, y {number(self.y)} m{up}"
+
+
+def parse_point(text: str, where: str = "at") -> TipPoint:
+    """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
+    coordinates: dict[str, float] = {}
+    for part in text.split(",") if isinstance(text, str) else [""]:
+        match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
+        if match is None or match[1].lower() not in ("x", "y", "z"):
+            problem = f"{quote(part.strip())} is not x, y or z with a length"
+            raise SeaError(f"{where} {quote(text)}: {problem}. Write a place {AT_LIKE}.")
+        name = match[1].lower()
+        if name in coordinates:
+            raise SeaError(f"{where} {quote(text)}: {name} is given twice. Give it once.")
+        coordinates[name] = parse(match[2], "length", f"{where}: {name}")
+        if abs(coordinates[name]) > MAX_OFFSET:
+            raise SeaError(f"{where} {quote(text)}: {name} is more than {MAX_OFFSET:g} m. Check its unit.")
+    for name in ("x", "y"):
+        if name not in coordinates:
+            raise SeaError(f"{where} {quote(text)}: {name} is missing. Write a place {AT_LIKE}.")
+    return TipPoint(coordinates["x"], coordinates["y"], coordinates.get("z"))
 
 
 @dataclass(frozen=True, init=False)
@@ -125,17 +162,33 @@ class Boom:
             raise SeaError(f"{place}: the boom reaches {L_1 + L_2:.4g} m. Bring the tip nearer.")
         if away < abs(L_1 - L_2) * (1.0 - REACH_TOLERANCE):
             raise SeaError(f"{place}: the booms fold to {abs(L_1 - L_2):.4g} m. Put the tip farther out.")
-        boom = copy.copy(self)
         up, fold = math.atan2(h, r), 0.0
         if L_2:
             up += math.acos(_limited((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away)))
             fold = math.pi - math.acos(_limited((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2)))
         slew = math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)
-        fill(boom, slew=slew, main_angle=up, knuckle_angle=fold)
         try:
-            boom._check()
+            return self.turned(slew, up, fold)
         except SeaError as problem:
             raise SeaError(f"{place}: {str(problem).removeprefix('boom: ')}") from None
+
+    def turned(self, slew: float, main_angle: float, knuckle_angle: float) -> Self:
+        """The same crane with these angles [rad]. Errors: SeaError for an angle beyond what a boom does."""
+        boom = copy.copy(self)
+        fill(boom, slew=slew, main_angle=main_angle, knuckle_angle=knuckle_angle)
+        boom._check()
+        return boom
+
+    def to_dict(self) -> dict[str, float]:
+        """Its numbers in SI; `from_dict` is the way back."""
+        return dict(vars(self))
+
+    @classmethod
+    def from_dict(cls, data: dict[str, float]) -> Self:
+        """The boom whose `to_dict` gave this."""
+        boom = cls.__new__(cls)
+        fill(boom, **{name: float(data[name]) for name in cls.__dataclass_fields__})
+        boom._check()
         return boom
 
     def describe(self) -> str:
@@ -153,3 +206,35 @@ class Boom:
 
 def _limited(cosine: float) -> float:
     return min(1.0, max(-1.0, cosine))
+
+
+_TEXT = re.compile(
+    r"(?P<pedestal>[^;]*?)[,;\s]+slew\s+(?P<slew>.*?)[,;\s]+main\s+(?P<main>.*?)(?:[,;\s]+knuckle\s+(?P<knuckle>.*))?"
+)
+
+
+def parse_boom(text: str, where: str = "boom") -> Boom:
+    """The crane of a text such as "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg".
+    Errors: SeaError, UnitError, one line."""
+    parts = _TEXT.fullmatch(text.strip()) if isinstance(text, str) else None
+    if parts is None:
+        raise SeaError(
+            f'{where} {quote(text)}: is not heel, slew and main boom. Write "x=-10 m, y=-6 m, z=15 m, slew 270 deg,'
+            ' main 25 m 50 deg".'
+        )
+    heel = parse_point(parts["pedestal"], where)
+    if heel.z is None:
+        raise SeaError(f"{where}: z is missing. Give the height of the boom's heel above still water as well.")
+    return Boom(
+        pedestal=(f"{heel.x!r} m", f"{heel.y!r} m", f"{heel.z!r} m"),
+        slew=f"{parse(parts['slew'], 'angle', f'{where}: slew')!r} rad",
+        main=_length_and_angle(parts["main"], f"{where}: main"),
+        knuckle=None if parts["knuckle"] is None else _length_and_angle(parts["knuckle"], f"{where}: knuckle"),
+    )
+
+
+def _length_and_angle(text: str, where: str) -> tuple[str, str]:
+    match = re.fullmatch(r"\s*(\S+ [^\s,]+)\s*[,\s]\s*(\S+ \S+)\s*", text)
+    if match is None:
+        raise SeaError(f'{where} {quote(text)}: is not a length and an angle. Write "25 m 50 deg".')
+    return match[1], match[2]

@@ -151,15 +151,15 @@ def tip_motion(ship: ShipMotion, tip: Offset, *, every: str | None = "0.5 s") ->
     return sea_worthy(Recorded(ship.t, height, source=source, report=report), every)
 
 
-def offset(tip: Offset) -> tuple[float, float, float]:
+def offset(tip: Offset, where: str = "tip") -> tuple[float, float, float]:
     """The three texts of a lever arm as x, y, z [m]."""
     if isinstance(tip, str) or not isinstance(tip, tuple | list) or len(tip) != 3:
         raise MotionError(
-            f'tip = {quote(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
+            f'{where} = {quote(tip)} is not three lengths. Give forward, to port and up, as ("-20 m", "12 m", "35 m").'
         )
-    x, y, z = (parse(text, "length", f"tip {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
+    x, y, z = (parse(text, "length", f"{where} {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
     if max(abs(x), abs(y), abs(z)) > MAX_OFFSET:
-        raise MotionError(f"tip = {quote(tip)} is more than {MAX_OFFSET:g} m from the sensor. Check its units.")
+        raise MotionError(f"{where} = {quote(tip)} is more than {MAX_OFFSET:g} m from the sensor. Check its units.")
     return x, y, z
 
 

@@ -6,7 +6,6 @@ Largest values of the tip's motion met in many realisations of one sea, and the 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -19,13 +18,12 @@ from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import synthesis
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.sea.vessel.ship_motion import MAX_OFFSET, mean_zero_crossing_period
+from stillhook.sea.vessel.ship_motion import mean_zero_crossing_period
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel, largest
-from stillhook.units import number, parse, quote
 
-AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
 SAMPLING = 0.05  # s: of motions in time
 NOTHING = 5e-5  # parts of a variance that are not worth a line
@@ -35,41 +33,6 @@ SPACING = 0.2  # rad: turn of the fastest wave from sample to sample; one of hal
 MOST_SEEDS = 1000
 NAMES = ("z", "v", "a")
 LEVELS = {"mpm": MPM, "p90": P90}
-
-
-@dataclass(frozen=True)
-class TipPoint:
-    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up
-    (None: not determined)."""
-
-    x: float
-    y: float
-    z: float | None = None
-
-    def describe(self) -> str:
-        """The place in words and units."""
-        up = "" if self.z is None else f", z {number(self.z)} m"
-        return f"x {number(self.x)} m, y {number(self.y)} m{up}"
-
-
-def parse_point(text: str, where: str = "at") -> TipPoint:
-    """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
-    coordinates: dict[str, float] = {}
-    for part in text.split(",") if isinstance(text, str) else [""]:
-        match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
-        if match is None or match[1].lower() not in ("x", "y", "z"):
-            problem = f"{quote(part.strip())} is not x, y or z with a length"
-            raise SeaError(f"{where} {quote(text)}: {problem}. Write a place {AT_LIKE}.")
-        name = match[1].lower()
-        if name in coordinates:
-            raise SeaError(f"{where} {quote(text)}: {name} is given twice. Give it once.")
-        coordinates[name] = parse(match[2], "length", f"{where}: {name}")
-        if abs(coordinates[name]) > MAX_OFFSET:
-            raise SeaError(f"{where} {quote(text)}: {name} is more than {MAX_OFFSET:g} m. Check its unit.")
-    for name in ("x", "y"):
-        if name not in coordinates:
-            raise SeaError(f"{where} {quote(text)}: {name} is missing. Write a place {AT_LIKE}.")
-    return TipPoint(coordinates["x"], coordinates["y"], coordinates.get("z"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from stillhook import units as u
 from stillhook.errors import SeaError, UnitError
 from stillhook.physics.scalar import G
-from stillhook.sea.vessel.tip import parse_point
+from stillhook.sea.vessel.boom import parse_point
 from stillhook.spec.lift.lowering import Rigging
 from stillhook.spec.record import Record
 from stillhook.spec.scenario import Number

@@ -12,9 +12,9 @@ from stillhook.plan.assessments.card.claim import parts_of
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import decay
-from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase
 

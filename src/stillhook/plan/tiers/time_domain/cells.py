@@ -35,7 +35,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
 )
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
-from stillhook.sea.vessel.tip import TipPoint
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.variables import WINDOW

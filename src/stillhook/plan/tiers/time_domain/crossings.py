@@ -27,8 +27,8 @@ from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveL
 from stillhook.plan.tiers.time_domain.lowering import Course, SeaState
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.motion.irregular import synthesis
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.realisation import Amplitudes, Realisation, realise
-from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.crossing_fit import CrossingFit, Crossings, fit_crossings
 from stillhook.variables import WINDOW
