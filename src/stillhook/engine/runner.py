@@ -150,7 +150,7 @@ class Block(ABC, Generic[R]):
     @staticmethod
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
-        return Setup(sensors=r.winch.sensors)
+        return guarded(r.crane, Setup(sensors=r.winch.sensors))
 
     @abstractmethod
     def record(self, r: R) -> list[float]:
@@ -239,6 +239,11 @@ class Block(ABC, Generic[R]):
         if i in self.failed:
             return Ending.DIVERGED, self.failed[i]
         return Ending.DONE, self.ran * self.drive.t_cycle
+
+
+def guarded(crane: Crane, setup: Setup) -> Setup:
+    """What a kernel runs besides a winch, with guard and checks where the crane file has them."""
+    return setup if crane.control.guard is None else setup._replace(guarded=True, checks=True)
 
 
 def nothing(cls: type) -> Any:

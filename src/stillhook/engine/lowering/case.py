@@ -26,7 +26,7 @@ from stillhook.engine.lowering.summary import (
     phases_of,
     run_numbers_of,
 )
-from stillhook.engine.runner import Run, each_case
+from stillhook.engine.runner import Run, each_case, guarded
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
 from stillhook.kernels.build import Setup
@@ -116,7 +116,8 @@ class LoweringType(CaseType):
     def kernel(self, crane: Crane, case: Case) -> tuple[Setup, tuple[str, ...]]:
         lift = lift_of(case)
         sensors = (*sensor_settings(crane.sensors), *error_sensors(lift.sensors))
-        return setup_of(lift)._replace(sensors=sensors), controllers_of_winch(crane.plant.type, (lift.controller,))
+        setup = guarded(crane, setup_of(lift)._replace(sensors=sensors))
+        return setup, controllers_of_winch(crane.plant.type, (lift.controller,))
 
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)

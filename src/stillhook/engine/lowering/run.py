@@ -13,9 +13,10 @@ from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_lift
 from stillhook.engine.lowering.summary import LoweringRun, PhaseResult, peak_interval
+from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
-from stillhook.engine.runner import Block, nothing, record_of
+from stillhook.engine.runner import Block, guarded, nothing, record_of
 from stillhook.engine.scenario.run import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
@@ -101,7 +102,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)._replace(sensors=r.winch.sensors)
+        return guarded(r.crane, setup_of(r.case)._replace(sensors=r.winch.sensors))
 
     def __init__(
         self,
@@ -157,7 +158,7 @@ class LiftBlock(Block[Ready]):
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
         still = nothing(Momentum)
-        lane = first_lane(d, packed, tick)._replace(
+        lane = first_lane(d, packed, tick, guard_in(r.crane, packed.params))._replace(
             m=memory,
             ls=blank_lift_stats(),
             hang=r.packed.hang,

@@ -4,11 +4,10 @@ last, and labelled as a Dataset."""
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from stillhook.base.arrays import FloatArray
-from stillhook.control.guard import Guard
 from stillhook.control.plc import memory_before
 from stillhook.engine.arguments import (
     SERIES_STEP,
@@ -21,8 +20,9 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.inputs import CycleInputs, shape
+from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.winch import Packed, pack
-from stillhook.engine.runner import Block, Run, each_case, nothing
+from stillhook.engine.runner import Block, Run, each_case, guarded, nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.summary import ScenarioRun, numbers_of
 from stillhook.engine.store import Summary, bare
@@ -59,14 +59,14 @@ class Ready(NamedTuple):
         return cls(crane, case, pack(crane, case), CycleInputs(crane, case))
 
 
-def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -> Any:
+def first_lane(d: Any, packed: Packed, tick: Tick, guard: Mapping[str, Any]) -> Any:
     """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
-    `at_rest`. guard: that of a driver whose PLC has one."""
+    `at_rest`. guard: that of a driver whose PLC has one, and its checks, see `stillhook.engine.pack.guard.guard_in`."""
     tip, lane, plc = Tip(tick.s, tick.v), nothing(d.Lane), packed.params.plc
     return lane._replace(
         x=lane.x._replace(path=lane.x.path._replace(s_w=packed.s_w)),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
-        laws=d.laws.blank(packed.settings, guard),
+        laws=d.laws.blank(packed.settings, **guard),
         st=blank(d.Stats, packed.plant),
         tip_0=tip,
         tip_1=tip,
@@ -81,7 +81,7 @@ class ScenarioBlock(Block[Ready]):
 
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle."""
-        return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row())))
+        return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row()), guard_in(r.crane, r.winch.params)))
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""
@@ -138,11 +138,11 @@ class WireBlock(ScenarioBlock):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return Setup(path=("host",), sensors=r.winch.sensors)
+        return guarded(r.crane, Setup(path=("host",), sensors=r.winch.sensors))
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
-        return flatten(first_lane(self.d, r.winch, tick))
+        return flatten(first_lane(self.d, r.winch, tick, guard_in(r.crane, r.winch.params)))
 
 
 def _span(best: FloatArray, st: Any, n_win: int) -> tuple[tuple[float, float, float], bool]:
@@ -199,9 +199,8 @@ class ScenarioType(CaseType):
 
     def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
         modes = (case.mode, *(mode for _, mode in case.modes))
-        return Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors))), controllers_of_winch(
-            crane.plant.type, modes
-        )
+        setup = Setup(sensors=(*sensor_settings(crane.sensors), *error_sensors(case.sensors)))
+        return guarded(crane, setup), controllers_of_winch(crane.plant.type, modes)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

@@ -1,6 +1,7 @@
 """What is written for a PLC: structures, functions and one function block, as records that text and XML are made of."""
 
 from __future__ import annotations
+from stillhook.control.checks import Checks, CheckSettings, checks_at_start
 
 import re
 from collections.abc import Iterable
@@ -257,6 +258,12 @@ class Block(NamedTuple):
     own: Any
     law: Any
     guard: Any
+    checks: CheckSettings | None = None  # of the checks before the guard
+
+    @property
+    def checks_at_start(self) -> Checks | None:
+        """The checks before the first cycle, None without."""
+        return None if self.checks is None else checks_at_start(self.checks)
 
 
 def literal(number: float) -> str:

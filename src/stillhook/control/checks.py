@@ -1,0 +1,269 @@
+"""What a PLC learns by comparing its inputs with one another: which of them cannot be true although each is within its
+range. Before `stillhook.control.guard`, which replaces what is in doubt and stops the winch.
+
+Motor speed and encoder move by the same wire, position and speed of the motion unit by the same motion, as do its speed
+and acceleration; the active motors' pressure carries what the load cell weighs and the passive motors do not; a
+displacement follows its command; and what never changes while the wire runs is frozen. How far two of them are apart is
+remembered for a time only, so that a wrong radius or a slow drift does not add up.
+
+The checks are ours: the thesis names the detection of sensor faults (L1870) and prints none. Their settings are
+[control.guard] of a crane file; the page docs/how-to/guard-of-a-plc.md has measured times.
+"""
+
+from typing import NamedTuple
+
+from stillhook.control.guard import (
+    BOUND,
+    GuardMemory,
+    code_of,
+    each_finite,
+    each_last,
+    finite_or,
+    inside,
+    inside_or,
+    is_code,
+)
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import MANUAL, low_pass
+from stillhook.physics.records import each, replace, zeros_but
+from stillhook.physics.scalar import fmax, scalar
+
+SHARE = 0.1
+"""Part of its limit from which a comparison of the motion unit counts as off when the other one is beyond its own: the
+speed, which both have, is then the one in doubt. Assumed."""
+
+
+class CheckSettings(NamedTuple):
+    """Settings of the checks: wire by which encoder and motor speed may be apart [m]; position, speed by which those of
+    the motion unit and the integrals of its speed and acceleration may be [m, m/s]; load by which the load cell and
+    what the motors carry may be apart [N], swivel by which a displacement and its command may [-]; t_memory time for
+    which wire and motion are remembered, t_load, tau_swivel time constants of the other two, t_confirm for which a check
+    must fail, t_clear for which it must hold until an input is trusted again [s]; v_moving wire speed above which
+    signals must change [m/s].
+
+    freeze: time for which each input may stand while the wire runs [s]. uses 1 where an input that is in doubt is used
+    all the same, manual 1 where compensation ends with it; open_loop 1 where the command stands for a displacement that
+    is bad."""
+
+    wire: float
+    position: float
+    speed: float
+    load: float
+    swivel: float
+    t_memory: float
+    t_load: float
+    tau_swivel: float
+    t_confirm: float
+    t_clear: float
+    v_moving: float
+    freeze: Sensed
+    uses: Sensed
+    manual: Sensed
+    open_loop: float
+
+
+class CheckMemory(NamedTuple):
+    """What the checks remember: last value of each input; still time for which it has not changed, over for which its
+    check has failed, left for which it is in doubt yet [s]; wire by which encoder and motor speed are apart, encoder
+    and motor speed from the commanded wire, position and speed of the motion unit from their integrals [m, m/s]; load
+    by which load cell and motors are apart [N]; alpha displacement that the command gives [-]; manual 1 until the
+    operator has chosen manual mode; t time since the start, t_first that of the first alarm (-1: none) [s]; alarms
+    number of alarms, alarmed 1 while there is one."""
+
+    last: Sensed
+    still: Sensed
+    over: Sensed
+    left: Sensed
+    wire: float
+    of_encoder: float
+    of_motor: float
+    position: float
+    speed: float
+    load: float
+    alpha: float
+    manual: float
+    t: float
+    t_first: float
+    alarms: float
+    alarmed: float
+
+
+class Checks(NamedTuple):
+    """The checks of a compiled controller: settings and memory."""
+
+    s: CheckSettings
+    k: CheckMemory
+
+
+class Doubts(NamedTuple):
+    """Inputs and their qualities for the guard, and what the checks remember."""
+
+    y: Sensed
+    quality: Sensed
+    k: CheckMemory
+
+
+class Concluded(NamedTuple):
+    """Inputs for the controller, and both memories."""
+
+    y: Sensed
+    g: GuardMemory
+    k: CheckMemory
+
+
+def checks_at_start(s: CheckSettings) -> Checks:
+    """The checks before the first cycle."""
+    zeros = Sensed._make([0.0] * len(Sensed._fields))
+    blank = CheckMemory._make([*[zeros] * 4, *[0.0] * 12])
+    return Checks(s, blank._replace(t_first=-1.0))
+
+
+@scalar
+def apart(before, moved, expected, share):
+    """How far two signals of one motion are apart: with one more cycle, and a share of it forgotten."""
+    return share * (inside_or(before, -BOUND, BOUND, 0.0) + moved - expected)
+
+
+@scalar
+def time_still(x, last, still, moving, t):
+    """Time for which a signal has not changed while the wire runs [s]."""
+    before = inside_or(still, 0.0, BOUND, 0.0)
+    return 0.0 if x != last else (before + t if moving > 0.5 else before)
+
+
+@scalar
+def time_over(fails, still, freeze, over, t):
+    """Time for which the check of an input has failed [s]; that of its standing still included."""
+    return inside_or(over, 0.0, BOUND, 0.0) + t if fails > 0.5 or still > freeze else 0.0
+
+
+@scalar
+def time_left(over, left, t_confirm, t_clear, t):
+    """Time for which an input is in doubt yet [s]."""
+    before = inside_or(left, 0.0, BOUND, 0.0)
+    return t_clear if over > t_confirm else fmax(before - t, 0.0)
+
+
+@scalar
+def trusted(quality, left, uses):
+    """Quality of an input for the guard."""
+    return quality if left <= 0.0 or uses > 0.5 else 0.0
+
+
+@scalar
+def ending(manual, left, well, bad, t_back, t_hold):
+    """1 where compensation ends with an input: it is in doubt, or was bad for too long."""
+    wrong = left > 0.0 or (well < t_back and bad >= t_hold)
+    return 1.0 if manual > 0.5 and wrong else 0.0
+
+
+@scalar
+def suspected(left, well, t_back):
+    """1 where an input is in doubt and used all the same, else 0."""
+    return 1.0 if left > 0.0 and well >= t_back else 0.0
+
+
+failures = zeros_but(Sensed, "s_tip", "v_tip", "a_tip", "s_w", "F", "alpha_m", "omega_m")
+each_still, each_over = each(Sensed, time_still, 3, 2), each(Sensed, time_over, 4, 1)
+each_left, each_trusted = each(Sensed, time_left, 2, 3), each(Sensed, trusted, 3)
+each_ending, each_suspected = each(Sensed, ending, 4, 2), each(Sensed, suspected, 2, 1)
+in_mode, with_alpha, with_alarm = replace(Sensed, "mode"), replace(Sensed, "alpha_m"), replace(GuardMemory, "alarm")
+with_alarms = replace(CheckMemory, "t_first", "alarms", "alarmed")
+
+
+@scalar
+def doubts(y, quality, m, g, k, c, s, plc):
+    """First part of a cycle with checks: which inputs the guard is to trust.
+
+    Parameters: y what was read, whatever it is; quality of each; m, g, k memories of PLC, guard and checks; c, s
+    settings of checks and guard; plc those of the PLC.
+    """
+    t, plant = plc.t_cycle, plc.plant
+    begun = inside(g.begun, 0.5, 1.5)
+    before = each_finite(k.last, s.start)
+    x = each_last(y, s.least, s.most, before)
+    last = before if begun else x
+    share = c.t_memory / (c.t_memory + t)
+
+    # Encoder and motor speed; the command says which of them is in doubt.
+    radius = plant.d_max / (2.0 * x.K_wire * plant.i_hD)
+    v_m = 0.5 * (x.omega_m + last.omega_m) * radius
+    v_c = m.u_p * x.f_pump / (plc.gains.K_1 * x.K_wire * fmax(x.alpha_m, plc.motors.alpha_min))
+    hoisted = last.s_w - x.s_w
+    wire = apart(k.wire, hoisted, v_m * t, share)
+    of_encoder = apart(k.of_encoder, hoisted, v_c * t, share)
+    of_motor = apart(k.of_motor, v_m * t, v_c * t, share)
+    wrong_wire = abs(wire) > c.wire
+    encoder = wrong_wire and abs(of_encoder) >= abs(of_motor)
+
+    # The motion unit against itself.
+    position = apart(k.position, x.s_tip - last.s_tip, 0.5 * (x.v_tip + last.v_tip) * t, share)
+    speed = apart(k.speed, x.v_tip - last.v_tip, 0.5 * (x.a_tip + last.a_tip) * t, share)
+    far, fast = abs(position) > c.position, abs(speed) > c.speed
+    both = abs(position) > SHARE * c.position and abs(speed) > SHARE * c.speed
+
+    # The load cell against what the motors carry, once the brake is open; a displacement against its command.
+    carried = (x.dp_load - x.dp) * x.alpha_m * plant.D_m / radius if m.brake <= 0.0 else 0.0
+    load = low_pass(finite_or(k.load, 0.0), carried, c.t_load, t)
+    alpha = low_pass(inside_or(k.alpha, 0.0, 1.0, m.u_m), m.u_m, c.tau_swivel, t) if begun else x.alpha_m
+
+    moving = 1.0 if abs(v_m) > c.v_moving else 0.0
+    still = each_still(x, last, k.still, moving, t)
+    fails = failures(
+        1.0 if far and not both else 0.0,
+        1.0 if (far or fast) and both else 0.0,
+        1.0 if fast and not both else 0.0,
+        1.0 if encoder else 0.0,
+        1.0 if abs(load) > c.load else 0.0,
+        1.0 if abs(x.alpha_m - alpha) > c.swivel else 0.0,
+        1.0 if wrong_wire and not encoder else 0.0,
+    )
+    over = each_over(fails, still, c.freeze, k.over, t)
+    left = each_left(over, k.left, c.t_confirm, c.t_clear, t)
+
+    # Compensation ends until the operator has chosen manual mode, with everything good again.
+    ends = code_of(each_ending(c.manual, left, g.well, g.bad, s.t_back, s.t_hold)) > 0.5
+    manual = 1.0 if ends or (not inside(k.manual, -0.5, 0.5) and not is_code(x.mode, MANUAL)) else 0.0
+    return Doubts(
+        y=in_mode(y, MANUAL if manual > 0.5 else y.mode),
+        quality=each_trusted(quality, left, c.uses),
+        k=CheckMemory(
+            last=x,
+            still=still,
+            over=over,
+            left=left,
+            wire=wire,
+            of_encoder=of_encoder,
+            of_motor=of_motor,
+            position=position,
+            speed=speed,
+            load=load,
+            alpha=alpha,
+            manual=manual,
+            t=inside_or(k.t + t, 0.0, BOUND, BOUND),
+            t_first=k.t_first,
+            alarms=k.alarms,
+            alarmed=k.alarmed,
+        ),
+    )
+
+
+@scalar
+def concluded(y, m, g, k, c, s):
+    """Second part, behind the guard: its inputs with the command for a displacement that is bad, and both memories with
+    the alarm, those inputs included that are in doubt and used; m memory of the PLC."""
+    alpha = m.u_m if c.open_loop > 0.5 and g.well.alpha_m < s.t_back else y.alpha_m
+    alarm = g.alarm + code_of(each_suspected(k.left, g.well, s.t_back))
+    now = 1.0 if alarm > 0.5 else 0.0
+    begins = now > 0.5 and not inside(k.alarmed, 0.5, 1.5)
+    first = inside_or(k.t_first, -1.0, BOUND, -1.0)
+    return Concluded(
+        y=with_alpha(y, alpha),
+        g=with_alarm(g, alarm),
+        k=with_alarms(
+            k,
+            k.t if begins and first < 0.0 else first,
+            inside_or(k.alarms, 0.0, BOUND, 0.0) + (1.0 if begins else 0.0),
+            now,
+        ),
+    )
