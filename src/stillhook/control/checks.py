@@ -1,5 +1,5 @@
-"""What a PLC learns by comparing its inputs with one another: which of them cannot be true although each is within its
-range. Before `stillhook.control.guard`, which replaces what is in doubt and stops the winch.
+"""What a PLC learns by comparing its inputs with one another: which cannot be true although each is within its range.
+Before `stillhook.control.guard`, which replaces what is in doubt and stops the winch.
 
 Motor speed and encoder move by the same wire, position and speed of the motion unit by the same motion, as do its speed
 and acceleration; the active motors' pressure carries what the load cell weighs and the passive motors do not; a
@@ -22,9 +22,10 @@ from stillhook.control.guard import (
     inside,
     inside_or,
     is_code,
+    towards_zero,
 )
 from stillhook.control.interface import Sensed
-from stillhook.control.plc import MANUAL, low_pass
+from stillhook.control.plc import MANUAL, Memory, low_pass
 from stillhook.physics.records import each, replace, zeros_but
 from stillhook.physics.scalar import fmax, scalar
 
@@ -37,7 +38,7 @@ class CheckSettings(NamedTuple):
     """Settings of the checks: wire by which encoder and motor speed may be apart [m]; position, speed by which those of
     the motion unit and the integrals of its speed and acceleration may be [m, m/s]; load by which the load cell and
     what the motors carry may be apart [N], swivel by which a displacement and its command may [-]; t_memory time for
-    which wire and motion are remembered, t_load, tau_swivel time constants of the other two, t_confirm for which a check
+    which wire and motion are remembered, t_load, tau_swivel time constants of the other two, t_confirm for which one
     must fail, t_clear for which it must hold until an input is trusted again [s]; v_moving wire speed above which
     signals must change [m/s].
 
@@ -66,9 +67,9 @@ class CheckMemory(NamedTuple):
     """What the checks remember: last value of each input; still time for which it has not changed, over for which its
     check has failed, left for which it is in doubt yet [s]; wire by which encoder and motor speed are apart, encoder
     and motor speed from the commanded wire, position and speed of the motion unit from their integrals [m, m/s]; load
-    by which load cell and motors are apart [N]; alpha displacement that the command gives [-]; manual 1 until the
-    operator has chosen manual mode; t time since the start, t_first that of the first alarm (-1: none) [s]; alarms
-    number of alarms, alarmed 1 while there is one."""
+    by which load cell and motors are apart, F slow mean of the load cell while it is good [N]; alpha displacement that
+    the command gives [-]; manual 1 until the operator has chosen manual mode; t time since the start, t_first that of
+    the first alarm (-1: none) [s]; alarms number of alarms, alarmed 1 while there is one."""
 
     last: Sensed
     still: Sensed
@@ -80,6 +81,7 @@ class CheckMemory(NamedTuple):
     position: float
     speed: float
     load: float
+    F: float
     alpha: float
     manual: float
     t: float
@@ -104,9 +106,10 @@ class Doubts(NamedTuple):
 
 
 class Concluded(NamedTuple):
-    """Inputs for the controller, and both memories."""
+    """Inputs for the controller, and memories of PLC, guard and checks."""
 
     y: Sensed
+    m: Memory
     g: GuardMemory
     k: CheckMemory
 
@@ -114,7 +117,7 @@ class Concluded(NamedTuple):
 def checks_at_start(s: CheckSettings) -> Checks:
     """The checks before the first cycle."""
     zeros = Sensed._make([0.0] * len(Sensed._fields))
-    blank = CheckMemory._make([*[zeros] * 4, *[0.0] * 12])
+    blank = CheckMemory._make([*[zeros] * 4, *[0.0] * 13])
     return Checks(s, blank._replace(t_first=-1.0))
 
 
@@ -167,8 +170,9 @@ failures = zeros_but(Sensed, "s_tip", "v_tip", "a_tip", "s_w", "F", "alpha_m", "
 each_still, each_over = each(Sensed, time_still, 3, 2), each(Sensed, time_over, 4, 1)
 each_left, each_trusted = each(Sensed, time_left, 2, 3), each(Sensed, trusted, 3)
 each_ending, each_suspected = each(Sensed, ending, 4, 2), each(Sensed, suspected, 2, 1)
-in_mode, with_alpha, with_alarm = replace(Sensed, "mode"), replace(Sensed, "alpha_m"), replace(GuardMemory, "alarm")
-with_alarms = replace(CheckMemory, "t_first", "alarms", "alarmed")
+in_mode, with_used = replace(Sensed, "mode"), replace(Sensed, "s_w", "F", "alpha_m")
+with_bias, with_alarm = replace(Memory, "b_p"), replace(GuardMemory, "used", "alarm")
+with_alarms = replace(CheckMemory, "F", "t_first", "alarms", "alarmed")
 
 
 @scalar
@@ -238,6 +242,7 @@ def doubts(y, quality, m, g, k, c, s, plc):
             position=position,
             speed=speed,
             load=load,
+            F=finite_or(k.F, 0.0) if begun else x.F,
             alpha=alpha,
             manual=manual,
             t=inside_or(k.t + t, 0.0, BOUND, BOUND),
@@ -249,19 +254,32 @@ def doubts(y, quality, m, g, k, c, s, plc):
 
 
 @scalar
-def concluded(y, m, g, k, c, s):
-    """Second part, behind the guard: its inputs with the command for a displacement that is bad, and both memories with
-    the alarm, those inputs included that are in doubt and used; m memory of the PLC."""
+def concluded(y, m, g, k, c, s, plc):
+    """Second part, behind the guard: its inputs and all memories; m that of the PLC.
+
+    The command stands for a displacement that is bad, and the slow mean of what was good for a load cell, as the
+    passive motors carry by it. Without an encoder the feedback fades with t_bumpless: what it was would move the wire
+    for good. Where compensation ends with an input, the command goes to zero as in a stop. The alarm counts inputs as
+    well that are in doubt and used.
+    """
     alpha = m.u_m if c.open_loop > 0.5 and g.well.alpha_m < s.t_back else y.alpha_m
+    off = g.well.s_w < s.t_back and g.bad.s_w >= s.t_hold and m.mode > MANUAL and y.mode > MANUAL
+    s_w = low_pass(y.s_w, m.datum + y.s_tip - y.s_op, plc.t_bumpless, plc.t_cycle) if off else y.s_w
+    weighs = g.well.F >= s.t_back
+    F = low_pass(k.F, y.F, c.t_load, plc.t_cycle) if weighs and k.over.F <= 0.0 else k.F
+    used = with_used(y, s_w, y.F if weighs else F, alpha)
     alarm = g.alarm + code_of(each_suspected(k.left, g.well, s.t_back))
     now = 1.0 if alarm > 0.5 else 0.0
     begins = now > 0.5 and not inside(k.alarmed, 0.5, 1.5)
     first = inside_or(k.t_first, -1.0, BOUND, -1.0)
+    b_p = towards_zero(m.b_p, plc.t_cycle / s.t_ramp) if k.manual > 0.5 else m.b_p
     return Concluded(
-        y=with_alpha(y, alpha),
-        g=with_alarm(g, alarm),
+        y=used,
+        m=with_bias(m, b_p),
+        g=with_alarm(g, used, alarm),
         k=with_alarms(
             k,
+            F,
             k.t if begins and first < 0.0 else first,
             inside_or(k.alarms, 0.0, BOUND, 0.0) + (1.0 if begins else 0.0),
             now,

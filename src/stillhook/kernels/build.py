@@ -49,7 +49,7 @@ class Setup(NamedTuple):
     """What a kernel runs besides a winch. path: names of the elements below it from the drum down, of
     `stillhook.winches.load_path.registry`: one that moves with the winch's own state, such as a host's tension, or the
     three of a lowering; () what the winch type names as its PATH. guarded:
-    `stillhook.control.guard` stands before the PLC. sensors: those of the crane, by name. checks: `control.checks` stands
+    `stillhook.control.guard` stands before the PLC. sensors: those of the crane, by name. checks: `control.checks` is
     before that guard."""
 
     path: tuple[str, ...] = ()

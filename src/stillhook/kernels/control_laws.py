@@ -135,8 +135,8 @@ checks, q = laws.checks, guard.quality
     b = doubts(sensed, {qualities}, m, guard.g, checks.k, checks.s, guard.s, plc)
     y, quality = b.y, b.quality"""
         after = """\
-e = concluded(c.y, c.m, c.g, b.k, checks.s, guard.s)
-    return e.y, c.m, with_checks(laws, with_memory(guard, e.g), with_k(checks, e.k))"""
+e = concluded(c.y, c.m, c.g, b.k, checks.s, guard.s, plc)
+    return e.y, e.m, with_checks(laws, with_memory(guard, e.g), with_k(checks, e.k))"""
     return f"""\
 def checked(sensed, m, laws, plc):
     guard = laws.guard

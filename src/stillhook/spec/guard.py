@@ -47,7 +47,9 @@ class GuardTable(Spec):
     swivel: Number = Field(default=0.25, gt=0, le=1, description="by which a displacement and its command may be apart")
     t_memory: u.Time = Field(default=10.0, gt=0, description="time constant with which wire and motion are forgotten")
     t_load: u.Time = Field(default=3.0, gt=0, description="time constant of the comparison of loads")
-    t_confirm: u.Time = Field(default=0.05, ge=0, description="time for which a check must fail")
+    t_confirm: u.Time = Field(
+        default=0.03, ge=0, lt=0.05, description="time for which a check must fail; below the 0.05 s of the guard"
+    )
     t_clear: u.Time = Field(default=30.0, ge=0, description="time for which it must hold before a signal is used again")
     t_freeze: u.Time = Field(default=1.0, gt=0, description="time for which a signal may stand while the wire runs")
     on_encoder: Reaction = _reaction(Reaction.FEEDBACK_OFF, "a bad encoder")

@@ -12,6 +12,7 @@ import typer
 
 from stillhook.base.extras import need
 from stillhook.cli.analysis.drives import compare_drives
+from stillhook.cli.analysis.faults import compare_faults
 from stillhook.cli.parser import (
     MODES,
     USUAL,
@@ -145,6 +146,8 @@ def compare(
     if drives is not None:
         raise typer.Exit(0 if compare_drives(subject, case, drives, plan=plan, out=out, json=json) else 1)
     chosen = None if controllers is None else [m.strip().lower() for m in controllers.split(",") if m.strip()]
+    if subject.settings.faults is not None:
+        raise typer.Exit(0 if compare_faults(subject, case, chosen, out=out, json=json) else 1)
     with progress_bar("comparing") as bar:
         progress = started(subject.crane, bar, series=True, report=getattr(case.tip, "report", ""))
         result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)

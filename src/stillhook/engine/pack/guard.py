@@ -31,6 +31,9 @@ OVERLOAD = 3.0
 """Largest tension over that of the safe working load [-]; the whole wire may hang from it in addition. Assumed."""
 P_MOST = 1.0e8
 """Largest pressure [Pa]: twice what a hydraulic winch is built for. Assumed."""
+P_LEAST = -5.0e5
+"""Least pressure of a line where signals are checked [Pa]: oil bears no tension; the rest is the transmitter's error.
+Assumed."""
 RELEASED = 0.02
 """Joystick that counts as released, over its full speed [-]. Assumed."""
 
@@ -73,11 +76,12 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
     if crane.control.guard is not None:
         of_checks = {name: float(r is Reaction.STOP) for name, r in reactions(crane.control.guard).items()}
         stops = stops._replace(**of_checks)
+    p_least = -P_MOST if crane.control.guard is None else P_LEAST
     return GuardSettings(
         least=Least(
             s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-wire, mode=-0.5,
             f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
-            p_hp=-P_MOST, omega_m=-omega_most, p_a=-P_MOST, p_b=-P_MOST,
+            p_hp=p_least, omega_m=-omega_most, p_a=p_least, p_b=p_least,
         ),
         most=Most(
             s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=wire, mode=max(codes) + 0.5,

@@ -130,6 +130,7 @@ class ScenarioBlock(Block[Ready]):
             t_cycle=t_cycle,
             warm_up=self.drive.first * t_cycle,
             before=self.before[i],
+            checks=self.part("laws", i).checks.k if self.d.laws.checks else None,
         )
 
 

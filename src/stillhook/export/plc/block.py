@@ -152,12 +152,11 @@ def controller_block(crane: Crane, controller: str) -> Block:
             for f, v in law_memory.values.items()
         ]
     title = f"{mode.value}, mode {literal(law.code)}: {law.title}. Mode {literal(0.0)}: {MANUAL_MODE.law.title}."
+    about = ABOUT_GUARD if checks is None else ABOUT_GUARD + ABOUT_CHECKS
     rhythm = f"Call it once every {literal(plc.t_cycle)} s. Inputs and outputs are in SI units, hoisting is positive."
     block = Unit(
         library.names.new(PREFIX + law.field),
-        plain_text(
-            f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}\n{ABOUT_GUARD}{ABOUT_CHECKS * (checks is not None)}"
-        ),
+        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}\n{about}"),
         "",
         (*inputs, *qualities, reset, settings),
         outputs,
@@ -247,9 +246,9 @@ def _cycle(
     checked = body.called(plain(check), [reading, qualities, asked, known, m, g, guard, plc])
     if k is not None and b is not None:
         checked = body.kept(checked, "c")
-        behind = [checked.values["y"], checked.values["m"], checked.values["g"], b.values["k"], checks, guard]
+        behind = [checked.values["y"], checked.values["m"], checked.values["g"], b.values["k"], checks, guard, plc]
         last = body.called(plain(concluded), behind)
-        checked = Record(checked.cls, checked.values | {"y": last.values["y"], "g": last.values["g"]})
+        checked = Record(checked.cls, checked.values | {f: last.values[f] for f in ("y", "m", "g")})
         _assign(body, k, last.values["k"])
     y = body.kept(checked.values["y"], "y").values
     _assign(body, g, checked.values["g"])

@@ -1,11 +1,12 @@
 """What is written for a PLC: structures, functions and one function block, as records that text and XML are made of."""
 
 from __future__ import annotations
-from stillhook.control.checks import Checks, CheckSettings, checks_at_start
 
 import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
+
+from stillhook.control.checks import Checks, CheckSettings, checks_at_start
 
 LREAL, BOOL = "LREAL", "BOOL"
 PREFIX = "SH_"
