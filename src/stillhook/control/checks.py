@@ -22,6 +22,7 @@ from stillhook.control.guard import (
     inside,
     inside_or,
     is_code,
+    per_signal,
     towards_zero,
 )
 from stillhook.control.interface import Sensed
@@ -33,6 +34,11 @@ SHARE = 0.1
 """Part of its limit from which a comparison of the motion unit counts as off when the other one is beyond its own: the
 speed, which both have, is then the one in doubt. Assumed."""
 
+Freeze, Uses, Ends = per_signal("Freeze"), per_signal("Uses"), per_signal("Ends")
+Freeze.__doc__ = "Time for which each input may stand while the wire runs [s]."
+Uses.__doc__ = "1 where an input that is in doubt is used all the same, else 0."
+Ends.__doc__ = "1 where compensation ends with an input, else 0."
+
 
 class CheckSettings(NamedTuple):
     """Settings of the checks: wire by which encoder and motor speed may be apart [m]; position, speed by which those of
@@ -42,9 +48,7 @@ class CheckSettings(NamedTuple):
     must fail, t_clear for which it must hold until an input is trusted again [s]; v_moving wire speed above which
     signals must change [m/s].
 
-    freeze: time for which each input may stand while the wire runs [s]. uses 1 where an input that is in doubt is used
-    all the same, manual 1 where compensation ends with it; open_loop 1 where the command stands for a displacement that
-    is bad."""
+    freeze, uses, ends: of each input. open_loop: 1 where the command stands for a displacement that is bad."""
 
     wire: float
     position: float
@@ -57,9 +61,9 @@ class CheckSettings(NamedTuple):
     t_confirm: float
     t_clear: float
     v_moving: float
-    freeze: Sensed
-    uses: Sensed
-    manual: Sensed
+    freeze: Freeze  # type: ignore[valid-type]
+    uses: Uses  # type: ignore[valid-type]
+    ends: Ends  # type: ignore[valid-type]
     open_loop: float
 
 
@@ -154,10 +158,10 @@ def trusted(quality, left, uses):
 
 
 @scalar
-def ending(manual, left, well, bad, t_back, t_hold):
+def ending(ends, left, well, bad, t_back, t_hold):
     """1 where compensation ends with an input: it is in doubt, or was bad for too long."""
     wrong = left > 0.0 or (well < t_back and bad >= t_hold)
-    return 1.0 if manual > 0.5 and wrong else 0.0
+    return 1.0 if ends > 0.5 and wrong else 0.0
 
 
 @scalar
@@ -226,7 +230,7 @@ def doubts(y, quality, m, g, k, c, s, plc):
     left = each_left(over, k.left, c.t_confirm, c.t_clear, t)
 
     # Compensation ends until the operator has chosen manual mode, with everything good again.
-    ends = code_of(each_ending(c.manual, left, g.well, g.bad, s.t_back, s.t_hold)) > 0.5
+    ends = code_of(each_ending(c.ends, left, g.well, g.bad, s.t_back, s.t_hold)) > 0.5
     manual = 1.0 if ends or (not inside(k.manual, -0.5, 0.5) and not is_code(x.mode, MANUAL)) else 0.0
     return Doubts(
         y=in_mode(y, MANUAL if manual > 0.5 else y.mode),

@@ -124,8 +124,9 @@ def compare(
     """Run one motion under several controllers, or with several drives, and put them side by side.
 
     Without --motion the tip moves as a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
-    of the motion signal, place of the tip for a ship log and time step are those of a case file. Exit code 1 if none
-    stays inside its limits.
+    of the motion signal, place of the tip for a ship log and time step are those of a case file. One with
+    settings.faults gives a table of sensor faults by controllers. Exit code 1 if none stays inside its limits, or where
+    a fault is survived by none.
 
     Example: stillhook compare nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --controllers
     ns,hs,ssc

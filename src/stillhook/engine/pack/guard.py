@@ -3,7 +3,7 @@
 from itertools import pairwise
 from typing import Any
 
-from stillhook.control.checks import CheckSettings, checks_at_start
+from stillhook.control.checks import CheckSettings, Ends, Freeze, Uses, checks_at_start
 from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc
@@ -143,8 +143,8 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
     frozen = ["s_w", "F", *lines, *(["dp"] if lines else []), *of_gas]
     swivel = table.swivel if control.feedback > 0.5 and crane.circuits else FINITE
 
-    def each(values: dict[str, float], otherwise: float = 0.0) -> Sensed:
-        return Sensed._make([values.get(name, otherwise) for name in Sensed._fields])
+    def each(kind: Any, values: dict[str, float], otherwise: float = 0.0) -> Any:
+        return kind._make([values.get(name, otherwise) for name in Sensed._fields])
 
     return CheckSettings(
         wire=table.wire if turns_with_the_wire(crane) else FINITE,
@@ -158,9 +158,9 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
         t_confirm=table.t_confirm,
         t_clear=table.t_clear,
         v_moving=MOVING * wire_speed_max(crane),
-        freeze=each(dict.fromkeys(frozen, table.t_freeze), FINITE),
-        uses=each({name: float(r is Reaction.ALARM) for name, r in reaction.items()}),
-        manual=each({name: float(r is Reaction.MANUAL) for name, r in reaction.items()}),
+        freeze=each(Freeze, dict.fromkeys(frozen, table.t_freeze), FINITE),
+        uses=each(Uses, {name: float(r is Reaction.ALARM) for name, r in reaction.items()}),
+        ends=each(Ends, {name: float(r is Reaction.MANUAL) for name, r in reaction.items()}),
         open_loop=float(table.on_swivel is Reaction.OPEN_LOOP),
     )
 
