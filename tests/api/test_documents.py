@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.image import imsave
+from matplotlib.image import imread, imsave
 
 from stillhook.report import kit
 from stillhook.report.document import Bullets, Column, Document, Figure, Section, Table, Text, Verdict, facts
@@ -130,6 +130,25 @@ def test_paper_is_the_same_bytes_every_time():
     assert len(pages(DOCUMENT, 20.0)) == 2  # the first page ends with its signatures
 
 
+@pytest.mark.slow
+def test_a_figure_stays_in_its_section_where_its_page_has_no_room_for_it():
+    """A red picture too tall for what is left of its page, between verdicts whose frames have their own colours."""
+    colours = {"failed": (0x9B, 0x1C, 0x1C), "red": (255, 0, 0), "passed": (0x1B, 0x5E, 0x20)}
+    image = io.BytesIO()
+    imsave(image, np.full((50, 70, 3), colours["red"], np.uint8), format="png")
+    before, after = (Verdict("verdict", passed=passed, text=["a line"]) for passed in (False, True))
+    first = Section("A", [Bullets(["a line"] * 30), before, Figure(image.getvalue(), "red")])
+    paper = [imread(io.BytesIO(page)) for page in pages(Document("x", [first, Section("B", [after])]), 150.0)]
+    pixels = np.concatenate([page[..., :3] for page in paper])
+    rows = {
+        name: np.flatnonzero((np.abs(pixels - np.array(colour) / 255.0) < 0.02).all(axis=2).any(axis=1))
+        for name, colour in colours.items()
+    }
+    assert len(paper) == 2
+    assert rows["failed"].max() < rows["red"].min()
+    assert rows["red"].max() < rows["passed"].min()
+
+
 def test_a_picture_that_cannot_be_read_is_refused():
     with pytest.raises(Unset, match="cannot be set"):
         pdf(replace(DOCUMENT, sections=[Section("Figures", [Figure(b"none", "")])]))
@@ -142,7 +161,7 @@ def test_a_section_is_found_by_the_end_of_its_title():
 @pytest.mark.parametrize(
     ("cells", "kind"),
     [
-        (["1.5", "-", "> 4", "", "-0.208 to 0.3 %"], Column.NUMBER),
+        (["1.5", "-", "> 4", "", "-0.208 to 0.3 %", "any"], Column.NUMBER),
         (["56.2 % (39.3 % to 71.8 %)"], Column.NUMBER),
         (["manual", "ns"], Column.WORD),
         (["2 load cases, 740 s, 71 effective windows"], Column.TEXT),

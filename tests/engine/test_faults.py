@@ -222,7 +222,7 @@ def test_a_fault_that_cannot_be_is_refused_in_one_line(text: str, line: str) -> 
         ({"on_load": "feedback-off"}, 'on_load = "feedback-off" is not one of alarm, hold, manual, stop.'),
         (
             {"on_encoder": "open-loop"},
-            'on_encoder = "open-loop" is not one of alarm, hold, manual, stop, feedback-off.',
+            'on_encoder = "open-loop" is not one of alarm, feedback-off, manual, stop.',
         ),
         ({"wire": "0.3 bar"}, 'unit "bar" is not one of'),
         ({"t_confirm": "0.05 s"}, "it must be less than"),

@@ -2,6 +2,7 @@
 into the lanes."""
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,22 @@ def test_many_lowerings_have_the_bits_of_each_alone(truth):
             simulate(CRANE, [IN_SEAS[i].lowering() for i in some]).drop_attrs().assign_coords(case=truth.case[some])
         )
     )
+
+
+@pytest.mark.slow
+def test_lifts_that_differ_after_their_first_phase_have_the_bits_of_each_alone():
+    """They are packed once."""
+    first, lift = Phase(mode="ahc", time="5 s"), in_sea()
+    programmes = [
+        (first, Phase(mode="emergency-stop", time="15 s")),
+        (first, Phase(mode="ahc", speed="12 m/min", time="12 s")),
+    ]
+    cases = [replace(lift, lift=lift.lift.model_copy(update={"programme": each})) for each in programmes]
+    together = simulate(CRANE, cases).drop_attrs()
+    for i, each in enumerate(programmes):
+        alone = simulate(CRANE, [in_sea(deep_lift(programme=tuple(p.model_copy() for p in each)))]).drop_attrs()
+        assert together.isel(case=[i]).equals(alone.assign_coords(case=together.case[[i]], phase=together.phase))
+    assert float(together.s_w_end[1] - together.s_w_end[0]) > 1.0
 
 
 @pytest.mark.slow

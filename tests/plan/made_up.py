@@ -79,6 +79,19 @@ def made_up(*, certificate: bool = False, synthetic: bool = True, blocks: bool =
     return PlanResult(data=data, facts=_facts(certificate) | {"card": card_of(data, certificate)}, blocks=found)
 
 
+def with_synthetic_certificate(*, synthetic: bool = True) -> PlanResult:
+    """The made-up plan with a SYNTHETIC certificate of all seas: credited is what the twin says, claimed the cap."""
+    less = made_up(synthetic=synthetic)
+
+    def of(block: xarray.Dataset) -> xarray.Dataset:
+        three = block.sel(credit=["twin", "twin", "credited"])
+        return three.assign_coords(credit=["twin", "credited", "claimable"])
+
+    certificate = {"number": "0123456789ab", "statement": "", "synthetic": True, "assumed": True}
+    facts = {**less.facts, "crane": {**less.facts["crane"], "certificate": certificate}}
+    return PlanResult(of(less.data), facts, {**less.blocks, "weather": of(less["weather"])})
+
+
 def card_of(data: xarray.Dataset, certificate: bool = False) -> dict[str, Any]:
     """The assessment "card" of a table: its credited limits are claimed, in every part of the lift alike."""
     table = data.sel(credit="credited", alternative="strong-ssc")

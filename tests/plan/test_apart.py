@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stillhook.plan.answer.spread import governs_of_draws
 from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
+from stillhook.plan.planning import answered
 from stillhook.plan.report.words import sentence
-from stillhook.plan.table import TIERS, Axes, apart_remarks, chosen, gathered, lower_where_apart
+from stillhook.plan.table import TIERS, Axes, apart_remarks, certified_in, chosen, gathered, lower_where_apart
 
 pytestmark = pytest.mark.slow
 
@@ -54,6 +56,20 @@ def test_the_lower_counts_where_runs_allow_far_more(lift):
     assert (found["phase"], found["rule"], found["alternatives"]) == ("landing", "load-motion", ["SSC"])
     assert (found["n"], found["of"], found["runs"], found["frequency"]) == (1, 2, [2.0, 2.0], [0.3, 0.3])
     assert "runs allow Hs 2.00 m, more than 1.5 times the Hs 0.30 m" in sentence(found)
+
+
+def test_draws_of_runs_count_as_the_limits_do(lift):
+    """Where the lower counts, no draw of the runs lifts it: the weather has the interval of what counts."""
+    lift = replace(lift, alternatives=(*lift.alternatives, Alternative.CAP))
+    axes = Axes.of(lift)
+    rows = [
+        limits("landing", Alternative.SSC, tier, load_motion=Hs)
+        for tier, Hs in ((Tier.FREQUENCY, (0.3, 0.4)), (Tier.TIME, (2.0, 0.5)))
+    ]
+    of = answered(lift, axes, certified_in(lift, axes, lift.environment.table()), (), rows)
+    draws = np.stack([x * of.limits.Hs[TIERS.index(Tier.TIME)] for x in (0.9, 1.1)])
+    Hs = [g["twin"].Hs[axes.alternatives.index(Alternative.SSC), 0].tolist() for g in governs_of_draws(lift, of, draws)]
+    assert Hs == [[0.3, pytest.approx(0.45)], [0.3, pytest.approx(0.55)]]
 
 
 def test_runs_that_find_no_limit_are_far_above_any(lift):

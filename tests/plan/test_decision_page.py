@@ -2,23 +2,29 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.plan.made_up import card_of, made_up
+from tests.plan.made_up import card_of, made_up, with_synthetic_certificate
 
+from stillhook.cli.runs.plan import _answer
 from stillhook.plan.assessments.card.tip_speed import per_metre, share_of_tip
 from stillhook.plan.file import LONGEST_NUMBER, LONGEST_REVISION, load_plan
-from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, stopped
+from stillhook.plan.report.decision.bands import bands_of, edges_of, forecast, headline, label, open_bands, stopped
 from stillhook.plan.report.decision.card import card, card_parts
-from stillhook.plan.report.decision.data import claimed, decision
-from stillhook.plan.report.decision.page import page, sheet
+from stillhook.plan.report.decision.data import decision
+from stillhook.plan.report.decision.page import page, sheet, waiting_words
 from stillhook.plan.report.decision.short import short
+from stillhook.plan.report.detail import weather
 from stillhook.plan.report.document import document, marks
 from stillhook.plan.report.figures import CLAIM, claim_curves
+from stillhook.plan.report.limits_summary import side_by_side, verdict, waiting
+from stillhook.plan.report.words import named
 from stillhook.plan.result import PlanResult, cause
-from stillhook.report.document import Section, Table, Verdict, walk
+from stillhook.report.document import Section, Table, Text, Verdict, walk
+from stillhook.report.formatting import DAY
 from stillhook.report.kit import printed
 from stillhook.report.pdf import pages
 from stillhook.response.forcing import forcing_of_seas
@@ -120,13 +126,16 @@ def assessed(*, ok: bool = True) -> dict:
     quality = {
         "checks": [{"check": "cells", "n": 9, "failed": [] if ok else [{}]}],
         "agreement": {"phase": name, "rule": "load-motion", "tier": "frequency", "Tp": 9.0, "factor": 1.4},
-        "tiers": [{}] * 7,
+        "tiers": [{"reason": "lower"}] * 2 + [{"reason": "wave-zone"}] * 5,
         "steep": {"n": 12, "of": 360},
     }
     row = dict.fromkeys(("what", "value", "where", "moves", "supplier"), name)
     assumed = {"rows": [row] * 5, "n": 12}
     source = {"source": f"{name}.csv", "model": name, "first": "2011-01-01T00", "last": "2013-12-31T23"}
-    hindcast = {**source, "n_years": 3, "n_gaps": 2, "synthetic": False}
+    days = {"value": 11.1 * DAY, "low": 10.4 * DAY, "high": 12.8 * DAY}
+    waits = {"waiting": [{"month": 0, "n_years": 3, "wait_p50": days, "wait_p90": days}]}
+    hindcast = {**source, "n_years": 3, "n_gaps": 2, "synthetic": False, "window": 2.0 * DAY, **waits}
+    hindcast |= {"as_credited": waits}
     return {"failures": failures, "rigging": rigging, "quality": quality, "assumed": assumed, "hindcast": hindcast}
 
 
@@ -153,7 +162,7 @@ def test_the_decision_page_is_one_sheet_with_its_sections_in_order(result, headi
 
 def sheets_of(result: PlanResult) -> tuple[int, int]:
     """Pages of the decision page and of the card alone, as set on paper."""
-    drawn = printed({CLAIM: claim_curves(claimed(result))})
+    drawn = printed({CLAIM: claim_curves(result)})
     of, about = card(result), decision(result)
     return tuple(
         len(pages(sheet(data, parts, "Stillhook", "Lift plan", marks(result)), 30.0))
@@ -190,8 +199,32 @@ def test_what_is_not_within_limits_is_a_reason_against_operation():
     assert codes == ["failure-not-ok", "over-used", "contradicted"]
     bare = assessed()
     bare["rigging"] |= {"weight": None, "legs": None}
-    codes = [each["code"] for each in decision(replace(odd, facts={**odd.facts, **bare}))["status"]["reasons"]]
-    assert codes == ["no-weight", "no-legs"]
+    of = decision(replace(odd, facts={**odd.facts, **bare}))
+    assert [each["code"] for each in of["status"]["reasons"]] == ["no-weight", "no-legs"]
+    line = (
+        "Weight contingency and CoG not assessed (no [weight]); slings, shackles and lift points not assessed (no legs"
+    )
+    assert line in str(page(of, None)[0])
+
+
+def test_a_hook_load_that_uses_all_of_the_capacity_at_the_limit_says_why_it_is_more_than_all(result):
+    full = assessed()
+    texts = []
+    for used in (0.99, 1.02):
+        full["rigging"]["hook_loads"][0] |= {"utilisation": used}
+        texts.append(str(page(decision(replace(result, facts={**result.facts, **full})), None)))
+    assert ["read between two heights of runs" in text for text in texts] == [False, True]
+
+
+def test_the_claim_names_the_periods_in_which_there_is_a_go(result):
+    bands = decision(result)["claim"]["bands"]
+    closed = [{**band, "no_go": "no alpha"} if i in (0, 4) else band for i, band in enumerate(bands)]
+    one, last = closed[4], closed[-1]
+    assert open_bands(closed).split(", ") == [
+        f"{closed[1]['T_p_from']:g} to {one['T_p_from']:g} s",
+        f"{one['T_p_to']:g} to {last['T_p_from']:g} s",
+    ]
+    assert open_bands([last]) == ""
 
 
 def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(result):
@@ -200,10 +233,11 @@ def test_the_page_says_what_happens_where_ahc_is_lost_and_the_card_what_to_do(re
     for line in (
         "Loads are within limits to Hs 2.31 m.",
         "Touch-down over 0.50 m/s from Hs 1.44 m.",
-        "No stop below 1496 m.",
+        "No stop below 1496.0 m.",
         "submerged 84 t low, 98 t high",
         "skew load factor 1.25",
-        "Methods agree within a factor of 1.40",
+        "Methods are at most a factor of 1.40 apart in the limits that govern",
+        "7 limits of phase and rule are more than 1.5 apart: the lower counts in 2, the more detailed method for a stated reason in 5",
     ):
         assert line in text
     tables = [part for part in walk(card_parts(card(full))) if isinstance(part, Table)]
@@ -233,17 +267,48 @@ def test_page_one_has_no_limit_by_the_twin_alone(result):
     assert "imulated" not in text
 
 
-def test_what_a_synthetic_certificate_credits_is_not_claimed(result):
-    certificate = {"number": "0123456789ab", "statement": "", "synthetic": True, "assumed": True}
-    marked = {**result.facts, "crane": {**result.facts["crane"], "certificate": certificate}}
-    lower = [cell | {"Hs_limit": 0.5, "op_wf": None, "alpha": None} for cell in result.facts["card"]["cells"]]
-    odd = replace(result, facts={**marked, "card": {**result.facts["card"], "cells": lower}})
-    Hs = claimed(odd).data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
-    assert (Hs == 0.5).all()
-    others = claimed(odd).data["Hs_limit"].sel(credit="credited", alternative="ssc").values
-    assert (others == result.data["Hs_limit"].sel(credit="credited", alternative="ssc").values).all()
-    assert short(odd)[0].startswith("NO GO IN ANY Tp BAND")
+def test_what_a_synthetic_certificate_credits_is_not_claimed():
+    odd = with_synthetic_certificate()
+    Hs, name = odd.data["Hs_limit"].sel(alternative="strong-ssc"), "strong-ssc"
+    assert (Hs.sel(credit="credited") > Hs.sel(credit="claimable")).any()
+    assert (odd.claim, made_up().claim) == ("claimable", "credited")
     assert "SYNTHETIC certificate" in short(odd)[1]
+    least = f"{np.nanmin(Hs.sel(credit='claimable')):.2f}"
+    assert verdict(odd).text[0].startswith(f"Claimable limit with {named(name)}: Hs {least} m to ")
+    assert verdict(odd).word == verdict(made_up()).word
+    assert f"{named(name)}, SYNTHETIC certificate" in [row[0] for row in side_by_side(odd).rows]
+    assert not [row for row in side_by_side(made_up()).rows if "SYNTHETIC" in row[0]]
+    none = [cell | {"Hs_limit": 0.5, "op_wf": None, "alpha": None} for cell in odd.facts["card"]["cells"]]
+    none = replace(odd, facts={**odd.facts, "card": {**odd.facts["card"], "cells": none}})
+    assert short(none)[0].startswith("NO GO IN ANY Tp BAND")
+
+
+def test_the_waiting_of_the_claim_comes_first_and_that_with_the_certificate_beside_it():
+    """The first is that of a plan without the certificate, in the report and on the terminal."""
+    odd, less = with_synthetic_certificate(), made_up()
+    claim, credited = (text.replace("claimable", "credited") for text in waiting(odd))
+    assert [claim] == waiting(less)
+    assert credited.startswith(
+        "With this certificate if it were real (may not be claimed): Waiting for a window of 48 h"
+    )
+    assert credited.partition("mean")[2] != claim.partition("mean")[2]
+    (both,) = waiting(odd, brief=True)
+    days = [re.findall(r"P[59]0 [0-9.]+ d", text)[:2] for text in (claim, credited)]
+    assert re.findall(r"P[59]0 [0-9.]+ d", both) == [*days[0], *days[1]]
+    assert " ".join(_answer(odd, "x").text()).find(both[:90]) > 0
+    assert [part.text for part in weather(odd, {}) if isinstance(part, Text)][1].startswith("Waiting for a window")
+
+
+def test_page_one_has_the_waiting_with_its_sampling_error():
+    year = {"month": 0, "n_years": 9, "wait_p50": {"value": 2.0 * DAY, "low": DAY, "high": 3.0 * DAY}}
+    year["wait_p90"] = {"value": 9.0 * DAY, "low": math.nan, "high": math.nan}
+    credited = {"waiting": [year | {"wait_p50": {"value": DAY, "low": math.nan, "high": math.nan}}]}
+    one = {"window": 2.0 * DAY, "waiting": [year]}
+    assert waiting_words(one) == ["Waiting for a window of 48 h: P50 2.0 (1.0 to 3.0) d, P90 9.0 d."]
+    both = waiting_words(one | {"as_credited": credited})
+    assert both == [*waiting_words(one), "With this certificate if it were real: P50 1.0 d, P90 9.0 d."]
+    assert waiting_words(one | {"waiting": []}) == ["Waiting for a window of 48 h: never a window."]
+    assert waiting_words(None) == waiting_words({"window": DAY, "reason": "no OP_WF"}) == []
 
 
 def test_page_and_card_are_plain_data_with_revision_and_names(result):

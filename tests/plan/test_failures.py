@@ -2,26 +2,33 @@
 
 import math
 import re
+import sys
 from dataclasses import replace
 from importlib.resources import files
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stillhook import load_crane
+from stillhook.base.progress import Parts
+from stillhook.kernels import build
 from stillhook.plan import plan
 from stillhook.plan.assessments import failures
 from stillhook.plan.assessments.failures import bands
-from stillhook.plan.assessments.failures.assessment import Work, page
+from stillhook.plan.assessments.failures import runs as failure_runs
+from stillhook.plan.assessments.failures.assessment import Work, _of_winch, _stop_in_wave_zone, page
 from stillhook.plan.assessments.failures.cases import BOTTLES, FAILURES, at_fault, less_gas
 from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
 from stillhook.plan.assessments.failures.judging import height_from, used, worst
 from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
+from stillhook.plan.assessments.failures.section import _why
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
+from stillhook.plan.report.decision.status import _of_assessments
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
@@ -104,10 +111,14 @@ def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(f
 def test_loads_are_within_limits_up_to_the_lowest_sea_in_which_a_trip_is_not():
     # the row that uses most begins to fail at 0.75 m, another at 0.70 m
     trip = {"key": "ahc-trip", "verdict": "not-ok", "loads": "not-ok"}
-    trip |= {"rows": [{"Hs_from": 0.75}, {"Hs_from": 0.70}, {"Hs_from": None}], "worst": {"Hs_from": 0.75}}
+    rows = [{"Hs": 2.0, "Hs_from": Hs, "v_landed": v} for Hs, v in ((0.75, None), (0.70, 0.3), (1.3, 0.6), (None, 0.1))]
+    trip |= {"rows": rows, "worst": rows[0]}
     steady = {"loads": {"Hs_from": 4.3}, "touch_down": {"Hs_from": 1.4, "limit": 0.5}, "highest": 6.0}
     made_up = {"cases": [trip], "steady": steady, "seas": [], "near_seabed": {"depth": None, "fall": 1.0}}
     assert page(made_up)["loads_to"] == 0.70
+    assert (
+        page(made_up)["touch_down_from"] == 1.3
+    )  # of the run that touches down at 0.6 m/s, below the 1.4 m on the brake
     assert page({**made_up, "cases": [trip | {"loads": "ok"}]})["loads_to"] == 4.3
 
 
@@ -215,6 +226,29 @@ SEABED = {"phase": "landing", "top": -1498.0, "bottom": -1500.0, "reason": "touc
 STOPPED = {"key": "wave-zone-stop", "by_depth": [{}]}
 
 
+def test_a_stop_that_is_beyond_a_limit_at_any_depth_is_not_ok(lift):
+    def rows(wanted):
+        used = {each.z: 1.05 if each.z == 0.0 else 0.9 for each in wanted}
+        return [
+            {
+                "phase": "splash zone",
+                "z": z,
+                "Tp": 9.0,
+                "rule": "dynamic-load",
+                "used": x,
+                "Hs_from": 1.7 if x > 1.0 else None,
+            }
+            for z, x in used.items()
+        ]
+
+    runs = SimpleNamespace(request=lambda wanted: None)
+    work = SimpleNamespace(plan=lift, state=SimpleNamespace(twin=True), seas=[SEA], runs=runs, rows=rows)
+    work.judge = lambda wanted, progress: None
+    case = _stop_in_wave_zone(work, None)
+    assert (case["verdict"], case["Hs_from"], case["worst"]["z"]) == ("not-ok", 1.7, 0.0)
+    assert [row["used"] for row in case["rows"]] == [0.9]
+
+
 def test_without_a_run_of_a_stop_nothing_is_said_of_the_wave_zone(lift):
     zone = [row for row in bands.actions(lift, [], []) if row["phase"] == "splash zone"]
     assert [(row["action"], row["time"]) for row in zone] == [("not-assessed", None)]
@@ -299,6 +333,33 @@ def test_a_stopped_assessment_takes_its_runs_from_the_store(runs, lift):
     assert {path.name for path in store.iterdir()} == before
     for name, values in of(runs, "ahc-trip").items():
         assert np.array_equal(values, of(again, "ahc-trip")[name], equal_nan=True)
+
+
+SENSORS = {"motion-frozen", "motion-drift", "load-cell-zero", "load-cell-over"}
+
+
+def test_faults_of_sensors_without_a_compiler_are_not_assessed_and_say_so(lift, monkeypatch):
+    """A wheel holds no model with sensors: every other failure is run, and the plan is not for approval."""
+    made = build._driver
+
+    def shipped(plant, lanes, setup, extra):
+        return build._by_numba(None, None) if setup.sensors else made(plant, lanes, setup, extra)
+
+    monkeypatch.setattr(build, "_driver", shipped)
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.setattr(failure_runs, "MOMENTS", TRAINS)
+    one = FailureRuns(Cells(replace(lift, phases=(lift.phase("landing, held"),)), Execution()), Alternative.SSC)
+    work = Work(None, Parts(None, {"trip": 1.0, "others": 1.0}), one, [SEA])
+    by_key = {case["key"]: case for case in _of_winch(work)}
+    assert {key for key, case in by_key.items() if case["verdict"] == "not-assessed"} == SENSORS
+    for key in SENSORS:
+        why = _why(by_key[key])
+        assert why.startswith("not simulated: No compiler is installed.")
+        assert "sensors with faults" in why
+        assert why.endswith('pip install "stillhook[compiler]".')
+        assert "\n" not in why
+    reasons = dict(_of_assessments({"failures": {"cases": list(by_key.values())}}))
+    assert reasons["failure-not-assessed"].startswith("4 failure cases not assessed: Motion unit frozen, ")
 
 
 def test_a_run_that_fails_is_never_ok(runs, lift):

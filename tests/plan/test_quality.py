@@ -1,6 +1,7 @@
 """Limits agree with their runs and their credit, ends of limits are named, steep seas and holds that are off give no
 credit, and the report says so."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from tests.plan.manifold import loaded, manifold
 
 from stillhook.errors import PlanError
-from stillhook.plan.assessments import quality
+from stillhook.plan.assessments import hindcast, quality
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.assessments.quality.consistency import cells, credit, neighbours, steep, tiers_apart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
@@ -23,10 +24,13 @@ from stillhook.plan.report.words import governs
 from stillhook.plan.result import PlanResult
 from stillhook.plan.table import Axes, Certified, Chosen, End, governed, not_steep, to_chart_end
 from stillhook.plan.tiers.time_domain.cells import Execution
+from stillhook.plan.weather.value import forecast_limits
 from stillhook.report.document import Section, Table, Verdict
 from stillhook.report.html import html
 from stillhook.sea.spectra.spectrum import highest_sea, steepest, steepness
 from stillhook.statistics.extremes import P90, largest
+from stillhook.weather.alpha import load_alpha_table
+from stillhook.weather.series import Weather
 
 SEAS = """\
 [environment]
@@ -104,15 +108,17 @@ def test_credit_is_the_lesser_of_twin_and_cap_and_the_gate_finds_less(lift, Hs):
     of = state(lift, *made)
     assert not credit(of)["failed"]
     at = of.answered.axes.alternatives.index(SSC)
+
+    def otherwise(Hs):
+        other = replace(of.answered.credited, Hs=Hs)
+        return replace(of, answered=replace(of.answered, counting={**of.answered.counting, "credited": other}))
+
     lower = of.answered.credited.Hs.copy()
     lower[at] *= 0.9
-    bad = replace(of, answered=replace(of.answered, credited=replace(of.answered.credited, Hs=lower)))
-    assert len(credit(bad)["failed"]) == 2
+    assert len(credit(otherwise(lower))["failed"]) == 2
     higher = of.answered.credited.Hs.copy()
     higher[at] = 5.0
-    assert credit(replace(of, answered=replace(of.answered, credited=replace(of.answered.credited, Hs=higher))))[
-        "failed"
-    ]
+    assert credit(otherwise(higher))["failed"]
 
 
 def test_a_limit_at_the_last_height_of_the_chart_is_the_end_of_the_chart(lift):
@@ -136,6 +142,40 @@ def test_a_limit_at_the_highest_sea_that_a_certificate_covers_is_the_end_of_its_
     assert g.Hs[i, 0].tolist() == [1.0, 1.0]
     assert (g.end[i, 0] == list(End).index(End.CERTIFICATE)).all()
     assert governs("landing", "control-error", End.CERTIFICATE) == "landing: end of the certificate's envelope"
+
+
+def test_what_a_synthetic_certificate_credits_may_not_be_claimed_and_waits_less(lift):
+    """The claim is the answer of the same plan without a certificate, limit by limit and wait by wait."""
+    lift = replace(lift, environment=lift.environment.model_copy(update={"heading_tolerance": 0.0}))
+    made = [limits("down", a, Tier.TIME, dynamic_load=(Hs, Hs)) for a, Hs in ((CAP, 1.0), (SSC, 2.0))]
+    less = state(lift, *made)
+    covered = replace(less.answered.certified, covers=np.ones_like(less.answered.certified.covers))
+    axes, assumed = less.answered.axes, replace(lift, credits_synthetic=True)
+    of, real = (answered(each, axes, covered, (), made) for each in (assumed, lift))
+    assert (of.claim, real.claim, less.answered.claim) == ("claimable", "credited", "credited")
+    assert list(real.governs) == ["twin", "credited"]
+    at = axes.alternatives.index(SSC)
+    Hs = {name: g.Hs[at, 0].tolist() for name, g in of.governs.items()}
+    assert Hs == {"twin": [2.0, 2.0], "credited": [2.0, 2.0], "claimable": [1.0, 1.0]}
+    assert np.array_equal(of.governs["claimable"].Hs, less.answered.governs["credited"].Hs, equal_nan=True)
+
+    time = np.datetime64("2001-01-01T00:00:00") + np.arange(6 * 365 * 8) * np.timedelta64(3, "h")
+    height = np.repeat([0.4, 1.2, 6.0, 6.0], 16)[np.arange(len(time)) % 64]  # two days, two days and four
+    columns = {"H_m0": height, "T_p": np.full(len(time), 6.0)}
+    records = Weather(time, columns, 3 * 3600.0, "made up")
+    with_weather = [
+        replace(less, plan=p, answered=a, records=records, forecast=forecast_limits(p, load_alpha_table(), a.governs))
+        for p, a in ((assumed, of), (lift, less.answered))
+    ]
+    both, alone = (hindcast.assess(each, lambda share: None) for each in with_weather)
+    answer = ("windows", "waiting")
+    assert json.dumps([both[key] for key in answer]) == json.dumps([alone[key] for key in answer])
+    assert "as_credited" not in alone
+    claim, credited = (each["waiting"][0]["wait_p50"]["value"] for each in (both, both["as_credited"]))
+    assert 0.0 < credited < claim
+    titles = [part.title for part in hindcast.parts({hindcast.NAME: both}) if "Waiting" in getattr(part, "title", "")]
+    assert ["claimable" in title for title in titles] == [True, False]
+    assert "with this certificate if it were real" in titles[1]
 
 
 @pytest.mark.parametrize("Tp", [4.0, 5.0, 8.0, 11.5, 16.0])

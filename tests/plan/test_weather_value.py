@@ -67,6 +67,24 @@ LIMITS = {
 }
 
 
+def test_what_may_be_claimed_waits_as_what_is_credited_without_the_certificate(plan, season):
+    axes, cap = Axes.of(plan), {a: min(Hs, LIMITS[Alternative.CAP]) for a, Hs in LIMITS.items()}
+    limits = {"twin": LIMITS, "credited": LIMITS, "claimable": cap}
+    forecast = forecast_limits(plan, load_alpha_table(), {name: governs(axes, Hs) for name, Hs in limits.items()})
+    value = weather_value(plan, axes, forecast, season)
+    block, without = weather_block(plan, value, axes, season, forecast), valued(plan, season, LIMITS, cap)[1]
+    assert block["credit"].values.tolist() == ["twin", "credited", "claimable"]
+    for name in without.data_vars:
+        assert (
+            block[name]
+            .sel(credit="claimable")
+            .drop_vars("credit")
+            .equals(without[name].sel(credit="credited").drop_vars("credit"))
+        ), name
+    ssc = block["wait_mean"].sel(alternative="ssc", month=0)
+    assert float(ssc.sel(credit="claimable")) > float(ssc.sel(credit="credited"))
+
+
 def test_the_more_an_alternative_allows_the_more_often_it_works_and_the_shorter_it_waits(plan, season):
     _, block, _ = valued(plan, season, LIMITS)
     order = [a.value for a in sorted(LIMITS, key=LIMITS.get)]

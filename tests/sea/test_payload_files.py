@@ -165,6 +165,14 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
             'mine.toml: Part.shape = "assembly": not one of plate, box, disc, suction-anchor, spool, frame.',
         ),
         (
+            'mass = "4 t"\n[shape]\nkind = "scaled"\nfactor = 0.1\nparts = []',
+            'mine.toml: Payload.shape = "scaled": not one of plate, box, disc, suction-anchor, spool, frame, assembly.',
+        ),
+        (
+            'mass = "4 t"\n[shape]\ndiameter = "5 m"',
+            'mine.toml: Payload.shape = "": not one of plate, box, disc, suction-anchor, spool, frame, assembly.',
+        ),
+        (
             'mass = "4 t"\nheight = "2 m"\nC_D = 2.0',
             "mine.toml: Payload: give either levels or a shape (plate, box, disc, suction-anchor, spool, frame, assembly) with its dimensions.",
         ),
@@ -179,6 +187,12 @@ def test_a_file_with_a_mistake_ends_in_one_line(tmp_path, text, line):
         read_payload(written(tmp_path, text))
     assert str(caught.value).startswith(line)
     assert "\n" not in str(caught.value)
+
+
+def test_a_shape_in_a_table_is_that_of_its_dimensions_next_to_the_payload(tmp_path):
+    flat = read_payload(written(tmp_path, DISC))
+    table = read_payload(written(tmp_path, 'mass = "40 t"\n[shape]\nkind = "disc"\ndiameter = "5 m"\nheight = "0.4 m"'))
+    assert (table.shape, table.height, table.C_D) == (flat.shape, flat.height, flat.C_D)
 
 
 def test_unknown_names_and_missing_files_are_told():

@@ -246,6 +246,7 @@ def guarded(crane: Crane, setup: Setup) -> Setup:
     return setup if crane.control.guard is None else setup._replace(guarded=True, checks=True)
 
 
+@functools.cache
 def nothing(cls: type) -> Any:
     """A record of zeros."""
     return unflatten(cls, itertools.repeat(0.0))

@@ -10,8 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stillhook.analysis.drives.sizing import Sized
 from stillhook.base.progress import Parts, Progress, Relay
 from stillhook.errors import Cancelled, PlanError
@@ -31,10 +29,10 @@ from stillhook.plan.result import CREDITS, Failures, PlanResult
 from stillhook.plan.table import (
     Axes,
     Certified,
+    by_credit,
     certified_in,
     check_cap,
     chosen,
-    credited_of,
     gathered,
     governing,
     lower_where_apart,
@@ -150,7 +148,7 @@ def _planned(
         seas_of(lift_plan, records)  # refused now rather than after the runs
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
     certified = certified_in(lift_plan, axes, seas)
-    check_cap(lift_plan, axes, certified.covers)
+    check_cap(lift_plan, axes, certified.claimed if lift_plan.credits_synthetic else certified.covers)
     demands, limits = of_cases(
         lift_plan, lambda case: [closed_form(case, phase, seas, a) for phase in case.phases for a in axes.alternatives]
     )
@@ -217,13 +215,12 @@ def tier_of(text: Tier | str) -> Tier:
 def answered(
     lift_plan: LiftPlan, axes: Axes, certified: Certified, demands: Sequence[Demand], limits: Sequence[Limits]
 ) -> Answered:
-    """The limits in one table, as modelled and as credited."""
+    """The limits in one table, as modelled, as credited, and as they may be claimed."""
     limits_of_tiers = gathered(axes, limits)
     modelled = lower_where_apart(lift_plan, limits_of_tiers, chosen(limits_of_tiers))
-    heights = np.unique(lift_plan.environment.table().Hs)
-    credited = credited_of(lift_plan, modelled, heights, certified.covers)
-    governs = governing(lift_plan, modelled, credited)
-    return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
+    counting = by_credit(lift_plan, modelled, certified)
+    governs = governing(lift_plan, counting)
+    return Answered(axes, limits_of_tiers, counting, governs, seeds_of(axes, demands), certified)
 
 
 REFERENCES = (Alternative.NONE, Alternative.CAP)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Key = TypeVar("Key")
 Member = TypeVar("Member")
-Credit = Literal["twin", "credited"]
+Credit = Literal["twin", "credited", "claimable"]
 Cause = Mapping[str, Any]
 """Why a result is as it is: its code under "cause", and values [SI]; `stillhook.plan.report.words` makes sentences."""
 Remark = str | Cause
@@ -43,6 +43,9 @@ FAILED = "not-computed"
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
+CLAIMABLE: Credit = "claimable"
+"""The third credit, where what is credited rests on a SYNTHETIC certificate: that without it. Elsewhere what is
+credited may be claimed."""
 BLOCKS = ("depth", "efficiency", "landing", "sweep", "convergence", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
@@ -51,8 +54,9 @@ BLOCKS = ("depth", "efficiency", "landing", "sweep", "convergence", "weather")
 class PlanResult:
     """Limits, facts and blocks of one plan; reported by `stillhook.plan.report.document`.
 
-    data: coordinates credit ("twin", "credited"), alternative, heading [rad], period [s], phase, rule, tier; attrs
-    name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed), heading_tolerance [rad].
+    data: coordinates credit ("twin", "credited"; "claimable" where that is less), alternative, heading [rad], period
+    [s], phase, rule, tier; attrs name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed),
+    heading_tolerance [rad].
 
     - Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave
       height with its 95 % interval (NaN where there is none): inf above the highest sea state analysed, 0 where a
@@ -97,12 +101,17 @@ class PlanResult:
         return tuple(Alternative(str(name)) for name in self.data["alternative"].values)
 
     @property
+    def claim(self) -> Credit:
+        """The credit that may be claimed."""
+        return claim_in(self.data)
+
+    @property
     def workable(self) -> bool:
-        """Whether any sea of the table is within the credited limit of any alternative, and the weather, where it was
+        """Whether any sea of the table is within the claimable limit of any alternative, and the weather, where it was
         given, ever has a window that is long enough."""
-        limits = self.data["Hs_limit"].sel(credit="credited").values
+        limits = self.data["Hs_limit"].sel(credit=self.claim).values
         windows = (
-            self.blocks["weather"]["n_windows_long_enough"].sel(credit="credited", month=0)
+            self.blocks["weather"]["n_windows_long_enough"].sel(credit=self.claim, month=0)
             if "weather" in self
             else None
         )
@@ -206,6 +215,11 @@ def for_print(result: PlanResult) -> PlanResult:
     facts = {**result.facts}
     facts["alternatives"] = [each for each in facts["alternatives"] if each["name"] in others]
     return PlanResult(result.data.sel(alternative=others), facts, blocks)
+
+
+def claim_in(block: xarray.Dataset) -> Credit:
+    """The credit of a result's data or block that may be claimed."""
+    return CLAIMABLE if CLAIMABLE in block["credit"].values else CREDITS[1]
 
 
 def picked(record: object, *names: str) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.result import CREDITS, Cause, Credit, cause, grouped
+from stillhook.plan.result import CLAIMABLE, CREDITS, Cause, Credit, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.plan.weather.limit_table import SAME, LimitTable
@@ -244,10 +244,11 @@ class Governed:
         return np.full(self.Hs.shape, BY_RULE, dtype=np.int64) if self.end is None else self.end
 
 
-def governing(plan: LiftPlan, modelled: Chosen, credited: Chosen) -> Mapping[Credit, Governed]:
-    """The limits that govern, as modelled and as credited: of these none is above the steepest sea of its period."""
-    of_credit = not_steep(governed(to_chart_end(plan, credited)), max(plan.environment.Hs))
-    return dict(zip(CREDITS, (governed(to_chart_end(plan, modelled)), of_credit), strict=True))
+def governing(plan: LiftPlan, limits: Mapping[Credit, Chosen]) -> Mapping[Credit, Governed]:
+    """The limits that govern: but for those by the model, none is above the steepest sea of its period."""
+    governs = {credit: governed(to_chart_end(plan, of)) for credit, of in limits.items()}
+    top = max(plan.environment.Hs)
+    return {credit: of if credit == CREDITS[0] else not_steep(of, top) for credit, of in governs.items()}
 
 
 def governed(of: Chosen) -> Governed:
@@ -376,6 +377,11 @@ class Certified:
     needs: BoolArray = field(repr=False)
 
     @property
+    def claimed(self) -> BoolArray:
+        """What is covered without a certificate, of the shape of covers."""
+        return np.broadcast_to(~self.needs[:, :, None, None, None], self.covers.shape)
+
+    @property
     def share(self) -> FloatArray:
         """Share of the heights that the certificate covers (alternative, phase, heading, period); NaN where nothing
         takes one."""
@@ -406,6 +412,16 @@ def _uncovered(plan: LiftPlan, axes: Axes, alternative: Alternative, certified: 
     """Compensated phases in which a certificate does not cover a twin everywhere; none for other alternatives."""
     of = certified[axes.alternatives.index(alternative)]
     return [p for p in plan.phases if alternative.twin and p.compensated and not of[axes.phases.index(p.name)].all()]
+
+
+def by_credit(plan: LiftPlan, modelled: Chosen, certified: Certified) -> Mapping[Credit, Chosen]:
+    """Limits by the model of each alternative as they count under every credit: that of a SYNTHETIC certificate, which
+    shows what a validation would be worth, may not be claimed. Errors: PlanError as `check_cap`."""
+    heights = np.unique(plan.environment.table().Hs)
+    limits = dict(zip(CREDITS, (modelled, credited_of(plan, modelled, heights, certified.covers)), strict=True))
+    if plan.credits_synthetic and certified.covers[certified.needs].any():
+        limits[CLAIMABLE] = credited_of(plan, modelled, heights, certified.claimed)
+    return limits
 
 
 def check_cap(plan: LiftPlan, axes: Axes, certified: BoolArray) -> None:

@@ -13,7 +13,7 @@ LONGEST_WORD = 20
 """Characters of the longest cell in a column whose lines are not folded."""
 MOST_LETTERS = 4
 """Of a longer cell that is still a number, such as "56.2 % (39.3 % to 71.8 %)"."""
-NUMBER_TEXT = re.compile(r"[<>±+-]? ?\d|from \d|-?$|open$|unknown$")
+NUMBER_TEXT = re.compile(r"[<>±+-]? ?\d|from \d|-?$|any$|open$|unknown$")
 """Start of a cell that belongs to a column of numbers."""
 
 

@@ -23,7 +23,14 @@ class Reaction(StrEnum):
 
 
 COMMON = (Reaction.ALARM, Reaction.HOLD, Reaction.MANUAL, Reaction.STOP)
-"""Reactions that every signal can have."""
+ALLOWED = {
+    "on_encoder": (Reaction.ALARM, Reaction.FEEDBACK_OFF, Reaction.MANUAL, Reaction.STOP),
+    "on_motion": COMMON,
+    "on_load": COMMON,
+    "on_swivel": (*COMMON, Reaction.OPEN_LOOP),
+    "on_pressure": COMMON,
+}
+"""Reactions that each signal can have. An encoder's last value would keep the control error, and move the wire."""
 
 
 def _reaction(default: Reaction, what: str) -> Reaction:
@@ -60,11 +67,7 @@ class GuardTable(Spec):
 
     @model_validator(mode="after")
     def _reactions_fit(self) -> Self:
-        for name, more in (("on_encoder", Reaction.FEEDBACK_OFF), ("on_swivel", Reaction.OPEN_LOOP), *_PLAIN):
-            reaction, allowed = getattr(self, name), (*COMMON, *([more] if more else []))
-            if reaction not in allowed:
+        for name, allowed in ALLOWED.items():
+            if (reaction := getattr(self, name)) not in allowed:
                 raise ValueError(f'{name} = "{reaction}" is not one of {", ".join(allowed)}. Choose one of them.')
         return self
-
-
-_PLAIN: tuple[tuple[str, None], ...] = (("on_motion", None), ("on_load", None), ("on_pressure", None))

@@ -108,7 +108,7 @@ def _implausible(model: BaseModel, path: str) -> Iterator[str]:
         rows = value if isinstance(value, tuple) else (value,)
         for i, row in enumerate(rows):
             if isinstance(row, BaseModel):
-                yield from _implausible(row, f"{place}[{i}]" if isinstance(value, tuple) else place)
+                yield from implausible_values(row, f"{place}[{i}]" if isinstance(value, tuple) else place)
 
 
 def _outside(x: float, low: float, high: float) -> bool:

@@ -226,16 +226,17 @@ def _next(out: Path | None, file: str, tier: str) -> str:
 
 
 def _answer(result: PlanResult, step: str) -> Answer:
-    """The claimable limit, the status, what governs, times, and waiting where it is of that limit."""
+    """The claimable limit, the status, what governs, times, and waiting."""
     from stillhook.plan.report.decision.short import short
-    from stillhook.plan.report.decision.status import rests_on_synthetic
     from stillhook.plan.report.document import brief
     from stillhook.plan.report.limits_summary import waiting
+    from stillhook.plan.report.words import CREDITED
     from stillhook.report.document import Table
 
     notes = len([part for part in brief(result).front if isinstance(part, Table)])
-    lines = short(result)
-    lines += [] if rests_on_synthetic(result) else map(first_sentence, waiting(result, brief=True))
+    lines, waits = short(result), map(first_sentence, waiting(result, brief=True))
+    at = len(lines) if result.claim == CREDITED else 2  # beside a credit that may not be claimed, after the status
+    lines[at:at] = waits
     return Answer(result.name, lines, step, f"simulated limits, every period and alternative in {notes} tables")
 
 

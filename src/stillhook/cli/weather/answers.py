@@ -8,6 +8,7 @@ from stillhook.report.formatting import counted, days, display_number, display_u
 from stillhook.report.terminal import Answer, columns, print_table, print_values
 from stillhook.units import number
 
+CREDITS = {"twin": "as simulated", "credited": "as credited", "claimable": "as may be claimed"}
 VERDICTS = {True: "go", False: "no-go", None: "not covered"}
 
 
@@ -30,8 +31,7 @@ def brief_planned(answer: dict[str, Any]) -> Answer:
         for one in answer["alternatives"]
     ]
     table = columns(["winch", "first start", "first possible", "starts that are go"], rows, left=(0, 1, 2))
-    credit = "as simulated" if answer["credit"] == "twin" else "as credited"
-    title = f"{answer['plan']}, {answer['file']}: start with {answer['alternative']}, OP_WF {credit}"
+    title = f"{answer['plan']}, {answer['file']}: start with {answer['alternative']}, OP_WF {CREDITS[answer['credit']]}"
     return Answer(title, [*_go(answer), *table], more=f"what governs each, {counted(len(answer['notes']), 'note')}")
 
 
@@ -133,8 +133,8 @@ def print_planned(answer: dict[str, Any]) -> None:
         verdict, first_start = VERDICTS[start["go"]], one["first_start"] or "-"
         rows.append([one["alternative"], verdict, first_start, many, start["governs"], *_used(start)])
     heads = ("winch", f"start {first}", "first start", "starts that go", "governed by", "most", "allowed")
-    credit = "as simulated by the twin" if answer["credit"] == "twin" else "as credited"
-    title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {credit}"
+    within, credit = f"{answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h", CREDITS[answer["credit"]]
+    title = f"Starts within {within}, OP_WF {credit}"
     print_table(heads, rows, left=3, texts=(4,), title=title)
     for note in answer["notes"]:
         wrapped(note)

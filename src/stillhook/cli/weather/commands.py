@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stillhook.plan.definition.rules import Alternative
-    from stillhook.plan.result import Credit
     from stillhook.weather.limit_text import Limit
     from stillhook.weather.series import Weather
 
@@ -348,12 +347,11 @@ def by_plan(
     result = load_plan_result(folder)
     chosen = str(result.facts["shown"]) if alternative is None else alternative
     chosen_alternatives([chosen], result.alternatives)
-    credit: Credit = "twin" if twin else "credited"
     answer = plan_forecast(
         result,
         read(),
         limits=limits,
-        credit=credit,
+        credit="twin" if twin else None,
         start=when[0],
         horizon=when[1],
         ship=heading[0],

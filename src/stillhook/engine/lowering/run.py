@@ -15,6 +15,7 @@ from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_l
 from stillhook.engine.lowering.summary import LoweringRun, PhaseResult, peak_interval
 from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
+from stillhook.engine.pack.programme import pack_programme
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, guarded, nothing, record_of
 from stillhook.engine.scenario.run import first_lane
@@ -25,6 +26,7 @@ from stillhook.kernels.statistics import blank
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 from stillhook.winches.load_path.lift import Course, Hanging
 from stillhook.winches.load_path.payload import Field, Momentum, blank_lift_stats
 from stillhook.winches.load_path.registry import joint_of, path_of
@@ -37,9 +39,9 @@ ROWS = 5
 """Numbers of one node of the wire: see `stillhook.kernels.drivers.lift`."""
 
 
-PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
-"""Parts of a lowering that its records follow from, apart from the levels of its water and the height of the tip at the
-start."""
+PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves", "programme"))
+"""Parts of a lowering that its records follow from, apart from the levels of its water, the height of the tip at the
+start, and the programme."""
 
 
 def waves_step(waves: WaveField | None) -> float:
@@ -71,15 +73,24 @@ class Ready(NamedTuple):
 def packed_lift(crane: Crane, case: Lowering, s_tip_0: float) -> PackedLift:
     """A lowering checked and packed, once for all that share what its records follow from; s_tip_0 height of the tip at
     the start [m]. Errors: LiftError, SpecError, one line."""
-    alike = id(crane), field_record(case.waves), s_tip_0, *(id(getattr(case, name)) for name in PACKED)
-    return _packed(Keyed((crane, case.model_copy(update={"waves": None})), alike), *alike[1:3])
+    field, machine = field_record(case.waves), (crane, case.model_copy(update={"waves": None}))
+    alike = id(crane), field, s_tip_0, *map(id, case.programme[:1]), *(id(getattr(case, name)) for name in PACKED)
+    return _packed(Keyed(machine, (*alike, id(case.programme))), Keyed(machine, alike), field, s_tip_0)
 
 
 @functools.lru_cache(maxsize=256)
-def _packed(keyed: Keyed, field: Field, s_tip_0: float) -> PackedLift:
+def _packed(keyed: Keyed, at_rest: Keyed, field: Field, s_tip_0: float) -> PackedLift:
+    """Programmes that begin alike share everything else."""
+    crane, case = keyed.machine
+    programme, packed = _at_rest(at_rest, field, s_tip_0)
+    return packed if programme is case.programme else packed._replace(programme=pack_programme(crane, case))
+
+
+@functools.lru_cache(maxsize=256)
+def _at_rest(keyed: Keyed, field: Field, s_tip_0: float) -> tuple[tuple[Phase, ...], PackedLift]:
     crane, case = keyed.machine
     check_lift(crane, case)
-    return pack_lift(crane, case, s_tip_0, field)
+    return case.programme, pack_lift(crane, case, s_tip_0, field)
 
 
 def longest_step(crane: Crane, case: Lowering) -> float:
@@ -147,7 +158,7 @@ class LiftBlock(Block[Ready]):
         written: dict[tuple[Any, ...], list[float]] = {}
         out = []
         for r in self.lanes:
-            alike = id(r.packed), r.drive.first_row().tobytes()
+            alike = id(r.packed.hang), r.drive.first_row().tobytes()
             written[alike] = written[alike] if alike in written else self.record(r)
             out.append(written[alike])
         return out

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.identity import remembered
 from stillhook.errors import LiftError
 from stillhook.physics.load_path import payload as kernel
 from stillhook.physics.load_path.payload import LEVELS
@@ -56,6 +57,7 @@ def total(parts: list[Spread]) -> Spread:
     return Spread(*(np.sum(column, axis=0) for column in zip(*parts, strict=True)))
 
 
+@remembered
 def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, FloatArray]:
     """The record and the levels (LEVELS, fields of `WettedLevel`) of a payload over a seabed `depth` [m] down, in water
     of density rho [kg/m^3]. Errors: LiftError where the payload floats, or has more faces than there are levels.
@@ -96,6 +98,7 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
         bottom_B=drag_growth(payload, covered.B, rho),
         reach=reach,
     )
+    rows.flags.writeable = False
     return record, rows
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.identity import remembered
 from stillhook.control import supervisor as modes
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import LiftSettings
@@ -102,9 +103,13 @@ def payload_weight(lift: Lowering, z: float) -> float:
 
 def weight_in_water(load: Payload, rho: float, z: float) -> float:
     """Weight of a payload less its buoyancy in water of density rho, underside at z above still water [N]."""
-    h = min(max(-z, 0.0), load.reach(rho))
-    V = float(load.at(np.array([h]), rho).V[0])
-    return (load.mass - rho * V) * G
+    return (load.mass - rho * _displaced(load, rho, min(max(-z, 0.0), load.reach(rho)))) * G
+
+
+@remembered
+def _displaced(load: Payload, rho: float, h: float) -> float:
+    """Volume that a payload displaces at the submergence h [m^3]."""
+    return float(load.at(np.array([h]), rho).V[0])
 
 
 def tension_kept(crane: Crane, load: Payload, rho: float) -> float:

@@ -282,7 +282,8 @@ def _load_is_free(crane: Crane, case: Scenario) -> bool:
 
     def rest(load: float) -> list[float]:
         params = pack(crane, case.model_copy(update={"load": load})).params
-        return flatten(params._replace(hoist=params.hoist._replace(load=nothing(type(params.hoist.load)))))
+        kind: type = type(params.hoist.load)
+        return flatten(params._replace(hoist=params.hoist._replace(load=nothing(kind))))
 
     return rest(case.load) == rest(0.5 * case.load + 1.0)
 

@@ -14,7 +14,7 @@ from stillhook._version import __version__
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
-from stillhook.plan.result import CREDITS, Credit, labelled
+from stillhook.plan.result import CLAIMABLE, CREDITS, Credit, labelled
 from stillhook.plan.table import BY_RULE, ENDS, TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
 from stillhook.plan.weather.value import Forecast
 from stillhook.sea.spectra.spectrum import highest_sea
@@ -28,15 +28,35 @@ CELL = ("credit", "alternative", "heading", "period")
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """Limits of a plan by the model and as credited; seeds (alternative, phase, heading, period); certified."""
+    """Limits of a plan by tier; those that count, and those that govern, by credit; seeds (alternative, phase, heading,
+    period); certified."""
 
     axes: Axes
     limits: Gathered = field(repr=False)
-    modelled: Chosen = field(repr=False)
-    credited: Chosen = field(repr=False)
+    counting: Mapping[Credit, Chosen] = field(repr=False)
     governs: Mapping[Credit, Governed] = field(repr=False)
     seeds: NDArray[np.int64] = field(repr=False)
     certified: Certified = field(repr=False)
+
+    @property
+    def modelled(self) -> Chosen:
+        """Limits by the model of each alternative."""
+        return self.counting[CREDITS[0]]
+
+    @property
+    def credited(self) -> Chosen:
+        """Limits as they are credited."""
+        return self.counting[CREDITS[1]]
+
+    @property
+    def claim(self) -> Credit:
+        """The credit that may be claimed."""
+        return CLAIMABLE if CLAIMABLE in self.counting else CREDITS[1]
+
+    @property
+    def claimed(self) -> Governed:
+        """What governs the limits that may be claimed."""
+        return self.governs[self.claim]
 
     @property
     def ran(self) -> bool:
@@ -53,7 +73,7 @@ class Answered:
     @property
     def Hs(self) -> FloatArray:
         """Limits (credit, alternative, heading, period) [m]."""
-        return np.stack([self.governs[credit].Hs for credit in CREDITS])
+        return np.stack([of.Hs for of in self.governs.values()])
 
     def shown(self) -> Alternative:
         """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the
@@ -69,7 +89,7 @@ class Answered:
 
 def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Dataset:
     """The Dataset that `stillhook.plan.result.PlanResult.data` describes."""
-    axes, governs = of.axes, [of.governs[credit] for credit in CREDITS]
+    axes, governs = of.axes, list(of.governs.values())
     cells: dict[str, NDArray[Any]] = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
     for end in ("low", "high"):
         cells[f"Hs_limit_{end}"] = np.stack([getattr(g, end) for g in governs])
@@ -78,10 +98,10 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         places = [g.ends if name == "end" else getattr(g, name) for g in governs]
         cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack(places)]
     by_phase = {"counts": counting(of.modelled), "n_seeds": of.seeds, "inside": of.certified.share}
-    # what the model says; as credited, the tier that counts alone is put in its place
-    credited, steepest = _by_tier(of.credited), np.array([highest_sea(T) for T in axes.periods])
-    credited = np.where(np.isfinite(credited), np.minimum(credited, steepest), credited)
-    Hs_rule = np.stack([of.limits.Hs, credited])
+    # what the model says; under a credit, the tier that counts alone is put in its place
+    steepest = np.array([highest_sea(T) for T in axes.periods])
+    by_tier = (_by_tier(each) for credit, each in of.counting.items() if credit != CREDITS[0])
+    Hs_rule = np.stack([of.limits.Hs, *(np.where(np.isfinite(Hs), np.minimum(Hs, steepest), Hs) for Hs in by_tier)])
     data: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {name: (CELL, values) for name, values in cells.items()}
     data["Hs_steepest"] = ("period",), steepest
     data["Hs_rule"] = ("credit", "tier", "alternative", "phase", "rule", "heading", "period"), Hs_rule
@@ -95,7 +115,7 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         "Hs_highest": max(env.Hs),
         "heading_tolerance": env.heading_tolerance,
     }
-    return labelled(data, _coords(axes), attrs)
+    return labelled(data, _coords(of), attrs)
 
 
 def _by_tier(of: Chosen) -> FloatArray:
@@ -104,10 +124,11 @@ def _by_tier(of: Chosen) -> FloatArray:
     return np.asarray(np.where(of.tier[None] == rank, of.Hs[None], np.nan))
 
 
-def _coords(axes: Axes) -> dict[str, Any]:
+def _coords(of: Answered) -> dict[str, Any]:
+    axes = of.axes
     heading = {"units": "rad", "long_name": "direction in which the waves travel, counter-clockwise from the bow"}
     return {
-        "credit": list(CREDITS),
+        "credit": list(of.governs),
         "tier": [tier.value for tier in TIERS],
         "alternative": [a.value for a in axes.alternatives],
         "phase": list(axes.phases),
@@ -132,8 +153,7 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
     """The table as rows for JSON, which has no inf: every cell with its verdict, which is limited, above (the highest
     sea state analysed), never or no result."""
     axes, rows, compared = of.axes, [], of.compared
-    for c, credit in enumerate(CREDITS):
-        g = of.governs[credit]
+    for c, (credit, g) in enumerate(of.governs.items()):
         for i in np.ndindex(g.Hs.shape):
             if axes.alternatives[i[0]] not in compared:
                 continue
@@ -159,12 +179,11 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
 
 
 def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
-    """Of each alternative its limits as modelled and as credited, what governs most cells, and its weather."""
+    """Of each alternative its limits by credit, what governs most cells, and its weather."""
     axes, out = of.axes, {}
     for alternative in of.compared:
         i, row = axes.alternatives.index(alternative), dict[str, Any]()
-        for credit in CREDITS:
-            governs = of.governs[credit]
+        for credit, governs in of.governs.items():
             row[credit] = _limits(governs.Hs[i]) | {"governs": _most(axes, governs.phase[i], governs.rule[i])}
             if weather is not None:
                 year = weather.sel(credit=credit, alternative=alternative.value, month=0)

@@ -14,8 +14,8 @@ from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governing
+from stillhook.plan.result import Credit
+from stillhook.plan.table import TIERS, Axes, Governed, by_credit, chosen, governing, lower_where_apart
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
 from stillhook.weather.persistence import Window, waits
@@ -99,20 +99,19 @@ def limit_draws(axes: Axes, tier_limits: Sequence[Limits], shape: tuple[int, ...
 
 
 def governs_of_draws(plan: LiftPlan, of: Answered, draws: FloatArray) -> Iterator[Mapping[Credit, Governed]]:
-    """The limits that govern, as modelled and as credited, of every draw (m, ...) of the twin's limits."""
-    heights = np.unique(plan.environment.table().Hs)
+    """The limits that govern, by credit, of every draw (m, ...) of the twin's limits."""
     for draw in draws:
         Hs = of.limits.Hs.copy()
         Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
-        modelled = chosen(replace(of.limits, Hs=Hs))
-        credited = credited_of(plan, modelled, heights, of.certified.covers)
-        yield governing(plan, modelled, credited)
+        drawn = replace(of.limits, Hs=Hs)
+        modelled = lower_where_apart(plan, drawn, chosen(drawn))
+        yield governing(plan, by_credit(plan, modelled, of.certified))
 
 
 def _numbers(value: WeatherValue, axes: Axes, forecast: Forecast, window: Window) -> dict[str, FloatArray]:
     """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by other limits
     of the same plan."""
-    judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
+    judge, shape = value.workability, (len(forecast.credits), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
     waited: dict[bytes, tuple[float, FloatArray]] = {}
     compared: dict[tuple[int, int], FloatArray] = {}
@@ -132,7 +131,7 @@ def _numbers(value: WeatherValue, axes: Axes, forecast: Forecast, window: Window
         compared[c, a] = of(forecast.compared[c, a])[1]
     days = np.full((*shape, len(OVER)), np.nan)
     for o, name in enumerate(OVER):
-        for c, credit in enumerate(CREDITS):
+        for c, credit in enumerate(forecast.credits):
             other = value.reference(name, credit)
             if other is not None:
                 k = axes.alternatives.index(other)

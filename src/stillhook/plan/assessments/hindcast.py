@@ -1,5 +1,6 @@
 """The hindcast of a plan: what it is, in how much of each month windows of several lengths can start and how that
-differs over the years, and waiting with its sampling error; for the leading alternative as credited."""
+differs over the years, and waiting with its sampling error; for the leading alternative as may be claimed, and with a
+SYNTHETIC certificate as it would be credited if that were real."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ import numpy as np
 from stillhook.base.arrays import BoolArray
 from stillhook.base.progress import Progress
 from stillhook.plan.assessments.interface import PlanState
-from stillhook.plan.result import CREDITS
+from stillhook.plan.result import CLAIMABLE, CREDITS, Credit
 from stillhook.plan.weather.value import SYNTHETIC, Workability
 from stillhook.report.document import Part, Table, Text, facts
 from stillhook.report.formatting import DAY, HOUR, display_unit, hours, percent
@@ -28,19 +29,28 @@ FRACTILES = {"wait_p50": 0.5, "wait_p90": 0.9}
 
 
 def assess(state: PlanState, progress: Progress) -> dict[str, Any] | None:
-    """Table, windows and waiting [SI]; None without weather, and where the operation is not weather restricted."""
+    """Table, windows and waiting [SI]; None without weather, and where the operation is not weather restricted.
+
+    as_credited, where that may not be claimed: the same windows and waiting by what is credited.
+    """
     if state.records is None or not state.forecast.restricted:
         return None
-    plan, axes, forecast = state.plan, state.answered.axes, state.forecast
-    judge = Workability.of(plan, axes, state.records, forecast)
-    weather, shown = judge.weather, state.answered.shown()
-    place = CREDITS.index("credited"), axes.alternatives.index(shown)
-    op_wf = forecast.op_wf[place]
-    result = table_of(state.records) | _stated(state) | {"alternative": shown.value, "window": forecast.window}
+    of, forecast = state.answered, state.forecast
+    judge = Workability.of(state.plan, of.axes, state.records, forecast)
+    result = table_of(state.records) | _stated(state) | {"alternative": of.shown().value, "window": forecast.window}
+    result |= _by_credit(state, judge, of.claim, progress)
+    return result | ({"as_credited": _by_credit(state, judge, CREDITS[1], progress)} if of.claim == CLAIMABLE else {})
+
+
+def _by_credit(state: PlanState, judge: Workability, credit: Credit, progress: Progress) -> dict[str, Any]:
+    """windows and waiting with the leading alternative; the reason where it has no forecast limit."""
+    shown, forecast, weather = state.answered.shown(), state.forecast, judge.weather
+    op_wf = forecast.op_wf[forecast.credits.index(credit), judge.axes.alternatives.index(shown)]
     if not (op_wf > 0.0).any():
-        return result | {"reason": f"no OP_WF with {shown.value}: no window is stated. {forecast.reason}".strip()}
+        return {"reason": f"no OP_WF with {shown.value}: no window is stated. {forecast.reason}".strip()}
     limits, valid = np.nan_to_num(op_wf, nan=0.0), np.isfinite(judge.seas.Hs)
     lengths = sorted({*LENGTHS, forecast.window})
+    result: dict[str, Any] = {}
     rows: dict[str, list[Any]] = {}
     for i, length in enumerate(lengths):
         progress(i / len(lengths))
@@ -92,27 +102,36 @@ def _stated(state: PlanState) -> dict[str, Any]:
 def parts(answer: Mapping[str, Any]) -> list[Part]:
     """The section of the report."""
     of = answer[NAME]
-    section: list[Part] = [facts(_rows(of))]
+    section: list[Part] = [facts(_rows(of)), *_answer(of, "claimable" if "as_credited" in of else "credited")]
+    if (credited := of.get("as_credited")) is not None:
+        section += _answer({key: of[key] for key in ("alternative", "window")} | credited, IF_REAL)
+    stated = "windows" in of or "windows" in (credited or {})
+    return [*section, Text(TEXT.format(fewest=FEWEST_YEARS, follows=FOLLOWS))] if stated else section
+
+
+def _answer(of: Mapping[str, Any], credit: str) -> list[Part]:
+    """Windows by month, and waiting, under a credit."""
     if "windows" not in of:
-        return [*section, Text(of["reason"])]
+        return [Text(of["reason"])]
     name, w = of["alternative"], of["windows"]
     heads = ("month", *(hours(length) for length in w["length"]))
     cells = [[_range(*(w[key][i][m] for key in RANGE)) for i in range(len(w["length"]))] for m in range(12)]
-    title = f"Starts of a window that the weather allows, {name}, credited: mean (least to most of a year) [%]"
-    section.append(Table(heads, [[month, *row] for month, row in zip(MONTHS, cells, strict=True)], title))
+    title = f"Starts of a window that the weather allows, {name}, {credit}: mean (least to most of a year) [%]"
+    windows = Table(heads, [[month, *row] for month, row in zip(MONTHS, cells, strict=True)], title)
     rows = [
         [
             "year" if row["month"] == 0 else MONTHS[row["month"] - 1],
-            *(_days(row[key]) for key in FRACTILES),
+            *(in_days(row[key]) for key in FRACTILES),
             str(row["n_years"]),
         ]
         for row in of["waiting"]
     ]
-    title = f"Waiting for a window of {hours(of['window'])}, {name}, credited [d], with its sampling error over years"
-    section.append(Table(("from", "P50", "P90", "years"), rows, title) if rows else Text(f"{title}: never a window."))
-    return [*section, Text(TEXT.format(fewest=FEWEST_YEARS, follows=FOLLOWS))]
+    title = f"Waiting for a window of {hours(of['window'])}, {name}, {credit} [d], with its sampling error over years"
+    return [windows, Table(("from", "P50", "P90", "years"), rows, title) if rows else Text(f"{title}: never a window.")]
 
 
+IF_REAL = "with this certificate if it were real"
+"""What windows and waiting are of that may not be claimed."""
 RANGE = ("mean", "least", "most")
 TEXT = """\
 A window starts where operation and contingency find every record at or below OP_WF at one heading. In brackets the \
@@ -148,7 +167,8 @@ def _range(mean: float | None, least: float | None, most: float | None) -> str:
     return f"{100.0 * mean:.0f} ({100.0 * least:.0f} to {100.0 * most:.0f})"
 
 
-def _days(of: Mapping[str, float | None]) -> str:
+def in_days(of: Mapping[str, float | None]) -> str:
+    """A time with its interval, in days."""
     value, low, high = (
         math.nan if of[key] is None else float(of[key] or 0.0) / DAY for key in ("value", "low", "high")
     )

@@ -8,7 +8,6 @@ import numpy as np
 
 from stillhook.plan.assessments.sensitivity.ranking import NAME, lowered
 from stillhook.plan.report.words import (
-    CREDITED,
     TEXTS,
     differs,
     height,
@@ -19,7 +18,7 @@ from stillhook.plan.report.words import (
 )
 from stillhook.plan.result import FAILED, PlanResult
 
-MOST = 8
+MOST = 10
 """Lines at most: those of the end are the least urgent."""
 
 
@@ -32,6 +31,14 @@ def _actions(result: PlanResult) -> Iterator[str]:
     facts, name = result.facts, leading(result)
     for each in result.caused("not-assessed", FAILED):
         yield _write("missing", text=sentence(each))
+    if rigging := facts.get("rigging"):
+        missing = [] if (rigging["weight"] or {}).get("stated") else ["[weight]"]
+        legs = rigging["legs"]
+        missing += ["legs in [rigging]"] if legs is None else [] if legs["items"] else ["items in [rigging]"]
+        if missing:
+            yield _write("rigging", missing=missing)
+    if n := sum(case["verdict"] == "not-ok" for case in facts.get("failures", {}).get("cases", [])):
+        yield _write("failures", n=n)
     if apart := result.caused("apart"):
         pairs = dict.fromkeys(f"{each['phase']}: {each['rule'].replace('-', ' ')}" for each in apart)
         yield _write("apart", pairs="; ".join(pairs))
@@ -41,7 +48,7 @@ def _actions(result: PlanResult) -> Iterator[str]:
     if line := _most_sensitive(result):
         yield line
     op = facts["operation"]
-    cells = result.data.sel(credit=CREDITED, alternative=name)
+    cells = result.data.sel(credit=result.claim, alternative=name)
     without = int((~np.isfinite(cells["alpha"].values)).sum())
     if op["weather_restricted"] and without:
         lowest = float(op.get("alpha_table", {}).get("Hs_lowest", 1.0))
@@ -50,8 +57,8 @@ def _actions(result: PlanResult) -> Iterator[str]:
         yield _write("contingency")
     if assumed := sum(kind == "assumed" for _, _, kind, *_ in facts["payload"]["rows"]):
         yield _write("payload", n=assumed)
-    if "weather" in result and result["weather"].attrs["synthetic"]:
-        yield _write("weather")
+    if "weather" not in result or result["weather"].attrs["synthetic"]:
+        yield _write("weather" if "weather" in result else "no_weather")
     if not facts["rules"].get("entered_by"):
         yield _write("rules", **facts["rules"])
 

@@ -3,15 +3,18 @@ the inputs."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from stillhook.plan.report.limits_summary import WAVES
 from stillhook.plan.report.words import (
     TEXTS,
     described,
     in_air,
+    listed,
     named,
     names,
     over,
@@ -40,12 +43,15 @@ def operation(result: PlanResult) -> list[Part]:
         speed = fmt(p["speed"], "speed", 3)
         rows.append([phase_code(result, p["name"]), p["name"], p["kind"], *ends, speed, time, p["mode"], tiers])
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
-    parts: list[Part] = [Text("Depths are those of the payload's underside below still water (negative: above).")]
+    text = "Depths are those of the payload's underside below still water (negative: above)."
+    stops = [(_stop(p), p["name"]) for p in answer["phases"] if _stop(p)]
+    text += "".join(f" {listed(phases)}: {stop}." for stop, phases in grouped(stops).items())
+    parts: list[Part] = [Text(text)]
     parts.append(Table(head, rows))
     reasons = grouped((sentence(p.get("reason", "")), p["name"]) for p in answer["phases"])
     n_phases = len(answer["phases"])
     if lines := [
-        f"{'all phases' if len(phases) == n_phases else ', '.join(phases)}: {reason}"
+        f"{'all phases' if len(phases) == n_phases else listed(phases)}: {reason}"
         for reason, phases in reasons.items()
         if reason
     ]:
@@ -54,6 +60,11 @@ def operation(result: PlanResult) -> list[Part]:
     planned: list[Part] = [facts(_operation(op))]
     planned += [Text(TEXTS["alpha"])] if op["weather_restricted"] else []
     return [*parts, Section("Planned time and forecast", planned)]
+
+
+def _stop(phase: Mapping[str, Any]) -> str:
+    """What a phase is that is a stop within another; empty for others."""
+    return str(TEXTS["stops"].get("held" if phase.get("held") else phase["kind"], ""))
 
 
 def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -136,12 +147,13 @@ def limits_of_rules(facts: Mapping[str, Any]) -> list[list[str]]:
     for (rule, limit, basis), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
         of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
         for under, at in of_phases.items():
-            rows.append([rule, quantity[rule], _all(at, phases), _all(under, alternatives), limit, basis])
+            names_ = _all([named(alternative) for alternative in under], alternatives)
+            rows.append([rule, quantity[rule], _all(at, phases), names_, limit, basis])
     return rows
 
 
 def _all(some: Sequence[str], everything: Sequence[str]) -> str:
-    return "all" if len(some) == len(everything) > 1 else ", ".join(some)
+    return "all" if len(some) == len(everything) > 1 else listed(some)
 
 
 def credit(result: PlanResult) -> list[Part]:
@@ -176,7 +188,7 @@ def seas(result: PlanResult) -> list[Part]:
     tolerance = direction(data.attrs["heading_tolerance"])
     gamma = f"gamma {s['gamma']:g}" if s["gamma"] else "gamma by Tp/sqrt(Hs) where it has one"
     rows = [
-        ("spectrum", f"{s['wave']}, {gamma}"),
+        ("spectrum", f"{WAVES[s['wave']]}, {gamma}"),
         ("spreading", f"cos^{s['spread']:g}" if s["spread"] else "none: long-crested"),
         *_swell(s.get("swell"), result.facts["operation"]),
         ("Hs", f"{len(s['Hs'])} heights, {over(s['Hs'], 'length')}"),
@@ -209,7 +221,7 @@ def models(result: PlanResult) -> list[Part]:
         ("vessel", f"{vessel['name']}: {vessel['title']}"),
         *(("", note) for note in vessel["notes"]),
         ("place", answer["place"]["text"]),
-        ("payload", f"{payload['name']}: {payload.get('title') or ''} {in_air(payload)}"),
+        ("payload", f"{payload['name']}: {', '.join(filter(None, (payload.get('title'), in_air(payload))))}"),
     ]
     numbers = [[item, _plain(value), *more] for item, value, *more in payload["rows"]]
     shared: list[Part] = [facts(rows), Table(("payload", "value", "kind", "source"), numbers)]
@@ -252,7 +264,7 @@ def _file(name: str) -> str:
     """A file without its folder on this machine; a library's sentence by its start."""
     plain = name.replace("\\", "/")
     absolute = plain.startswith("/") or plain[1:3] == ":/"
-    return plain.rpartition("/")[2] if absolute else plain.split(",")[0]
+    return plain.rpartition("/")[2] if absolute else re.split(r",(?![^(]*\))", plain)[0]
 
 
 RUNS = {

@@ -12,9 +12,8 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.decision.status import rests_on_synthetic
-from stillhook.plan.report.figures import ANSWER
-from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting_in_full
+from stillhook.plan.report.figures import ANSWER, drawn
+from stillhook.plan.report.limits_summary import alike, limits_table, side_by_side, verdict, waiting
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
@@ -28,7 +27,6 @@ from stillhook.plan.report.words import (
     height,
     highest,
     leading,
-    least,
     lines_of,
     named,
     names,
@@ -116,12 +114,13 @@ def by_phase(result: PlanResult) -> list[Part]:
             if by == CREDITED:
                 strong.append(len(rows))
             seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[at].max()) if at.any() else 0
-            worst = least(np.where(np.isnan(Hs), np.inf, Hs))
+            worst = np.where(np.isnan(Hs).all(axis=0), np.nan, np.fmin.reduce(Hs, axis=0))
+            worst = np.where(np.isposinf(worst) & np.isnan(Hs).any(axis=0), np.nan, worst)
             rows.append([label, by, str(seeds or ""), *(height(float(worst[k]), highest(result)) for k in columns)])
     head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
     sentence = (
-        f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as"
-        " credited (bold)."
+        f"Least limit over the rules [m] at the worst heading, with {named(name)}: by each tier, and credited (bold),"
+        ' which is no more than with the flat cap. "-": the tier does not have the rule that limits there.'
     )
     return [Text(sentence), Table(head, rows, bold_rows=strong), *_by_rule(result, name)]
 
@@ -131,6 +130,10 @@ def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: st
     values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
     Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
     least = np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0))
+    if credit == TWIN:  # of a tier that has not the rule that limits by another one
+        every = result.data["Hs_rule"].sel(credit=credit, alternative=name, phase=phase)
+        limits = np.isfinite(every.transpose("tier", "rule", ...).values).any(axis=0)
+        least = np.where(np.isposinf(least) & (np.isnan(Hs) & limits).any(axis=0), np.nan, least)
     if credit == CREDITED and "Hs_steepest" in result.data:
         least = np.minimum(least, result.data["Hs_steepest"].values)
     return np.asarray(least)
@@ -177,8 +180,7 @@ def weather(result: PlanResult, figures: Mapping[str, Figure]) -> list[Part]:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     return [
         *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
-        *([Text(TEXTS["not_claimed"])] if rests_on_synthetic(result) else []),
-        waiting_in_full(result),
+        *map(Text, waiting(result)),
         facts(_series(result)),
         year_table(result),
         *picture(figures, "waiting-by-month"),
@@ -218,7 +220,7 @@ def _more(x: float, digits: int) -> str:
 def _series(result: PlanResult) -> list[tuple[str, str]]:
     """What the waiting was counted on."""
     block, attrs = result["weather"], result["weather"].attrs
-    cells = block.sel(credit=CREDITED, alternative=leading(result), month=0)
+    cells = block.sel(credit=result.claim, alternative=leading(result), month=0)
     n_hours, n_gaps = (fixed(float(cells[key]), 0) for key in ("n_hours", "n_gaps"))
     rows = [
         ("series", f"{attrs['source']}{' (SYNTHETIC)' if attrs['synthetic'] else ''}"),
@@ -240,13 +242,13 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
 def _by_month(result: PlanResult) -> Part:
     block, rows = result["weather"], []
     for month, label in enumerate(MONTHS, start=1):
-        cells = block.sel(credit=CREDITED, alternative=leading(result), month=month)
+        cells = block.sel(credit=result.claim, alternative=leading(result), month=month)
         if math.isnan(float(cells["operability"])):
             continue
         counts = [fixed(float(cells[k]), 0) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
         rows.append([label, *workable(cells), *counts])
     header = ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored")
-    return Table(header, rows, f"By month with {named(leading(result))}, credited")
+    return Table(header, rows, f"By month with {named(leading(result))}, {result.claim}")
 
 
 def behind(result: PlanResult, figures: Mapping[str, Figure], blocks: Sequence[str] = BEHIND) -> list[Part]:
@@ -254,7 +256,7 @@ def behind(result: PlanResult, figures: Mapping[str, Figure], blocks: Sequence[s
     parts: list[Part] = []
     for name in blocks:
         if name in result:
-            parts += picture(figures, name)
+            parts += picture(figures, name) if drawn(result, name) else [Text(TEXTS["captions"]["no-convergence"])]
     reasons = result.facts.get("not_computed", {})
     missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in blocks if n not in result]
     return [*parts, Text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts

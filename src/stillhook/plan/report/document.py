@@ -17,7 +17,7 @@ from stillhook.plan.assessments.rigging.section import rigging_sheet
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.actions import actions
 from stillhook.plan.report.decision.card import card, card_parts
-from stillhook.plan.report.decision.data import claimed, decision, head
+from stillhook.plan.report.decision.data import decision, head
 from stillhook.plan.report.decision.page import page, sheet, signatures, subtitle
 from stillhook.plan.report.decision.short import short
 from stillhook.plan.report.detail import tolerance_sweep
@@ -47,8 +47,7 @@ MISSING = ("not-assessed", FAILED)
 
 def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
     """The report. figures: by stem, of `stillhook.plan.report.figures.pictures`."""
-    facts, claim = result.facts, claimed(result)
-    of = decision(result)
+    facts, of = result.facts, decision(result)
     sections: dict[
         str, Sequence[Part]
     ] = {  # what is left to do, the answer's basis, then detail, then inputs, then what is not covered
@@ -59,7 +58,7 @@ def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
         "Credit for compensation": basis.credit(result),
         "Sea states analysed": basis.seas(result),
         "How the limits were calculated": basis.models(result),
-        "Limits, cell by cell": detail.limit_cells(claim, figures),
+        "Limits, cell by cell": detail.limit_cells(result, figures),
         "Weather and waiting": detail.weather(result, figures),
         "Behind the limits": detail.behind(result, figures),
         **{each.TITLE: each.parts(facts) for each in ASSESSMENTS if each.NAME in facts},

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
-from stillhook.plan.report.decision.data import claimed
 from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
@@ -34,7 +33,7 @@ from stillhook.plan.report.words import (
     worst_heading,
     write,
 )
-from stillhook.plan.result import Credit, PlanResult, grouped
+from stillhook.plan.result import Credit, PlanResult, claim_in, grouped
 from stillhook.report import document, kit
 from stillhook.report.formatting import DAY, direction, fixed
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
@@ -83,10 +82,9 @@ def captioned(figure: Figure, key: str, *more: str, **values: Any) -> Figure:
 
 def figures(result: PlanResult) -> dict[str, Figure]:
     """Every figure of a plan by file stem, in the order in which a report shows them."""
-    claim = claimed(result)
-    first = answer(claim)
+    first = answer(result)
     of_limits = (
-        {CLAIM: claim_curves(claim)}
+        {CLAIM: claim_curves(result)}
         | ({} if first is None else {ANSWER: first})
         | {"limits-over-period": curves(result)}
     )
@@ -95,10 +93,10 @@ def figures(result: PlanResult) -> dict[str, Figure]:
 
 
 def answer(result: PlanResult) -> Figure | None:
-    """The credited limits of the leading alternative by heading and period with what governs, the worst heading of each
-    period in a box; none where all cells are alike."""
+    """The claimable limits of the leading alternative by heading and period with what governs, the worst heading of
+    each period in a box; none where all cells are alike."""
     name = leading(result)
-    Hs = limits(result, CREDITED, name)
+    Hs = limits(result, result.claim, name)
     if not kit.varies(np.nan_to_num(Hs, nan=-1.0, posinf=highest(result)).ravel()):
         return None
     data, worst = result.data, worst_heading(Hs)
@@ -106,12 +104,12 @@ def answer(result: PlanResult) -> Figure | None:
     columns = few(data.sizes["period"], COLUMNS)
     part = PlanResult(data.isel(heading=rows, period=columns), result.facts, result.blocks)
     figure, ax = kit.panel((WIDTH, FRAME - 0.2 + (ROW if len(rows) < HEADINGS else 0.8 * ROW) * len(rows)), grid="")
-    _strip(ax, part, CREDITED, name, scale=result)
+    _strip(ax, part, result.claim, name, scale=result)
     for k, column in enumerate(columns):
         if worst[column] in rows:
             _box(ax, rows.index(worst[column]), k)
     kit.axis(ax, "peak period Tp [s]", "waves travel to", size="small")
-    counted = Counter(governing_of(part.data.sel(credit=CREDITED, alternative=name)))
+    counted = Counter(governing_of(part.data.sel(credit=result.claim, alternative=name)))
     words = [
         f"{code}: {governs(*of).replace(': ', ', ', 1)}"
         for of, _ in counted.most_common()
@@ -119,21 +117,22 @@ def answer(result: PlanResult) -> Figure | None:
     ]
     left_out = (len(rows), len(columns)) != Hs.shape
     more = TEXTS["captions"]["part"].format(rows=len(rows), columns=len(columns)) if left_out else ""
-    return captioned(figure, ANSWER, more, name=named(name), codes="; ".join(words) or "nothing")
+    of = {"name": named(name), "credit": result.claim, "codes": "; ".join(words) or "nothing"}
+    return captioned(figure, ANSWER, more, **of)
 
 
 def claim_curves(result: PlanResult) -> Figure:
     """The claimable limits over period, a line a heading (of many headings the best and the worst of all), and below
     them OP_WF at the worst heading."""
     data, name = result.data, leading(result)
-    Hs = np.minimum(limits(result, CREDITED, name), highest(result))
+    Hs = np.minimum(limits(result, result.claim, name), highest(result))
     T, worst = data["period"].values, worst_heading(Hs)
     figure, ax = kit.panel(SMALL)
     shown = range(len(Hs)) if len(Hs) <= HEADINGS else sorted({int(i) for i in (Hs.mean(axis=1).argsort()[[0, -1]])})
     for i in shown:
         label = f"OP_LIM, {direction(data['heading'].values[i])}"
         ax.plot(T, Hs[i], marker="o", ms=2.5, lw=1.1, label=label)
-    op_wf = data["op_wf"].sel(credit=CREDITED, alternative=name).values[worst, range(len(T))]
+    op_wf = data["op_wf"].sel(credit=result.claim, alternative=name).values[worst, range(len(T))]
     if np.isfinite(op_wf).any():
         ax.plot(T, op_wf, color="black", marker="s", ms=2.5, lw=1.1, ls="--", label="OP_WF, worst heading")
     kit.axis(ax, "Tp [s]", "Hs [m]", zero="y", size="small")
@@ -162,7 +161,7 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
     """Limits by heading and period with what governs; by the twin only of those that credit takes something from."""
     wanted = names(result.data)
     if credit == TWIN:
-        wanted = [name for name in wanted if differs(result, name)]
+        wanted = [name for name in wanted if differs(result, name, other=CREDITED)]
     strips, each = equal_tables(result, credit, wanted), max(1, ROWS // result.data.sizes["heading"])
     parts = [strips[i : i + each] for i in range(0, len(strips), each)]
     return {
@@ -248,7 +247,7 @@ def curves(result: PlanResult) -> Figure:
             credited, twin = (np.minimum(limits(result, c, name)[i], most) for c in (CREDITED, TWIN))
             style = {"color": COLOUR[name], "lw": THICK[name]}
             ax.plot(T, credited, marker=MARKER[name], ms=3.5, label=named(name), **style)
-            if differs(result, name):
+            if differs(result, name, other=CREDITED):
                 ax.plot(T, twin, ls="--", **style)
         kit.axis(ax, "peak period Tp [s]", title=f"waves at {direction(data['heading'].values[i])}", size="small")
         ax.axhline(most, color=GREY, lw=0.8)
@@ -299,7 +298,12 @@ def detail_figures(result: PlanResult) -> dict[str, Figure]:
         "landing": ("landing", landing),
         "convergence": ("convergence", convergence),
     }
-    return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if block in result}
+    return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if drawn(result, block)}
+
+
+def drawn(result: PlanResult, block: str) -> bool:
+    """Whether a block is there with something to draw: no convergence of one number of runs."""
+    return block in result and result[block].sizes.get("n", 2) > 1
 
 
 DEPTH = {
@@ -413,10 +417,11 @@ def convergence(block: xarray.Dataset) -> Figure:
 
 def waiting(block: xarray.Dataset) -> Figure:
     """Operability and waiting by month: lines are means, marks what 90 % of the starts stay below."""
-    title = "Operability and waiting for a window by month of readiness, credited limits"
+    claim = claim_in(block)
+    title = f"Operability and waiting for a window by month of readiness, {claim} limits"
     mark = "SYNTHETIC WEATHER. " if block.attrs["synthetic"] else ""
     month = np.arange(1.0, 13.0)
-    months = block.sel(credit=CREDITED, month=month)
+    months = block.sel(credit=claim, month=month)
     waits = bool(np.isfinite(months["wait_mean"].values).any())
     figure, axes = page(1 + waits, 1, 2.8 + 2.2 * waits, f"{mark}{title}", sharex=True)
     top, low = axes[0, 0], axes[-1, 0]

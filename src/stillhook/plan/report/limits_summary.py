@@ -14,6 +14,7 @@ from stillhook.plan.report.figures import STEEP
 from stillhook.plan.report.words import (
     CREDITED,
     OVER,
+    SYNTHETIC_LINE,
     TEXTS,
     TWIN,
     between,
@@ -61,7 +62,7 @@ WAVES = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torse
 def verdict(result: PlanResult) -> Verdict:
     """The limits in a line, whether there is any workable sea, and what follows in sentences."""
     name = leading(result)
-    credited = limits(result, CREDITED, name)
+    credited = limits(result, result.claim, name)
     any_sea = bool((np.nan_to_num(credited) > 0.0).any())
     word = f"OP_LIM Hs {between(credited, highest(result))}" if any_sea else "NO WORKABLE SEA STATE"
     certificate = result.facts["crane"]["certificate"] or {}
@@ -79,13 +80,9 @@ def tables(result: PlanResult) -> list[Part]:
 def alike(result: PlanResult) -> Text:
     """What stands in the place of a figure whose cells are all alike."""
     name = leading(result)
-    range_ = between(limits(result, CREDITED, name), highest(result))
-    return Text(_write("alike", name=named(name), range=range_, governing=_mostly(result, name, CREDITED)))
-
-
-def waiting_in_full(result: PlanResult) -> Text:
-    """All sentences on waiting, operability and what is gained."""
-    return Text(_waiting(result, leading(result)))
+    claim = result.claim
+    values = {"range": between(limits(result, claim, name), highest(result)), "governing": _mostly(result, name, claim)}
+    return Text(_write("alike", name=named(name), credit=claim, **values))
 
 
 def _write(key: str, **values: Any) -> str:
@@ -97,19 +94,19 @@ def _credited(result: PlanResult, name: str) -> str:
     """The credited limit, the low end of its interval where it has one, and what governs."""
     data, top = result.data, highest(result)
     text = _range(result, name)
-    low = np.asarray(data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
+    low = np.asarray(data["Hs_limit_low"].sel(credit=result.claim, alternative=name).values, dtype=float)
     finite = np.isfinite(low)
     if finite.any():
         where = "" if finite.all() else f", in the {int(finite.sum())} of {finite.size} cells that have one"
         text += _write("low_end", range=between(low, top), where=where)
-    return f"{text} {_mostly(result, name, CREDITED)}"
+    return f"{text} {_mostly(result, name, result.claim)}"
 
 
 def _range(result: PlanResult, name: str) -> str:
     """The credited limit over the seas of the table."""
-    data, Hs = result.data, between(limits(result, CREDITED, name), highest(result))
+    data, Hs = result.data, between(limits(result, result.claim, name), highest(result))
     seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-    return _write("credited", name=named(name), range=Hs, seas=seas, beside=of_wind_sea(result))
+    return _write(result.claim, name=named(name), range=Hs, seas=seas, beside=of_wind_sea(result))
 
 
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
@@ -132,8 +129,9 @@ def _twin(result: PlanResult, name: str, *, brief: bool = False) -> str:
     if not differs(result, name):
         return _write("same", reason=_write(_nothing_taken(result, name)))
     certified = result.facts["crane"]["certificate"]
-    label = "SYNTHETIC certificate" if (certified or {}).get("assumed") else "certificate"
+    label = SYNTHETIC_LINE if (certified or {}).get("assumed") else "certificate"
     reason = f"the crane's {label} does not cover it" if certified else "the crane has no certificate of validation"
+    reason = reason if result.claim == CREDITED else "the crane's certificate is SYNTHETIC"
     own, governing = between(limits(result, TWIN, name), highest(result)), f" {_mostly(result, name, TWIN)}"
     return _write("simulated", range=own, governing="" if brief else governing, reason=reason)
 
@@ -152,7 +150,7 @@ def _nothing_taken(result: PlanResult, name: str) -> str:
 
 def operation(result: PlanResult) -> str:
     """Times of the operation, and the forecast limit."""
-    op, cells = result.facts["operation"], result.data.sel(credit=CREDITED, alternative=leading(result))
+    op, cells = result.facts["operation"], result.data.sel(credit=result.claim, alternative=leading(result))
     contingency = "T_C not assessed, so T_R is twice T_POP" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
     extreme = "not weather restricted: alpha does not apply, design for extreme conditions"
     restricted = "weather restricted" if op["weather_restricted"] else extreme
@@ -175,27 +173,45 @@ def _lowest(result: PlanResult) -> float:
 
 
 def waiting(result: PlanResult, *, brief: bool = False) -> list[str]:
-    """Waiting, operability and gains with the leading alternative; nothing without weather. brief: without what the
-    numbers leave out."""
-    return [_waiting(result, leading(result), brief=brief)] if "weather" in result else []
+    """Waiting, operability and gains with the leading alternative by what may be claimed, and by what is credited where
+    that is more; nothing without weather. brief: without what the numbers leave out, both in a sentence."""
+    if "weather" not in result:
+        return []
+    name, claim = leading(result), result.claim
+    if not differs(result, name, CREDITED):
+        return [_waiting(result, name, claim, brief=brief)]
+    if brief:
+        year = result["weather"].sel(alternative=name, month=0)
+        ends = {credit: workable(year.sel(credit=credit))[2:] for credit in (claim, CREDITED)}
+        return [_write("waiting_both", claim=ends[claim], real=ends[CREDITED], **_window(result))]
+    credited = _write("if_real", waiting=_waiting(result, name, CREDITED, brief=True))
+    return [_waiting(result, name, claim, brief=False), credited]
 
 
-def _waiting(result: PlanResult, name: str, *, brief: bool = False) -> str:
-    """Waiting and operability of the whole year, what is gained, and what the numbers leave out; brief: without the
-    last."""
+def _window(result: PlanResult) -> dict[str, str]:
+    """The window that is waited for, and a mark of SYNTHETIC weather."""
+    attrs = result["weather"].attrs
+    mark = "SYNTHETIC weather, " if attrs["synthetic"] else ""
+    return {"window": hours(attrs.get("window", attrs["T_R"])), "mark": mark}
+
+
+def _waiting(result: PlanResult, name: str, credit: Credit, *, brief: bool) -> str:
+    """Waiting and operability of the whole year under a credit, what is gained, and what the numbers leave out; brief:
+    without the last."""
     block = result["weather"]
-    cells = block.sel(credit=CREDITED, alternative=name, month=0)
+    cells = block.sel(credit=credit, alternative=name, month=0)
     operability, mean, median, high = workable(cells)
     waits = {"mean": mean, "median": median, "high": high, "operability": operability}
-    mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
-    text = _write("waiting", window=hours(block.attrs.get("window", block.attrs["T_R"])), mark=mark, **waits)
+    text = _write("waiting", **_window(result), **waits)
     against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [o for o in against if math.isfinite(float(cells["days_gained"].sel(over=o)))]
-    text += _write("gains", gains=[f"{gain(cells, o)} over {OVER.get(o, o)}" for o in won]) if won else ""
+    text += (
+        _write("gains", credit=credit, gains=[f"{gain(cells, o)} over {OVER.get(o, o)}" for o in won]) if won else ""
+    )
     if brief:
         return text
     if NONE in names(result.data):
-        Hs, lowest = limits(result, CREDITED, NONE), _lowest(result)
+        Hs, lowest = limits(result, credit, NONE), _lowest(result)
         below = int(((Hs > 0.0) & (Hs < lowest)).sum())
         text += _write("no_factor", n=below, of=Hs.size, lowest=lowest) if below else ""
     outside, step = float(block.attrs.get("outside", 0.0)), float(block.attrs.get("step", HOUR))
@@ -208,7 +224,7 @@ def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
     its 95 % interval where the twin was run, and OP_WF; simulated: also the twin's own answer where it is another."""
     data, top, name = result.data, highest(result), leading(result)
-    credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
+    credited, twin = (limits(result, credit, name) for credit in (result.claim, TWIN))
     rows = few(data.sizes["period"], PERIODS)
     at, at_twin = worst_heading(credited), worst_heading(twin)
     columns: dict[str, list[str]] = {"Tp": [f"{data['period'].values[k]:g} s" for k in rows]}
@@ -216,9 +232,9 @@ def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     bold = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
     columns |= {"95 %": intervals} if any(" to " in each for each in intervals) else {}
-    columns["governs (worst heading)"] = [_governing_text(result, CREDITED, name, at[k], k) for k in rows]
+    columns["governs (worst heading)"] = [_governing_text(result, result.claim, name, at[k], k) for k in rows]
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
-        values = data[key].sel(credit=CREDITED, alternative=name).values
+        values = data[key].sel(credit=result.claim, alternative=name).values
         open_ = OUTSIDE_ALPHA if key == "alpha" else fixed(math.nan, 2)
         columns[title] = [
             open_ if _case_by_case(result, float(credited[at[k], k])) else fixed(float(values[at[k], k]), 2)
@@ -227,7 +243,8 @@ def limits_table(result: PlanResult, *, simulated: bool = True) -> Table:
     if simulated and differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
-    title = f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)}; OP_WF [m] at the worst heading"
+    of = f"{named(name)}, {result.claim}: limiting Hs [m]{of_wind_sea(result)}"
+    title = f"OP_LIM with {of}; OP_WF [m] at the worst heading"
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
@@ -246,7 +263,7 @@ def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str
     """A column for every heading; of many headings the best and the worst of each period, each with its heading."""
     beta, top = result.data["heading"].values, highest(result)
     if len(beta) <= HEADINGS:
-        steep = steepest_of(result, CREDITED, leading(result))
+        steep = steepest_of(result, result.claim, leading(result))
         return {direction(beta[i]): [cell(float(Hs[i, k]), top, steep[i, k]) for k in rows] for i in range(len(beta))}
     best = [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmax(axis=0)]
     return {
@@ -268,7 +285,7 @@ def cell(Hs: float, top: float, steep: bool) -> str:
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
     """The 95 % interval of a credited limit; where it has none, the method that gives the limit in its place."""
-    cells = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
+    cells = result.data.sel(credit=result.claim, alternative=name).isel(heading=i, period=k)
     ends = [float(cells[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
     if any(map(math.isnan, ends)):
         return NO_INTERVAL.get(str(cells["governing_tier"].item()), "-")
@@ -296,8 +313,9 @@ def side_by_side(result: PlanResult) -> Table:
             if waiting:
                 cells = result["weather"].sel(credit=credit, alternative=name, month=0)
                 body[-1] += workable(cells)[:2]
+    other = "the twin says" if result.claim == CREDITED else f"a {SYNTHETIC_LINE} or the twin say"
     title = (
-        f"All alternatives, worst heading: OP_LIM [m]{of_wind_sea(result)}, credited; a second line where the twin says"
+        f"All alternatives, worst heading: OP_LIM [m]{of_wind_sea(result)}, {result.claim}; a second line where {other}"
         " otherwise"
     )
     tail = "; operability and mean waiting over the year" if waiting else ""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 
 TWIN, CREDITED = CREDITS
+SYNTHETIC_LINE = "SYNTHETIC certificate"
+"""What a line of a table is of that may not be claimed."""
 SAME = 5e-3
 """Limits that differ by less are shown as one [m]: the second decimal that tables print."""
 OVER = {"none": "no compensation", "cap-80": "the 80 % cap", "best-classic": "the best classic controller"}
@@ -153,6 +155,8 @@ def valued(value: object, quantity: str) -> str:
     if not isinstance(value, int | float):
         return EMPTY if value is None else str(value)
     kind = kind_of(quantity)
+    if quantity.endswith("_share"):
+        return percent(value)
     if kind == "speed":  # at sea motions are stated in m/s, winches in m/min
         return f"{fmt(value, digits=3)} m/s ({fmt(value, kind, 3)})"
     return fmt(value, kind)
@@ -186,16 +190,21 @@ def limits(result: PlanResult, credit: Credit, alternative: str) -> FloatArray:
     return np.asarray(result.data["Hs_limit"].sel(credit=credit, alternative=alternative).values, dtype=float)
 
 
-def differs(result: PlanResult, alternative: str) -> bool:
-    """Whether what is credited to an alternative is not what its model says."""
-    a, b = (np.minimum(limits(result, credit, alternative), highest(result)) for credit in CREDITS)
+def differs(result: PlanResult, alternative: str, credit: Credit = TWIN, other: Credit | None = None) -> bool:
+    """Whether the limits of an alternative under a credit, by default its model, are not those of another, by default
+    what may be claimed."""
+    pair = credit, other or result.claim
+    a, b = (np.minimum(limits(result, each, alternative), highest(result)) for each in pair)
     return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
 
 
 def lines_of(result: PlanResult, alternative: str) -> list[tuple[str, Credit]]:
-    """Lines of a table for an alternative: as credited, and by its model where that differs."""
-    lines: list[tuple[str, Credit]] = [(named(alternative), CREDITED)]
-    return [*lines, (f"{named(alternative)}, by the twin", TWIN)] if differs(result, alternative) else lines
+    """Lines of a table for an alternative: as may be claimed, as credited, and by its model, where they differ."""
+    lines: list[tuple[str, Credit]] = [(named(alternative), result.claim)]
+    for words, credit in ((SYNTHETIC_LINE, CREDITED), ("by the twin", TWIN)):
+        if differs(result, alternative, credit, lines[-1][1]):
+            lines.append((f"{named(alternative)}, {words}", credit))
+    return lines
 
 
 def least(Hs: FloatArray) -> FloatArray:

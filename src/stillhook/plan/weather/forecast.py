@@ -47,7 +47,7 @@ def plan_forecast(
     weather: Weather,
     *,
     limits: Sequence[Limit] = (),
-    credit: Credit = "credited",
+    credit: Credit | None = None,
     start: np.datetime64 | None = None,
     horizon: float = 72.0 * 3600.0,
     ship: float | None = None,
@@ -56,10 +56,11 @@ def plan_forecast(
     """Go or no-go of every alternative of a plan, by name [SI]; start, horizon [s] and limits as in
     `stillhook.weather.forecast`.
 
-    ship: where the bow points, clockwise from north [rad]; None: free to turn; issue as there. Errors: WeatherError
-    where the forecast does not give the height, or no direction though a heading is held.
+    credit: of the limits; default what may be claimed; ship: where the bow points, clockwise from north [rad]; None:
+    free to turn; issue as there. Errors: WeatherError where the forecast does not give the height, or no direction
+    though a heading is held.
     """
-    operation = result.facts["operation"]
+    credit, operation = credit or result.claim, result.facts["operation"]
     rows = rows_of(weather, start, horizon)
     lead = lead_times(weather, rows, issue)
     if issue is None:

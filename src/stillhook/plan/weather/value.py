@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.result import CREDITS, Credit, labelled
+from stillhook.plan.result import Credit, labelled
 from stillhook.plan.table import Axes, Governed, limit_table
 from stillhook.plan.weather.limit_table import KeptHeadings, Kinds
 from stillhook.plan.weather.records import Records, outside, seas_of, swell_forecast
@@ -56,6 +56,7 @@ class Forecast:
     op_wf: FloatArray = field(repr=False)
     case_by_case: BoolArray = field(repr=False)
     compared: FloatArray = field(repr=False)
+    credits: tuple[Credit, ...]
     T_R: float
     window: float
     restricted: bool
@@ -66,7 +67,7 @@ class Forecast:
 
 def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed]) -> Forecast:
     """alpha and OP_WF of every limit; one above the highest sea state analysed is taken as that height."""
-    Hs = np.stack([np.minimum(limits[credit].Hs, max(plan.environment.Hs)) for credit in CREDITS])
+    Hs = np.stack([np.minimum(of.Hs, max(plan.environment.Hs)) for of in limits.values()])
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
     open_ = (Hs > 0.0) & np.isnan(alpha)
@@ -75,7 +76,8 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
     swell = plan.environment.swell
     most = math.nan if swell is None else swell_forecast(table, swell.Hs, plan.T_POP)
     lowest = np.where(open_, Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP), op_wf)
-    return Forecast(alpha, op_wf, open_, lowest, T_R, T_R - plan.lead, restricted, reason, table, most)
+    numbers, window = (alpha, op_wf, open_, lowest), T_R - plan.lead
+    return Forecast(*numbers, tuple(limits), T_R, window, restricted, reason, table, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,22 +116,29 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     judge = Workability.of(plan, axes, weather, forecast)
     window = Window.of(weather.time, weather.step, forecast.window)
 
-    def of(op_wf: FloatArray) -> tuple[Persistence, FloatArray]:
-        good = judge.workable(np.nan_to_num(op_wf, nan=0.0))
-        valid = np.isfinite(judge.seas.Hs)
-        statistics = persistence(good, weather.time, weather.step, forecast.window, valid=valid)
-        can_start = np.any([window.starts(row) for row in good], axis=0)
-        return statistics, waits(can_start, weather.time)
+    valid = np.isfinite(judge.seas.Hs)
+    known: dict[bytes, tuple[Persistence, FloatArray]] = {}
+
+    def of(limits: FloatArray) -> tuple[Persistence, FloatArray]:
+        op_wf = np.nan_to_num(limits, nan=0.0)
+        key = op_wf.tobytes()
+        if key not in known:
+            good = judge.workable(op_wf)
+            statistics = persistence(good, weather.time, weather.step, forecast.window, valid=valid)
+            can_start = np.any([window.starts(row) for row in good], axis=0)
+            known[key] = statistics, waits(can_start, weather.time)
+        return known[key]
 
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     compared: dict[tuple[Credit, Alternative], tuple[Persistence, FloatArray]] = {}
-    for c, credit in enumerate(CREDITS):
+    for c, credit in enumerate(forecast.credits):
         for a, alternative in enumerate(axes.alternatives):
             key = credit, alternative
-            persistence_of[key], waited[key] = pair = of(forecast.op_wf[c, a])
-            compared[key] = of(forecast.compared[c, a]) if forecast.case_by_case[c, a].any() else pair
-    best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
+            persistence_of[key], waited[key] = of(forecast.op_wf[c, a])
+            compared[key] = of(forecast.compared[c, a])
+    classic = [a for a in axes.alternatives if a.classic]
+    best = {credit: _best(persistence_of, credit, classic) for credit in forecast.credits}
     month = month_of(weather.time)
     return WeatherValue(persistence_of, waited, compared, month, best, forecast.window, judge)
 
@@ -198,9 +207,9 @@ def weather_block(
 ) -> xarray.Dataset:
     """The Dataset of a result: dims credit, alternative, month (0 the whole year), over. A month without records is
     NaN. attrs say which weather, read how."""
-    shape = (len(CREDITS), len(axes.alternatives), 13)
+    shape = (len(forecast.credits), len(axes.alternatives), 13)
     tables = {name: np.full(shape, np.nan) for name in (*STATISTICS, "vessel_days")}
-    for c, credit in enumerate(CREDITS):
+    for c, credit in enumerate(forecast.credits):
         for a, alternative in enumerate(axes.alternatives):
             year = value.persistence_of[credit, alternative]
             for each in (replace(year, month=0), *year.months):
@@ -213,7 +222,7 @@ def weather_block(
     for name, gains in (("hours_gained", hours), ("days_gained", days)):
         data[name] = (*dims, "over"), np.moveaxis(gains, 0, -1)
     coords = {
-        "credit": list(CREDITS),
+        "credit": list(forecast.credits),
         "alternative": [a.value for a in axes.alternatives],
         "month": np.arange(13),
         "over": list(OVER),
@@ -270,16 +279,17 @@ def _gained(axes: Axes, value: WeatherValue) -> tuple[FloatArray, FloatArray]:
     Days are means over the starts from which both get their window within the series: means over different starts
     cannot be subtracted, for one who hardly ever works has most of his long waits censored and looks quick.
     """
-    operability = np.full((len(CREDITS), len(axes.alternatives), 13), np.nan)
+    counted = tuple(value.best_classic)
+    operability = np.full((len(counted), len(axes.alternatives), 13), np.nan)
     for c, a in np.ndindex(operability.shape[:2]):
-        year, _ = value.compared[CREDITS[c], axes.alternatives[a]]
+        year, _ = value.compared[counted[c], axes.alternatives[a]]
         for each in (replace(year, month=0), *year.months):
             operability[c, a, each.month or 0] = each.operability
     hours = np.full((len(OVER), *operability.shape), np.nan)
     days = hours.copy()
     length = np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
     for o, name in enumerate(OVER):
-        for c, credit in enumerate(CREDITS):
+        for c, credit in enumerate(counted):
             other = value.reference(name, credit)
             if other is None:
                 continue

@@ -193,7 +193,8 @@ class Assembly(Shape):
 
 
 class Scaled(Assembly):
-    """Bodies with so many times their added mass, at every submergence: for what a limit says to it, not of a file."""
+    """Bodies with so many times their added mass, at every submergence: for what a limit says to it. No file has it:
+    `SHAPES` does not name it."""
 
     kind: Literal["scaled"] = "scaled"  # type: ignore[assignment]
     factor: Number = Field(gt=0)

@@ -104,14 +104,17 @@ class Payload(Record):
     @model_validator(mode="before")
     @classmethod
     def _flat(cls, data: Any) -> Any:
-        """Dimensions next to the payload's own fields become its shape, which gives its height and drag coefficient.
-        Levels may be a table of tables."""
+        """Dimensions next to the payload's own fields, or in a table of the shape, become its shape, which gives its
+        height and drag coefficient. Levels may be a table of tables."""
         if not isinstance(data, Mapping):
             return data
         if "levels" not in data and "shape" not in data:
             raise ValueError(LEVELS_OR_SHAPE)
         if isinstance(data.get("levels"), Mapping):
             data = {**data, "levels": tuple(data["levels"].values())}
+        if isinstance(table := data.get("shape"), Mapping):
+            data = {**data, **table, "shape": str(table.get("kind", ""))}
+            data.pop("kind", None)
         if not isinstance(data.get("shape"), str):
             return data
         data = with_shape(data, SHAPES, cls)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stillhook.base.progress import Progress
-from stillhook.plan.assessments.card.claim import cells_of, claimable, credit_of, of_phases, parts_of
+from stillhook.plan.assessments.card.claim import cells_of, credit_of, of_phases, parts_of
 from stillhook.plan.assessments.card.tip_speed import in_phases, per_metre
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.report.document import Part, Table, Text
@@ -20,8 +20,8 @@ PER_METRE = "Standard deviation of the speed of the crane tip per metre of Hs [m
 def assess(state: PlanState, progress: Progress) -> Mapping[str, Any]:
     """Claimable limits of the whole lift and of each part, and speeds of the tip."""
     plan, alternative = state.plan, state.answered.shown()
-    chosen = claimable(plan, state.answered)
-    parts = parts_of(plan)
+    claim, parts = state.answered.claim, parts_of(plan)
+    chosen = state.answered.counting[claim]
 
     def cells(of: list[Any]) -> list[dict[str, Any]]:
         return cells_of(plan, of_phases(plan, chosen, of), state.forecast, alternative)

@@ -1,8 +1,4 @@
-"""Limits that may be claimed: those that are credited, a SYNTHETIC certificate left out of the credit.
-
-A certificate that the plan assumes, or that was made of simulated logs, shows what a validation would be worth. Nobody
-may claim what rests on it, so here the flat 80 % of compensation stands in its place.
-"""
+"""Limits that may be claimed, by part of a lift and cell, and what they rest on."""
 
 from __future__ import annotations
 
@@ -15,14 +11,13 @@ import numpy as np
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.result import CREDITS
-from stillhook.plan.table import BY_RULE, ENDS, TIERS, Chosen, Governed, credited_of, governing
+from stillhook.plan.result import CLAIMABLE
+from stillhook.plan.table import BY_RULE, ENDS, TIERS, Chosen, Governed, governing
 from stillhook.plan.weather.value import Forecast, forecast_limits
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.spec.validity import CAP
 
-CREDITED = CREDITS[1]
 WAVE_ZONE, DEEP, SEABED = "wave zone", "deep", "landing"
 """Parts of a lift that have a column of their own on the limits card."""
 PART_OF: Mapping[PhaseKind, str] = {
@@ -38,15 +33,6 @@ def parts_of(plan: LiftPlan) -> dict[str, list[Phase]]:
     for phase in plan.phases:
         parts.setdefault(WAVE_ZONE if phase.kind is None else PART_OF[phase.kind], []).append(phase)
     return parts
-
-
-def claimable(plan: LiftPlan, of: Answered) -> Chosen:
-    """Limits of all rules that may be claimed."""
-    certificate = plan.crane.certified
-    if certificate is None or not certificate.synthetic:
-        return of.credited
-    covers = of.certified.covers & ~of.certified.needs[:, :, None, None, None]
-    return credited_of(plan, of.modelled, np.unique(plan.environment.table().Hs), covers)
 
 
 def credit_of(plan: LiftPlan, of: Answered, alternative: Alternative) -> dict[str, Any]:
@@ -68,12 +54,7 @@ def of_phases(plan: LiftPlan, chosen: Chosen, phases: Sequence[Phase]) -> Govern
     inside = np.array([name in names for name in chosen.axes.phases])[None, :, None, None, None]
     Hs, low, high = (np.where(inside, ends, np.nan) for ends in (chosen.Hs, chosen.low, chosen.high))
     part = replace(chosen, Hs=Hs, low=low, high=high)
-    return governing(plan, part, part)[CREDITED]
-
-
-def forecast_of(plan: LiftPlan, governs: Governed, forecast: Forecast) -> Forecast:
-    """alpha and OP_WF of limits, the same under both credits."""
-    return forecast_limits(plan, forecast.table, dict.fromkeys(CREDITS, governs))
+    return governing(plan, {CLAIMABLE: part})[CLAIMABLE]
 
 
 def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative: Alternative) -> list[dict[str, Any]]:
@@ -81,7 +62,7 @@ def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative:
     above (whether that is no limit), Hs_limit_low, alpha, op_wf (None where there is no factor), and what governs."""
     axes, highest = governs.axes, max(plan.environment.Hs)
     i = axes.alternatives.index(alternative)
-    factors = forecast_of(plan, governs, forecast)
+    factors = forecast_limits(plan, forecast.table, {CLAIMABLE: governs})
     rows = []
     for k, beta in enumerate(axes.headings):
         for m, Tp in enumerate(axes.periods):
@@ -94,8 +75,8 @@ def cells_of(plan: LiftPlan, governs: Governed, forecast: Forecast, alternative:
                     "Hs_limit": _number(min(Hs, highest)),
                     "above": Hs > highest,
                     "Hs_limit_low": _number(float(governs.low[at])),
-                    "alpha": _number(float(factors.alpha[(1, *at)])),
-                    "op_wf": _number(float(factors.op_wf[(1, *at)])),
+                    "alpha": _number(float(factors.alpha[(0, *at)])),
+                    "op_wf": _number(float(factors.op_wf[(0, *at)])),
                     "governing_phase": axes.phases[governs.phase[at]] if by else "",
                     "governing_rule": axes.rules[governs.rule[at]] if by else "",
                     "governing_tier": TIERS[governs.tier[at]].value if by else "",

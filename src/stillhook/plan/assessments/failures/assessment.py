@@ -14,7 +14,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import StillhookError
-from stillhook.plan.assessments.failures.bands import actions, stops, without_ahc
+from stillhook.plan.assessments.failures.bands import actions, stops, touch_down_rule, without_ahc
 from stillhook.plan.assessments.failures.cases import AHC_TRIP, BOTTLES, DRIFT, FAILURES, OVERREAD, Failure
 from stillhook.plan.assessments.failures.depths import braked, with_low_weight
 from stillhook.plan.assessments.failures.drive_off import drive_off
@@ -42,7 +42,6 @@ from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone, 
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
-from stillhook.plan.result import CREDITS
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.plan.tiers.time_domain.cells import Cells
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState
@@ -215,9 +214,10 @@ def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
         heights[i] = next((s.Hs for s in seas if (s.Tp, s.beta) == (float(Tp), float(beta))), 0.0)
     places = with_low_weight(state.plan, braked(state.plan, heights), heights) if seas else []
     cases = list(_cases(work)) if seas else []
-    facts |= without_ahc(state.plan, places, seas, heights, fallen(state.plan, cases))
-    stands = [f.key for f in FAILURES if f.stands]
-    cases = [with_touch_down(c, facts["steady"]) if c["key"] in stands else c for c in cases]
+    touch = touch_down_rule(state.plan)
+    fast = bool(touch and too_fast(cases, touch[1]))
+    facts |= without_ahc(state.plan, places, seas, heights, fallen(state.plan, cases), fast=fast)
+    cases = [with_touch_down(c, facts["steady"]) if c["key"] in STAND else c for c in cases]
     facts["cases"] = [*cases, drive_off(state.plan, seas)]
     facts["no_stop"] = stops(state.plan, places, heights, cases, facts["near_seabed"])
     facts["actions"] = actions(state.plan, facts["no_stop"], cases)
@@ -228,16 +228,27 @@ def assess(state: PlanState, progress: Progress) -> Mapping[str, Any] | None:
 
 def fallen(plan: LiftPlan, cases: Sequence[Mapping[str, Any]]) -> float:
     """How far the payload moved down from a stop over the seabed in runs in which the winch comes to its brake [m]."""
-    stands = {f.key for f in FAILURES if f.stands}
-    rows = [row for case in cases if case["key"] in stands for row in case["rows"] if row["z_min"] is not None]
+    rows = [row for case in cases if case["key"] in STAND for row in case["rows"] if row["z_min"] is not None]
     stops_at = {p.name: p.z_end for p in plan.phases if p.kind is PhaseKind.STAND_OFF and p.z_end is not None}
     return max((stops_at[row["phase"]] - row["z_min"] for row in rows if row["phase"] in stops_at), default=0.0)
 
 
+STAND = tuple(f.key for f in FAILURES if f.stands)
+"""Cases in which the winch comes to its brake."""
+
+
+def too_fast(cases: Sequence[Mapping[str, Any]], limit: float) -> list[float]:
+    """Heights [m] from which runs in which the winch comes to its brake touch down faster than a limit [m/s]; where
+    another rule is passed sooner, from there."""
+    rows = [row for case in cases if case["key"] in STAND for row in case["rows"]]
+    fast = [row for row in rows if row["v_landed"] is not None and row["v_landed"] > limit]
+    return [row["Hs"] if row["Hs_from"] is None else row["Hs_from"] for row in fast]
+
+
 def seas_of_limit(state: PlanState, alternative: Alternative) -> list[SeaState]:
-    """The sea of the credited limit in every period at the heading in which it is the lowest, up to the highest sea of
+    """The sea of the claimable limit in every period at the heading in which it is the lowest, up to the highest sea of
     the table; periods in which nothing is within limits are left out."""
-    table, axes = state.answered.governs[CREDITS[1]], state.answered.axes
+    table, axes = state.answered.claimed, state.answered.axes
     Hs = np.minimum(table.Hs[axes.alternatives.index(alternative)], max(state.plan.environment.Hs))
     seas = []
     for j, Tp in enumerate(axes.periods):
@@ -298,7 +309,9 @@ def with_touch_down(case: Mapping[str, Any], steady: Mapping[str, Any]) -> dict[
     """A case in which the winch stands on its brake near the seabed, with the touch-down there: not OK where it is
     beyond its limit in the seas of the plan's own."""
     beyond = [r for r in steady["touch_down"]["by_period"] if r["Hs_from"] is not None and r["Hs_from"] < r["Hs_limit"]]
-    result = {**case, "loads": case["verdict"], "touch_down": NOT_OK if beyond else OK}
+    limit = steady["touch_down"]["limit"]
+    fast = limit is not None and too_fast([case], limit)
+    result = {**case, "loads": case["verdict"], "touch_down": NOT_OK if beyond or fast else OK}
     if not beyond or case["verdict"] == NOT_ASSESSED:
         return result
     least = min([r["Hs_from"] for r in beyond] + [x for x in [case.get("Hs_from")] if x is not None])
@@ -340,8 +353,8 @@ def judged(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _stop_in_wave_zone(work: Work, progress: Progress) -> dict[str, Any]:
-    """The payload stopped in the wave zone for half an hour: at the worst submergence in every period, and at others in
-    that in which it is the worst."""
+    """The payload stopped in the wave zone for half an hour: at the submergence at which the slings lose most, in every
+    period, and at others in that in which it is the worst; the worst of all counts."""
     case: dict[str, Any] = {"key": "wave-zone-stop", "title": "Stop in the wave zone for half an hour", "basis": TWIN}
     phase = passage(work.plan)
     if phase is None:
@@ -354,7 +367,8 @@ def _stop_in_wave_zone(work: Work, progress: Progress) -> dict[str, Any]:
     sea = next(s for s in work.seas if s.Tp == result["worst"]["Tp"])
     by_depth = [Request(HOLD, phase.name, sea, z) for z in heights_in_wave_zone(work.plan, phase)]
     work.runs.request(by_depth)
-    return case | result | {"by_depth": work.rows(by_depth)}
+    rows = work.rows(by_depth)
+    return case | judged([*result["rows"], *rows]) | {"rows": result["rows"], "by_depth": rows}
 
 
 def passage(plan: LiftPlan) -> Phase | None:
@@ -381,11 +395,13 @@ def page(facts: Mapping[str, Any]) -> dict[str, Any]:
     by_trip = [row["Hs_from"] for row in trip["rows"]] if trip is not None and fails else []
     steady, touch = facts["steady"]["loads"], facts["steady"]["touch_down"]
     loads = [x for x in (*by_trip, steady["Hs_from"]) if x is not None]
+    fast = [] if touch["limit"] is None else too_fast(facts["cases"], touch["limit"])
+    landed = [x for x in (*fast, touch["Hs_from"]) if x is not None]
     return {
         "loads_to": min(loads, default=None),
         "loads_highest": facts["steady"]["highest"],
         "trip_run_to": max((sea["Hs"] for sea in facts["seas"]), default=None),
-        "touch_down_from": touch["Hs_from"],
+        "touch_down_from": min(landed, default=None),
         "touch_down_limit": touch["limit"],
         "no_stop_below": facts["near_seabed"]["depth"],
         "clearance": facts["near_seabed"]["fall"],

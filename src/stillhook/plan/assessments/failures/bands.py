@@ -30,13 +30,19 @@ def touch_down_rule(plan: LiftPlan) -> tuple[str, float] | None:
 
 
 def without_ahc(
-    plan: LiftPlan, places: Sequence[Braked], seas: Sequence[SeaState], heights: FloatArray, fallen: float
+    plan: LiftPlan,
+    places: Sequence[Braked],
+    seas: Sequence[SeaState],
+    heights: FloatArray,
+    fallen: float,
+    *,
+    fast: bool,
 ) -> dict[str, Any]:
     """The payload on the brake, by the frequency-domain method: least seas from which loads, or touch-down, are beyond
     a limit in the phases in which AHC can be lost; how far the payload moves down near the seabed; and every depth.
 
     heights (c,) of the plan's own limit in the columns of the table [m], 0 where it is not asked for; fallen: how far
-    the payload moved down in runs [m], 0 without any.
+    the payload moved down in runs [m], 0 without any; fast: whether it touched down faster there than it may.
     """
     columns = plan.environment.table().columns
     touch = touch_down_rule(plan)
@@ -59,7 +65,7 @@ def without_ahc(
         | {"limit": None if touch is None else touch[1], "by_period": _by_period(landing, touch, seas, columns)},
     }
     fall = max((max(float(np.nanmax(place.fall)), fallen) for place in landing), default=None)
-    beyond = any(_beyond(place, [touch[0]], heights) for place in landing) if touch else False
+    beyond = fast or _lands_too_fast(landing, touch, heights)
     return {
         "steady": steady,
         "near_seabed": {
@@ -85,6 +91,11 @@ def _least(place: Braked, rules: Sequence[str], columns: Sequence[Any]) -> dict[
     Hs, key, i = min(exceeded)
     row = {"Hs_from": Hs, "rule": key, "phase": place.phase, "z": place.z}
     return row | {"Tp": float(columns[i][0]), "beta": float(columns[i][1])}
+
+
+def _lands_too_fast(places: Sequence[Braked], touch: tuple[str, float] | None, heights: FloatArray) -> bool:
+    """Whether touch-down on the brake is beyond its limit in the sea of the plan's own limit of any column."""
+    return touch is not None and any(_beyond(place, touch[:1], heights) for place in places if touch[0] in place.Hs)
 
 
 def _by_period(
@@ -130,15 +141,16 @@ def stops(
     result = [_band(run, deep, "frequency") for run in _runs_of(deep)]
     zone = next((c for c in cases if c["key"] == "wave-zone-stop"), {})
     rows = zone.get("by_depth", [])
-    if zone.get("worst"):
-        rows = sorted([*rows, zone["worst"]], key=lambda row: -row["z"])
+    alike = [row for row in zone.get("rows", []) if rows and row["Tp"] == rows[0]["Tp"]]
+    rows = sorted([*rows, *alike], key=lambda row: -row["z"])
     held = [(r["z"], r["phase"], (r["used"] or 0.0) > 1.0) for r in rows]
     result += [_band(run, held, "twin") for run in _runs_of(held)]
     result.sort(key=lambda band: -band["top"])
     if near_seabed["depth"] is not None:
         last = next(p.name for p in reversed(plan.phases) if p.kind is PhaseKind.LANDING)
-        top = -near_seabed["depth"]
-        result.append({"phase": last, "top": top, "bottom": -plan.depth, "reason": "touch-down", "method": "frequency"})
+        by = "frequency" if _lands_too_fast(places, touch, heights) else "twin"
+        ends = {"top": -near_seabed["depth"], "bottom": -plan.depth}
+        result.append({"phase": last, **ends, "reason": "touch-down", "method": by})
     return result
 
 

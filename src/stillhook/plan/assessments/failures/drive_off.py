@@ -18,6 +18,8 @@ DRIVE_OFF = 0.05
 """Acceleration of a vessel whose thrusters push at full power [m/s^2]. Assumed."""
 DRIFT_OFF, DRIFT_SPEED = 0.005, 1.0
 """Acceleration of a vessel without power in wind and waves [m/s^2], and its speed in the end [m/s]. Assumed."""
+TIMES_ONLY = "no-time-allowed"
+"""Reason of a case that has times to compare with those of crew and vessel, and no verdict."""
 
 
 def time_of_way(x: float, a: float, v: float) -> float:
@@ -59,7 +61,7 @@ def drive_off(plan: LiftPlan, seas: Sequence[SeaState]) -> dict[str, Any]:
         "title": "Drive-off and drift-off",
         "basis": "closed-form",
         "verdict": "not-assessed",
-        "reason": "no-time-allowed",
+        "reason": TIMES_ONLY,
         "rows": [],
         "off_lead": rows,
         "assumed": {"drive_off": DRIVE_OFF, "drift_off": DRIFT_OFF, "drift_speed": DRIFT_SPEED},

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.definition.rules import Alternative
 from stillhook.report.document import Bullets, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import EMPTY, direction, fixed, fmt, percent
 
@@ -24,7 +26,7 @@ REASONS = {
     "no-rule": "no rule of the plan limits it",
     "refused": "not simulated",
     "runs-away": "the winch moves the load by itself, and must be stopped manually",
-    "no-time-allowed": "times to the off-lead limit below; compare with the time that your crew and DP need",
+    TIMES_ONLY: "times to the off-lead limit below; compare with the time that your crew and DP need",
 }
 MINUTE = 60.0
 ACTIONS = {"hold": "hold", "hoist": "hoist", "lower-on": "lower further", "not-assessed": "not assessed"}
@@ -50,21 +52,22 @@ def section(of: Facts) -> list[Part]:
 def _basis(of: Facts) -> str:
     a = of["assumed"]
     return (
-        f"In the seas of the credited limit ({of['alternative']}), at the worst heading of every period, each failure"
-        f" begins at {of['moments']} moments of {of['trains']} wave trains, and the {fmt(of['after'], 'time')} after it"
-        " count. The worst moment is compared with the limits of loads and touch-down of the lift without a failure;"
+        f"In the seas of the claimable limit with {Alternative(of['alternative']).label}, at the worst heading of every"
+        f" period, each failure begins at {of['moments']} moments of {of['trains']} wave trains, and the"
+        f" {fmt(of['after'], 'time')} after it count."
+        " The worst moment is compared with the limits of loads and touch-down of the lift without a failure;"
         " tolerances of the load's motion are not, since the landing is broken off. Other failures are run"
         f" in the sea in which the trip is the worst. A stop in the wave zone lasts {a['hold'] / MINUTE:.0f} min"
         f" ({of['held_runs']} runs). Assumed: drift of the motion unit {fmt(a['drift'], 'speed', 2)}, a load cell that"
         f" reads {a['load_cell_over']:g} times the SWL, one of {a['bottles']} gas bottles. Heights from which a limit"
-        " is passed are rounded down to 0.05 m."
+        " is passed are rounded down to 0.05 m, the seas of the limit to 0.01 m."
     )
 
 
 def _verdicts(of: Facts) -> Table:
     rows = []
     for case in of["cases"]:
-        word, passed = VERDICTS[case["verdict"]]
+        word, passed = ("by times", None) if case.get("reason") == TIMES_ONLY else VERDICTS[case["verdict"]]
         rows.append((case["title"], Verdict(word, passed), _why(case), _from(case), *_peaks(case)))
     header = ("failure", "verdict", "what governs", "from Hs", "hook load", "least sling", "motion", "touch-down")
     return Table(header, rows, "Verdicts")
@@ -89,12 +92,12 @@ def _worst(top: Facts) -> str:
 
 def _from(case: Facts) -> str:
     Hs = case.get("Hs_from")
-    return EMPTY if Hs is None else f"{fixed(Hs, 2)} m"
+    return ("any" if case["verdict"] == "not-ok" else EMPTY) if Hs is None else f"{fixed(Hs, 2)} m"
 
 
 def _peaks(case: Facts) -> tuple[str, str, str, str]:
     """Largest and least numbers of all rows of a case."""
-    rows = case["rows"]
+    rows = [*case["rows"], *case.get("by_depth", [])]
 
     def most(name: str, kind: str, of: Any = max) -> str:
         values = [row[name] for row in rows if row[name] is not None]
@@ -114,8 +117,8 @@ def _lost(of: Facts) -> list[Part]:
     loads, touch = steady["loads"], steady["touch_down"]
     highest = fmt(steady["highest"], "length")
     text = (
-        "AHC lost, the load on the brake (frequency domain, all headings; the trip itself is run up to the limit of the"
-        " lift): "
+        "The load on the brake after AHC is lost, by the frequency-domain method at all headings; the trip itself is"
+        " run up to the limit of the lift, and of both the lower height counts on page 1: "
     )
     if loads["Hs_from"] is None:
         text += f"loads stay within limits up to Hs {highest}, the highest sea state analysed"
@@ -127,14 +130,18 @@ def _lost(of: Facts) -> list[Part]:
     if touch["limit"] is None:
         return [Text(text + "; no rule limits a touch-down.")]
     limit = _speed(touch["limit"])
-    if touch["Hs_from"] is None:
-        return [Text(f"{text}; touch-down stays below {limit}.")]
-    text += f"; touch-down over {limit} from Hs {fixed(touch['Hs_from'], 2)} m"
+    text += (
+        f"; touch-down stays below {limit}"
+        if touch["Hs_from"] is None
+        else f"; touch-down over {limit} from Hs {fixed(touch['Hs_from'], 2)} m"
+    )
     if near["depth"] is not None:
         text += (
             f". In the seas of the limit the load moves {fmt(near['fall'], 'length', 3)} down from where it is"
-            f" suspended: no stop below {fmt(near['depth'], 'length', 5)}"
+            f" suspended: no stop below {near['depth']:.1f} m"
         )
+    if touch["Hs_from"] is None:
+        return [Text(f"{text}.")]
     rows = [
         (
             fmt(row["Tp"], "time"),
@@ -208,7 +215,7 @@ def _rows(rows: Sequence[Facts], title: str = "") -> Table:
         "touch-down",
     )
     cells = []
-    for row in rows:
+    for row in sorted(rows, key=_in_order(rows)):
         place = "" if row["z"] is None else f", {_depth(row['z'])}"
         cells.append(
             (
@@ -226,6 +233,12 @@ def _rows(rows: Sequence[Facts], title: str = "") -> Table:
             )
         )
     return Table(header, cells, title)
+
+
+def _in_order(rows: Sequence[Facts]) -> Callable[[Facts], tuple[int, float]]:
+    """Phases and depths as they come, periods rising."""
+    places = list(dict.fromkeys((row["phase"], row["z"]) for row in rows))
+    return lambda row: (places.index((row["phase"], row["z"])), row["Tp"])
 
 
 def _drive_off(of: Facts) -> Section:
@@ -252,7 +265,8 @@ def _drive_off(of: Facts) -> Section:
 
 
 def _not_assessed(of: Facts) -> list[str]:
-    lines = [f"Not assessed: {case['title']}." for case in of["cases"] if case["verdict"] == "not-assessed"]
+    judged = [case for case in of["cases"] if case.get("reason") != TIMES_ONLY]
+    lines = [f"Not assessed: {case['title']}." for case in judged if case["verdict"] == "not-assessed"]
     return [
         *lines,
         "Not assessed: lift-off and set-down, a brake that slips or does not close, failures of two things at once,"
@@ -267,7 +281,7 @@ def _speed(v: float | None) -> str:
 
 def _depth(z: float) -> str:
     """A height of the underside as a depth, or a height above the water."""
-    return fmt(-z, "length", 4) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
+    return fmt(round(0.0 - z, 1), "length", 5) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
 
 
 def _span(top: float, bottom: float) -> str:

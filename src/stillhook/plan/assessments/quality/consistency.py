@@ -12,7 +12,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import ROUNDING, Limits, limited, utilisation
-from stillhook.plan.result import CREDITS, grouped
+from stillhook.plan.result import grouped
 from stillhook.plan.table import APART, BY_FREQUENCY, BY_RULE, BY_RUNS, ENDS, TIERS, End
 from stillhook.sea.spectra.spectrum import highest_sea
 from stillhook.spec.lift.phase import PhaseKind
@@ -92,7 +92,7 @@ def agreement(state: PlanState) -> dict[str, Any] | None:
     other tier knows any of these limits."""
     of = state.answered
     axes, i = of.axes, of.axes.alternatives.index(of.shown())
-    g = of.governs[CREDITS[1]]
+    g = of.claimed
     worst: dict[str, Any] | None = None
     for b, T in np.ndindex(axes.columns):
         k, r = int(g.phase[i, b, T]), int(g.rule[i, b, T])
@@ -150,9 +150,9 @@ def _reason(state: PlanState, low: int, high: int, phase: str, rule: str) -> str
 
 
 def neighbours(state: PlanState) -> list[dict[str, Any]]:
-    """Neighbouring cells of the alternative that leads whose credited limits are more than `APART` apart."""
+    """Neighbouring cells of the alternative that leads whose claimable limits are more than `APART` apart."""
     of = state.answered
-    axes, i, g = of.axes, of.axes.alternatives.index(of.shown()), of.governs[CREDITS[1]]
+    axes, i, g = of.axes, of.axes.alternatives.index(of.shown()), of.claimed
     Hs = np.minimum(g.Hs[i], max(state.plan.environment.Hs))
     result = []
     for axis, (b, T) in product((0, 1), np.ndindex(axes.columns)):
@@ -168,18 +168,18 @@ def neighbours(state: PlanState) -> list[dict[str, Any]]:
 
 
 def _by(state: PlanState, i: int, b: int, T: int) -> dict[str, str]:
-    """What governs a credited cell."""
-    axes, g = state.answered.axes, state.answered.governs[CREDITS[1]]
+    """What governs a claimable limit."""
+    axes, g = state.answered.axes, state.answered.claimed
     k, r, end = (int(of[i, b, T]) for of in (g.phase, g.rule, g.ends))
     names = (axes.phases[k], axes.rules[r]) if k >= 0 else ("", "")
     return {"phase": names[0], "rule": names[1], "end": ENDS[end].value if end != BY_RULE else ""}
 
 
 def steep(state: PlanState) -> dict[str, Any]:
-    """How many of the seas analysed are above the steepness limit, and how many credited limits it cuts, by the
+    """How many of the seas analysed are above the steepness limit, and how many claimable limits it cuts, by the
     alternatives."""
     env, of = state.plan.environment, state.answered
-    end = of.governs[CREDITS[1]].ends == ENDS.index(End.STEEPNESS)
+    end = of.claimed.ends == ENDS.index(End.STEEPNESS)
     heights = {T: highest_sea(T) for T in of.axes.periods}
     above = sum(Hs > heights[T] * (1.0 + ROUNDING) for Hs in env.Hs for T in env.Tp)
     counted = grouped((int(n), a.value) for a, n in zip(of.axes.alternatives, end.sum(axis=(1, 2)), strict=True))

@@ -24,7 +24,7 @@ from stillhook.spec.lift.phase import Phase
 
 
 def holds(state: PlanState, progress: Progress) -> list[dict[str, Any]]:
-    """Every hold with its passage: least credited limit by period [m], None where there is none up to the highest sea;
+    """Every hold with its passage: least claimable limit by period [m], None where there is none up to the highest sea;
     of one that the plan does not claim by closed form, or by the frequency-domain method where that knows it."""
     plan, of = state.plan, state.answered
     names = [phase.name for phase in plan.phases]
@@ -48,9 +48,9 @@ def _is_hold(phase: Phase) -> bool:
 
 
 def _claimed(state: PlanState, name: str) -> FloatArray:
-    """Credited limits of a phase of the alternative that leads, the least over rules and headings (period,)."""
+    """Claimable limits of a phase of the alternative that leads, the least over rules and headings (period,)."""
     of = state.answered
-    Hs = of.credited.Hs[of.axes.alternatives.index(of.shown()), of.axes.phases.index(name)]
+    Hs = of.counting[of.claim].Hs[of.axes.alternatives.index(of.shown()), of.axes.phases.index(name)]
     return _least(Hs.reshape(-1, Hs.shape[-1]))
 
 

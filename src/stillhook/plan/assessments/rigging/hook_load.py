@@ -17,7 +17,6 @@ from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited
-from stillhook.plan.result import CREDITS
 from stillhook.plan.table import TIERS
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind
@@ -27,7 +26,7 @@ REACH = 1.05
 
 
 class Place(NamedTuple):
-    """A cell of the limits: Hs [m] as credited, Tp [s], direction of travel [rad]."""
+    """A cell of the limits: Hs [m] that may be claimed, Tp [s], direction of travel [rad]."""
 
     Hs: float
     Tp: float
@@ -44,11 +43,11 @@ class DemandValue(NamedTuple):
 
 
 def limit_places(state: PlanState) -> tuple[Alternative, list[Place]]:
-    """The alternative that leads, and the seas of its limit: of every heading and period, as credited, up to the
+    """The alternative that leads, and the seas of the limit that may be claimed: of every heading and period, up to the
     highest that was analysed."""
     of = state.answered
     leads = of.shown()
-    axes, Hs = of.axes, of.governs[CREDITS[1]].Hs[of.axes.alternatives.index(leads)]
+    axes, Hs = of.axes, of.claimed.Hs[of.axes.alternatives.index(leads)]
     most = max(state.plan.environment.Hs)
     cells = np.ndindex(Hs.shape)
     return leads, [

@@ -8,12 +8,15 @@ from typing import Any
 
 from stillhook.formats.table.workbook import Sheet
 from stillhook.physics.scalar import G
+from stillhook.plan.definition.rules import Alternative
 from stillhook.report.document import Bullets, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import EMPTY, direction, fmt, percent
 from stillhook.spec.lift.rigging import Carrier
 from stillhook.units import number
 
 TITLE = "Weights and rigging"
+AT_LIMIT = 1.02
+"""Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
 CARRIERS = {
     Carrier.OWN_DECK.value: "the deck of the crane vessel",
     Carrier.VESSEL.value: "another vessel",
@@ -86,13 +89,19 @@ def _hook_load(of: Mapping[str, Any]) -> list[Part]:
     carrier = CARRIERS[of["carrier"]]
     by = "stated" if of["DAF_air_stated"] else f"by 0027/ND Rev 11 table 5-1 for a lift from {carrier}"
     text = (
-        "In the seas of the limit as credited, of the alternative that leads and of the flat cap, by the highest tier."
+        "In the seas of the claimable limit, of the alternative that leads and of the flat cap, by the highest tier."
         " DAF is the largest sling tension over SHL, in water too. Its design value in air is"
         f" {of['DAF_air']:.3f}, {by}: {fmt(of['SHL'] * G * of['DAF_air'], 'force')}."
         " Static is below the hook; tension at the tip has hook and wire in it."
     )
     bases = dict.fromkeys(row["capacity_basis"] for row in of["hook_loads"] if row["capacity_basis"])
-    capacities = Bullets([f"Capacity: {basis}." for basis in bases])
+    lines = [f"Capacity: {basis}." for basis in bases]
+    if any(1.0 < (row["utilisation"] or 0.0) <= AT_LIMIT for row in of["hook_loads"]):
+        lines.append(
+            f"Up to {percent(AT_LIMIT)} used is all of the capacity, at the limit: that is read between two heights of"
+            " runs."
+        )
+    capacities = Bullets(lines)
     return [Section("Hook load by phase", [Text(text), Table(LOADS, rows, "Loads [kN]"), capacities])]
 
 
@@ -104,7 +113,7 @@ def _place(source: Mapping[str, Any] | None) -> tuple[str, str]:
     if source is None:
         return EMPTY, EMPTY
     sea = f"{source['Hs']:.2f} m, {source['Tp']:g} s, {direction(source['beta'])}"
-    return sea, f"{source['tier']}, {source['alternative']}"
+    return sea, f"{source['tier']}, {Alternative(source['alternative']).label}"
 
 
 def _cases(cases: Mapping[str, Any]) -> list[Part]:
@@ -124,7 +133,7 @@ def _cases(cases: Mapping[str, Any]) -> list[Part]:
     for row in cases["low_governs"]:
         counts = low.setdefault((row["rule"], row["phase"], row["tier"]), [0, 0])
         counts[0], counts[1] = counts[0] + row["n"], counts[1] + row["of"]
-    table = [[rule, phase, tier, f"{n} of {of}"] for (rule, phase, tier), (n, of) in low.items()]
+    table = [[rule.replace("-", " "), phase, tier, f"{n} of {of}"] for (rule, phase, tier), (n, of) in low.items()]
     head = ("rule", "phase", "tier", "limits of the low case")
     return [Section("Low and high weight case", [Bullets(lines), *([Table(head, table)] if table else [])])]
 

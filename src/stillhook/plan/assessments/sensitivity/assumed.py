@@ -81,7 +81,7 @@ def _row(
 def _moved(what: str, value: str, where: str, supplier: str, at: Lowered | None, weight: float = 0.0) -> dict[str, Any]:
     """A row of what a limit falls to with another value."""
     if at is None:
-        return _row(what, value, where, "no limit that is assessed depends on it", supplier, weight)
+        return _row(what, value, where, "no limit was shown to depend on it", supplier, weight)
     text = f"{at.phase}: Hs {fixed(at.base, 2)} to {fixed(at.Hs, 2)} m with {at.text}"
     return _row(what, value, where, text, supplier, weight + at.by / at.base, at)
 
@@ -178,5 +178,6 @@ def parts(facts: Mapping[str, Any]) -> list[Part]:
         return [Text("No number that a limit rests on is assumed.")]
     rows = [[row["what"], row["value"], row["where"], row["moves"] or EMPTY, row["supplier"]] for row in of["rows"]]
     head = ("assumed", "value", "set in", "what it moves", "to be supplied by")
-    text = f"The {len(rows)} of {of['n']} assumed inputs that move a limit or the claim most."
+    of_all = "All" if len(rows) == of["n"] else f"The {len(rows)} of"
+    text = f"{of_all} {of['n']} assumed inputs that move a limit or the claim{'' if of_all == 'All' else ' most'}."
     return [Text(text), Table(head, rows)]

@@ -67,9 +67,11 @@ class Level:
 
     @property
     def known(self) -> bool:
-        """Whether waves added something in most runs: of what they do seldom these runs are too few."""
+        """Whether waves added something in most runs, and at the rule's level: of what they do seldom these runs are
+        too few."""
         least = 1e-9 * max(abs(self.still), 1e-9)
-        return int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
+        most = int((np.isfinite(self.x) & (self.added > least)).sum()) >= MOST_OF * len(self.x)
+        return most and self.over_mean > 0.0
 
     @property
     def over_mean(self) -> float:
@@ -192,7 +194,11 @@ class Base:
         levels, there = other.levels(self.Hs_0), {} if at is None else other.levels(at)
         rows = [self._limit(key, level, at, there.get(key)) for key, level in levels.items() if key in self.levels]
         known = [row for row in rows if row is not None]
-        return min(known, key=lambda row: (row.Hs, -row.used), default=Moved("", *[math.nan] * 4))
+        nothing = Moved("", *[math.nan] * 4)
+        lowest = min(known, key=lambda row: (row.Hs, -row.used), default=nothing)
+        limit, rule = min(((Hs, key) for key, Hs in self.Hs.items() if math.isfinite(Hs)), default=(math.inf, ""))
+        shown = rule in {row.rule for row in known} or lowest.Hs < limit or math.isinf(limit)
+        return lowest if shown else nothing  # without the rule that limits as planned the others are no limit
 
     def further(self, other: CellRuns, limit: float) -> float | None:
         """Height at which a variation is run again [m]: about its limit, where that is far from the first height and
@@ -236,7 +242,7 @@ class Base:
             value, low, high = run[0], 0.0, run[0]
         elif run[-1] * BEYOND < value < math.inf and run[-1] < self.highest / BEYOND:
             value, low, high = run[-1], run[-1], math.inf
-        Hs, low, high = (x if x <= self.highest else math.inf for x in (value, low, high))
+        Hs, low, high = (math.inf if x > self.highest else x for x in (value, low, high))  # NaN stays
         return Hs, low, high
 
     @staticmethod

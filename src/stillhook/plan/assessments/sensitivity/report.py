@@ -113,7 +113,7 @@ def _reason(factor: Mapping[str, Any]) -> str:
 
 
 def _cell(phase: Mapping[str, Any], top: float) -> str:
-    where = f"Tp {show(phase['Tp'], 'time', 3)}, waves to {direction(phase['beta'])}, by {METHODS[phase['tier']]}"
+    where = f"Tp {show(phase['Tp'], 'time', 3)}, waves at {direction(phase['beta'])}, by {METHODS[phase['tier']]}"
     if phase["verdict"] == ABOVE:
         if not ranked(phase, top):
             return f"{where}: not limiting up to Hs {number(top, 3)} m under any of these variations.{_used(phase)}"

@@ -79,10 +79,18 @@ def label(band: Mapping[str, Any]) -> str:
 
 def stopped(bands: Sequence[Mapping[str, Any]]) -> str:
     """Where there is no go: "up to 7 s, above 12 s"; empty where there is a go in every band."""
+    return _spans([band for band in bands if band["no_go"]])
+
+
+def open_bands(bands: Sequence[Mapping[str, Any]]) -> str:
+    """Where there is a go: "7 to 12 s"; empty where there is none."""
+    return _spans([band for band in bands if not band["no_go"]])
+
+
+def _spans(bands: Sequence[Mapping[str, Any]]) -> str:
+    """Bands, neighbours as one."""
     rows: list[dict[str, Any]] = []
     for band in bands:
-        if not band["no_go"]:
-            continue
         if rows and rows[-1]["T_p_to"] == band["T_p_from"]:
             rows[-1]["T_p_to"] = band["T_p_to"]
         else:

@@ -101,7 +101,10 @@ def card_parts(of: Mapping[str, Any]) -> list[Part]:
     return [
         status(of["status"]),
         *_limits(of),
-        Section("Stop, and go to the safe state, at", [_stop_table(of["stops"])]),
+        Section(
+            "Stop, and go to the safe state, at",
+            [_stop_table(of["stops"], [name for part in of["parts"] for name in part["phases"]])],
+        ),
         Section("If AHC trips, by depth", lost),
         Section("Hold points: continue only when all is confirmed", [Bullets(_confirmations(of))]),
     ]
@@ -134,14 +137,24 @@ def _measured(band: Mapping[str, Any]) -> str:
     return "NO GO" if band["no_go"] and band["no_go"] != NO_FACTOR else limit(band)
 
 
-def _stop_table(stops: Sequence[Mapping[str, Any]]) -> Table:
+def _where(stop: Mapping[str, Any], phases: Sequence[str]) -> str:
+    """Phases of a stop value, or those that are left out where they are fewer."""
+    if stop["all_phases"]:
+        return "all"
+    others = [name for name in phases if name not in stop["phases"]]
+    if 0 < len(others) < len(stop["phases"]):
+        return write(TEXTS["card"]["but"], phases=[listed(others)])
+    return listed(stop["phases"])
+
+
+def _stop_table(stops: Sequence[Mapping[str, Any]], phases: Sequence[str]) -> Table:
     rows = []
     for each in stops:
         sign = "above" if each["sense"] == "at-most" else "below"
-        of_Hs = TEXTS["card"]["by_Hs"] if each["by_Hs"] else ""
-        where = "all" if each["all_phases"] else listed(each["phases"])
-        limit = f"{sign} {valued(each['limit'], each['quantity'])}{of_Hs}"
-        rows.append([each["name"], limit, clipped(where, PHASES), clipped(each["basis"] or "", BASIS)])
+        limits = [f"{valued(x['limit'], each['quantity'])} to Hs {fmt(x['Hs'], 'length')}" for x in each["by_Hs"]]
+        limit = f"{sign} {', '.join(limits) or valued(each['limit'], each['quantity'])}"
+        basis = (each["basis"] or "").rpartition(", of ")[2] if limits else each["basis"] or ""
+        rows.append([each["name"], limit, clipped(_where(each, phases), PHASES), clipped(basis, BASIS)])
     return Table(("reading", "stop", "in", "by"), rows)
 
 

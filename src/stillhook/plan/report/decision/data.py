@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stillhook.plan.report.decision.bands import bands_of, edges_of
-from stillhook.plan.report.decision.status import rests_on_synthetic, status_of
-from stillhook.plan.report.words import CREDITED, TEXTS
+from stillhook.plan.report.decision.status import status_of
+from stillhook.plan.report.words import TEXTS
 from stillhook.plan.result import PlanResult
 from stillhook.report.formatting import groups
 from stillhook.spec.validity import SHORT
 
-if TYPE_CHECKING:
-    import xarray
-
-ASSUMED = 5
-"""Assumed numbers on the page at most."""
 ASSESSED = ("failures", "rigging", "quality", "assumed", "hindcast")
 """Assessments that the page reads, by their keys in a result; None where one is missing."""
 NOT_ENTERED = "not entered"
@@ -77,28 +70,3 @@ def standards(facts: Mapping[str, Any]) -> list[str]:
     rows = facts["rules"]["rows"]
     named = ((row["standard"], "" if NOT_ENTERED in row["edition"] else row["edition"]) for row in rows)
     return list(dict.fromkeys(" ".join(filter(None, pair)) for pair in named if pair[0].startswith(MARINE)))
-
-
-def claimed(result: PlanResult) -> PlanResult:
-    """The result with the claimable limits of its leading alternative in the place of the credited ones, where these
-    rest on a SYNTHETIC certificate; the same result elsewhere."""
-    card = result.facts.get("card")
-    if card is None or not rests_on_synthetic(result):
-        return result
-    data = result.data.copy(deep=True)
-    for cell in card["cells"]:
-        at = {"credit": CREDITED, "alternative": card["alternative"]}
-        at |= {"heading": _nearest(data, "heading", cell["beta"]), "period": _nearest(data, "period", cell["T_p"])}
-        numbers = {key: math.nan if cell[key] is None else cell[key] for key in ("Hs_limit", "Hs_limit_low", "op_wf")}
-        numbers["alpha"] = math.nan if cell["alpha"] is None else cell["alpha"]
-        numbers["Hs_limit"] = math.inf if cell["above"] else numbers["Hs_limit"]
-        for key, value in (numbers | {"Hs_limit_high": math.nan}).items():
-            data[key].loc[at] = value
-        for key in {"governing_phase", "governing_rule", "governing_tier", "governing_end"} & set(data):
-            data[key].loc[at] = cell[key]
-    return replace(result, data=data)
-
-
-def _nearest(data: xarray.Dataset, axis: str, value: float) -> float:
-    """The coordinate of an axis that a number of a file stands for."""
-    return float(data[axis].sel({axis: value}, method="nearest"))

@@ -6,9 +6,12 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stillhook.plan.report.decision.bands import forecast, headline, label, limit, stopped
-from stillhook.plan.report.decision.data import ASSUMED
-from stillhook.plan.report.decision.status import SYNTHETIC, TIMES_ONLY
+from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.assessments.hindcast import in_days
+from stillhook.plan.assessments.rigging.section import AT_LIMIT
+from stillhook.plan.assessments.sensitivity import assumed
+from stillhook.plan.report.decision.bands import forecast, headline, label, limit, open_bands, stopped
+from stillhook.plan.report.decision.status import SYNTHETIC
 from stillhook.plan.report.words import TEXTS, governs, named, write
 from stillhook.plan.result import grouped
 from stillhook.report.document import Bullets, Cell, Columns, Document, Figure, Part, Section, Table, Text, Verdict
@@ -30,9 +33,14 @@ def page(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
         Section("3  Loads", _loads(of)),
         Section("4  Failure cases at the limit, worst moment (peaks: section on failure cases)", _failures(of)),
         Section("5  Assumed numbers that govern", [Bullets(_assumed(of))]),
-        Section("6  Not covered, unsafe side first, and who covers it", [Text(f"{'; '.join(of['not_covered'])}.")]),
+        Section("6  Not covered, unsafe side first, and who covers it", [Text(_not_covered(of["not_covered"]))]),
         Section("7  Quality", [Text(_quality(of))]),
     ]
+
+
+def _not_covered(of: Sequence[str]) -> str:
+    text = "; ".join(of)
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def status(of: Mapping[str, Any]) -> Verdict:
@@ -66,9 +74,32 @@ def claim_basis(of: Mapping[str, Any]) -> str:
     if claim["credit"] is None:
         return f"Claimable limit: {NOT_ASSESSED}."
     bands = claim["bands"]
-    seas = f"Tp up to {bands[-1]['T_p_from']:g} s"
-    values = {"name": named(claim["alternative"]), "seas": seas, "credit": credit_words(claim["credit"])}
+    seas = open_bands(bands)
+    values = {
+        "name": named(claim["alternative"]),
+        "seas": f"Tp {seas}" if seas else "no Tp",
+        "credit": credit_words(claim["credit"]),
+    }
     return write(TEXTS["decision"]["claim_by"], op_wf=headline(bands, "op_wf") or "-", no_go=stopped(bands), **values)
+
+
+def waiting_words(hindcast: Mapping[str, Any] | None) -> list[str]:
+    """Waiting by what may be claimed, with its sampling error, and by what is credited where that is more."""
+    texts = TEXTS["decision"]
+    if hindcast is None or "waiting" not in hindcast:
+        return []
+    lines = [write(texts["waiting"], window=hours(hindcast["window"]), wait=_fractiles(hindcast))]
+    if (credited := hindcast.get("as_credited")) is not None:
+        lines.append(write(texts["if_real"], wait=_fractiles(credited)))
+    return lines
+
+
+def _fractiles(of: Mapping[str, Any]) -> str:
+    """P50 and P90 of waiting over the whole year."""
+    year = next((row for row in of.get("waiting", ()) if row["month"] == 0), None)
+    if year is None:
+        return str(TEXTS["decision"]["no_window"])
+    return ", ".join(f"{name} {in_days(year[key])} d" for name, key in (("P50", "wait_p50"), ("P90", "wait_p90")))
 
 
 def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
@@ -77,7 +108,7 @@ def _decision(of: Mapping[str, Any], figure: Figure | None) -> list[Part]:
         return [*head, Text(claim_basis(of))]
     bands = [band_row(band) for band in of["claim"]["bands"]]
     table = Table(("Tp", "OP_LIM", "OP_WF", "alpha", "governs; Hs in m"), bands, bold_columns=(2,))
-    claim = Verdict(claim_words(of), None, [claim_basis(of)])
+    claim = Verdict(claim_words(of), None, [claim_basis(of), *waiting_words(of["hindcast"])])
     return [*head, claim, table if figure is None else Columns([table, figure], (8, 5))]
 
 
@@ -125,8 +156,8 @@ def _ahc_lost(of: Mapping[str, Any]) -> list[Part]:
         return [Text(f"{NOT_ASSESSED.capitalize()}.")]
     texts, own = TEXTS["ahc_lost"], lost["page"]
     highest = own["loads_highest"]
-    lines = [] if trip_assessed(lost) else [texts["no_trip"]]
-    lines.append(_loads_on_brake(lost))
+    loads = _loads_on_brake(lost)
+    lines = [loads] if trip_assessed(lost) else [f"{texts['no_trip']} {loads[:1].lower()}{loads[1:]}"]
     if own["touch_down_limit"] is not None:
         Hs, limit = own["touch_down_from"], own["touch_down_limit"]
         key = "touch_down" if Hs is not None else "no_touch_down"
@@ -147,7 +178,7 @@ def _loads_on_brake(failures: Mapping[str, Any]) -> str:
     line = write(texts["loads"], Hs=to) if to is not None else write(texts["loads_all"], Hs=own["loads_highest"])
     if run_to is None or (to is not None and to <= run_to):
         return line
-    return f"{write(texts['trip'], Hs=run_to)} {line}"
+    return f"{write(texts['trip'], Hs=run_to)} {line[:1].lower()}{line[1:]}"
 
 
 def trip_assessed(failures: Mapping[str, Any]) -> bool:
@@ -172,7 +203,7 @@ def action_words(row: Mapping[str, Any]) -> dict[str, str]:
 
 def depth_words(z: float) -> str:
     """A height of the payload's underside as a depth."""
-    return fmt(0.0 - z, "length", 4) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
+    return fmt(round(0.0 - z, 1), "length", 5) if z <= 0.0 else f"{fmt(z, 'length', 3)} above water"
 
 
 def _loads(of: Mapping[str, Any]) -> list[Part]:
@@ -188,12 +219,9 @@ def _loads(of: Mapping[str, Any]) -> list[Part]:
         row = max(used, key=lambda each: float(each["utilisation"]))
         static = max(float(each["static_high"]) for each in rigging["hook_loads"])
         basis = clipped(row["capacity_basis"], BASIS)
-        lines.append(
-            write(
-                texts["hook_load"],
-                **{**row, "phase": clipped(row["phase"], NAME), "static_high": static, "capacity_basis": basis},
-            )
-        )
+        values = {**row, "phase": clipped(row["phase"], NAME), "static_high": static, "capacity_basis": basis}
+        read = texts["at_limit"] if 1.0 < row["utilisation"] <= AT_LIMIT else ""
+        lines.append(write(texts["hook_load"], **values, read=read))
     if legs is None:
         return [Text(" ".join([*lines, texts["no_legs"]]))]
     item = legs["worst"]
@@ -236,7 +264,7 @@ VERDICTS = {
 def _assumed(of: Mapping[str, Any]) -> list[str]:
     if of["assumed"] is None:
         return [f"{NOT_ASSESSED.capitalize()}."]
-    rows = of["assumed"]["rows"][:ASSUMED]
+    rows = of["assumed"]["rows"][: assumed.MOST]
     lines = [write(TEXTS["decision"]["assumed"], **{**row, "moves": _moves(row)}) for row in rows]
     return [clipped(line, LINE) for line in lines] or ["None."]
 
@@ -316,7 +344,9 @@ def _agreement(quality: Mapping[str, Any] | None) -> str:
         if worst is None
         else write(texts["within"], **worst, by=governs(clipped(worst["phase"], NAME), worst["rule"]))
     ]
-    lines.append(write(texts["apart"], n=len(quality["tiers"])) if quality["tiers"] else "")
+    if rows := quality["tiers"]:
+        lower = sum(row["reason"] == "lower" for row in rows)
+        lines.append(write(texts["apart"], n=len(rows), lower=lower, reasoned=len(rows) - lower))
     lines.append(write(texts["failed"], n=failed) if failed else "")
     lines.append(write(texts["steep"], n=quality["steep"]["n"], of=quality["steep"]["of"]))
     return " ".join(filter(None, lines))

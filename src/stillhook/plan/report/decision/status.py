@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
+from stillhook.plan.assessments.rigging.section import AT_LIMIT
 from stillhook.plan.report.words import TEXTS, sentence, write
 from stillhook.plan.result import FAILED, UNSEALED, PlanResult
 
@@ -14,28 +16,17 @@ SYNTHETIC = "SYNTHETIC"
 """Start of the names of files of no real machine or place."""
 
 
-TIMES_ONLY = "no-time-allowed"
-"""Reason of a failure case that has times to compare with those of crew and vessel, and no verdict."""
-AT_LIMIT = 1.02
-"""Part of a capacity that is used in a sea whose limit is read between two heights, where it may be all of it."""
-
-
 def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """for_approval, and reasons: code and text of each, the gravest first."""
     reasons = [{"code": code, "text": text} for code, text in dict.fromkeys(_reasons(result, bands))]
     return {"for_approval": not reasons, "reasons": reasons}
 
 
-def rests_on_synthetic(result: PlanResult) -> bool:
-    """Whether what is credited rests on a SYNTHETIC certificate, so that it may not be claimed."""
-    return bool((result.facts["crane"]["certificate"] or {}).get("synthetic"))
-
-
 def _reasons(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
     facts = result.facts
     charts = [each["file"] for each in facts["inputs"] if each["item"] == "load chart"]
     synthetic = {
-        "certificate": rests_on_synthetic(result),
+        "certificate": bool((facts["crane"]["certificate"] or {}).get("synthetic")),
         "weather": "weather" in result and bool(result["weather"].attrs["synthetic"]),
         "chart": any(str(name).startswith(SYNTHETIC) for name in charts),
     }
@@ -67,7 +58,7 @@ def _of_assessments(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if not (rigging["weight"] or {}).get("stated"):
             yield "no-weight", write(texts["no-weight"])
         if rigging["legs"] is None or not rigging["legs"]["items"]:
-            yield "no-legs", write(texts["no-legs"])
+            yield "no-legs", write(texts["no-legs"], missing="legs" if rigging["legs"] is None else "items")
         elif rigging["legs"]["worst"]["utilisation"] > 1.0:
             yield "over-used", write(texts["over-used"], **rigging["legs"]["worst"])
         if any((row["utilisation"] or 0.0) > AT_LIMIT for row in rigging["hook_loads"]):

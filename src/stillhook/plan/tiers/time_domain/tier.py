@@ -179,7 +179,7 @@ def refine(
     return result if parts is None else _with_low_case(result, work, predicted, parts("low weight case"))
 
 
-EXPECTED = {"high weight case": 85.0, "low weight case": 15.0}
+EXPECTED = {"high weight case": 92.0, "low weight case": 8.0}
 """Parts of the tier where a plan has two weight cases, in ratio to each other: for progress."""
 SLACK = ("sling_ratio", "slack_chance", "snap_load")
 """Quantities that the low weight case governs, which runs therefore determine of it as well: slack and what follows."""
