@@ -284,7 +284,7 @@ def concluded(y, m, g, k, c, s, plc):
         k=with_alarms(
             k,
             F,
-            k.t if begins and first < 0.0 else first,
+            k.t - plc.t_cycle if begins and first < 0.0 else first,
             inside_or(k.alarms, 0.0, BOUND, 0.0) + (1.0 if begins else 0.0),
             now,
         ),

@@ -78,6 +78,9 @@ class ScenarioRun(Run):
         swing = self.stats.oscillation.largest
         heavy = capacity_notes(crane, foreseen.F_rest, self.stats.common.F_max + foreseen.wire, foreseen.wire)
         notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
+        if self.checks is not None and self.checks.alarms > 0.0:
+            first = show(self.checks.t_first, "time", 4)
+            notes.append(f"the PLC gave {self.checks.alarms:.0f} alarms on what it reads, the first at {first}")
         if self.diverged:
             notes.append(f"lost its numbers by {self.t_end:.2f} s")
         winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
