@@ -35,7 +35,7 @@ SHARE = 0.1
 speed, which both have, is then the one in doubt. Assumed."""
 
 Freeze, Uses, Ends = per_signal("Freeze"), per_signal("Uses"), per_signal("Ends")
-Freeze.__doc__ = "Time for which each input may stand while the wire runs [s]."
+Freeze.__doc__ = "Time for which each input may be unchanged while the wire runs [s]."
 Uses.__doc__ = "1 where an input that is in doubt is used all the same, else 0."
 Ends.__doc__ = "1 where compensation ends with an input, else 0."
 

@@ -58,7 +58,9 @@ class GuardTable(Spec):
         default=0.03, ge=0, lt=0.05, description="time for which a check must fail; below the 0.05 s of the guard"
     )
     t_clear: u.Time = Field(default=30.0, ge=0, description="time for which it must hold before a signal is used again")
-    t_freeze: u.Time = Field(default=1.0, gt=0, description="time for which a signal may stand while the wire runs")
+    t_freeze: u.Time = Field(
+        default=1.0, gt=0, description="time for which a signal may be unchanged while the wire runs"
+    )
     on_encoder: Reaction = _reaction(Reaction.FEEDBACK_OFF, "a bad encoder")
     on_motion: Reaction = _reaction(Reaction.MANUAL, "a bad motion unit")
     on_load: Reaction = _reaction(Reaction.HOLD, "a bad load cell")

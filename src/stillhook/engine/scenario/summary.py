@@ -80,7 +80,7 @@ class ScenarioRun(Run):
         notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
         if self.checks is not None and self.checks.alarms > 0.0:
             first = show(self.checks.t_first, "time", 4)
-            notes.append(f"the PLC gave {self.checks.alarms:.0f} alarms on what it reads, the first at {first}")
+            notes.append(f"alarms of the PLC on what it reads: {self.checks.alarms:.0f}, the first at {first}")
         if self.diverged:
             notes.append(f"lost its numbers by {self.t_end:.2f} s")
         winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
