@@ -20,12 +20,18 @@ NEVER = 1.0e300
 
 
 class Fault(NamedTuple):
-    """From `time` to `until` [s] the signal is `value`, or where it is frozen (1) what it was last."""
+    """From `time` to `until` [s] the signal is what it was last where it is frozen (1), else gain times what it would
+    be, and value, and rate times the time since; in one cycle of `every` where that is not 0 (a spike). lost 1 where
+    its channel says that it is bad."""
 
     time: float
     until: float
     frozen: float
     value: float
+    gain: float = 0.0
+    rate: float = 0.0
+    every: float = 0.0
+    lost: float = 0.0
 
 
 NO_FAULT = Fault(NEVER, NEVER, 0.0, 0.0)
@@ -73,12 +79,14 @@ class Ring(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Cycles since the start; state of the noise; last signal; true values of the last cycles."""
+    """Cycles since the start; state of the noise; last signal; true values of the last cycles; lost 1 while its channel
+    says that it is bad."""
 
     n: float
     state: float
     held: float
     ring: Ring
+    lost: float
 
 
 @scalar
@@ -88,7 +96,7 @@ def begin(true, s):
         true, true, true, true, true, true, true, true, true, true,
         true, true, true, true, true, true, true, true, true, true,
     )  # fmt: skip
-    return Memory(n=0.0, state=s.seed, held=true, ring=ring)
+    return Memory(n=0.0, state=s.seed, held=true, ring=ring, lost=0.0)
 
 
 @scalar
@@ -145,10 +153,18 @@ def pushed(true, r):
 
 
 @scalar
-def with_fault(read, held, t, fault):
+def with_fault(read, held, t, h, fault):
     """A signal with one fault."""
-    wrong = held if fault.frozen > 0.5 else fault.value
-    return wrong if t >= fault.time and t < fault.until else read
+    wrong = held if fault.frozen > 0.5 else fault.gain * read + fault.value + fault.rate * (t - fault.time)
+    cycle, every = quantise((t - fault.time) / h, 1.0), fault.every
+    hit = every < 0.5 or cycle + every * ceil(-cycle / fmax(every, 1.0)) == 0.0
+    return wrong if t >= fault.time and t < fault.until and hit else read
+
+
+@scalar
+def lost(before, t, fault):
+    """1 where a fault of the list says that the channel is bad, 0 where one says that it is not, else as before it."""
+    return fault.lost if t >= fault.time and t < fault.until else before
 
 
 @scalar
@@ -160,8 +176,9 @@ def reading(true, h, s, m):
     t = m.n * h
     noise, state = normal(m.state)
     read = quantise(late(true, m.ring, s.delay / h) + s.offset + s.drift * (t / HOUR) + s.noise * noise, s.step)
-    read = with_fault(read, m.held, t, s.fault_0)
-    read = with_fault(read, m.held, t, s.fault_1)
-    read = with_fault(read, m.held, t, s.fault_2)
-    read = with_fault(read, m.held, t, s.fault_3)
-    return read, Memory(n=m.n + 1.0, state=state, held=read, ring=pushed(true, m.ring))
+    read = with_fault(read, m.held, t, h, s.fault_0)
+    read = with_fault(read, m.held, t, h, s.fault_1)
+    read = with_fault(read, m.held, t, h, s.fault_2)
+    read = with_fault(read, m.held, t, h, s.fault_3)
+    bad = lost(lost(lost(lost(0.0, t, s.fault_0), t, s.fault_1), t, s.fault_2), t, s.fault_3)
+    return read, Memory(n=m.n + 1.0, state=state, held=read, ring=pushed(true, m.ring), lost=bad)

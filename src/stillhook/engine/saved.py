@@ -126,6 +126,7 @@ missing, some cubic metres at most."""
 CYCLES = 2.0**53
 """Cycles that a double counts one by one: 2.8 million years of 10 ms."""
 BY_NAME: Mapping[str, Range] = {
+    ".laws.checks.*": (-1.0e30, 1.0e30),
     ".y.*": (-1.0e15, 1.0e15),
     ".geo.*": (-1.0e15, 1.0e15),
     ".x.winch.alpha_[mp]m": (-STOP, 1.0 + STOP),
@@ -225,6 +226,13 @@ def states(names: Sequence[str], *, without: Sequence[str] = ()) -> dict[str, in
     return out
 
 
+TIMES = (
+    *(f".laws.checks.{part}." for part in ("s.freeze", "s.uses", "s.ends", "k.still", "k.over", "k.left")),
+    *(f".laws.guard.g.{part}." for part in ("well", "bad")),
+)
+"""What guard and checks have for every input that is not its value, so that of the mode is not its code."""
+
+
 class Ranges(NamedTuple):
     """What is allowed of numbers, one of each for a number: its name, `Kind`, least and most."""
 
@@ -254,7 +262,7 @@ def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mappin
             kinds[i] = Kind.SAME
         elif any(fnmatch.fnmatchcase(name, pattern) for pattern in COUNTED):
             kinds[i], ends[i] = Kind.COUNT, (0.0, CYCLES)
-        elif name.endswith(".mode") or name == ".laws.code":
+        elif name == ".laws.code" or (name.endswith(".mode") and not name.startswith(TIMES)):
             kinds[i] = Kind.CODE
     return Ranges(tuple(names), kinds, ends[:, 0], ends[:, 1])
 

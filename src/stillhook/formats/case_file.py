@@ -25,7 +25,7 @@ from stillhook.sea.vessel.vessel_tip import SIZES, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Share, Spec, Text, first_problem
-from stillhook.units import Speed, quote
+from stillhook.units import Length, Speed, quote
 
 Read = TypeVar("Read")
 FASTEST = 10.0
@@ -105,6 +105,13 @@ class Settings(Spec):
     full_plan: Flag = Field(default=False, description="compare --plan: the twin in the loop (hours)")
     budget: Annotated[int, Field(strict=True, ge=20)] = Field(default=400, description="runs of each tuning")
     at_most: Share = Field(default=0.05, ge=0, le=1, description="tolerated probability of exceeding a limit")
+    faults: tuple[Text, ...] | None = Field(
+        default=None,
+        description='sensor faults that compare tries, such as ["s_w frozen", "F offset 300 kN"]; [] for the usual',
+    )
+    fault_limit: Annotated[Length, Field(gt=0, le=1000)] = Field(
+        default=1.0, description="wire by which a sensor fault may move the load"
+    )
     store: Text | None = Field(
         default=None, description="folder that keeps results as they finish, seen from this file"
     )

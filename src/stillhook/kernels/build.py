@@ -49,23 +49,25 @@ LOCK = threading.RLock()
 class Setup(NamedTuple):
     """What a kernel runs besides a winch. path: names of the elements below it from the drum down, of
     `stillhook.winches.load_path.registry`: one that moves with the winch's own state, such as a host's tension, or the
-    three of a lowering; () what the winch type names as its PATH. guarded: what the PLC reads comes from outside, and
-    `stillhook.control.guard` stands before it. sensors: those of the crane, by name. losses: torque losses of motors by
-    other models than MJ4, each with its place in the winch's Params and its label of
-    `stillhook.physics.hydraulics.motor_laws`. ports: the lines have restrictions, and a series holds the pressures at
-    the ports of pumps and motors."""
+    three of a lowering; () what the winch type names as its PATH. guarded: `stillhook.control.guard` stands before the
+    PLC. sensors: those of the crane, by name. losses: torque losses of motors by other models than MJ4, each with its
+    place in the winch's Params and its label of `stillhook.physics.hydraulics.motor_laws`. ports: the lines have
+    restrictions, and a series holds the pressures at the ports of pumps and motors. checks:
+    `stillhook.control.checks` is before that guard."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
     sensors: tuple[str, ...] = ()
     losses: tuple[tuple[str, str], ...] = ()
     ports: bool = False
+    checks: bool = False
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
         losses = (f"{place}-{loss}" for place, loss in self.losses)
-        words = (*["guarded"] * self.guarded, *["ports"] * self.ports, *self.path, *losses)
+        flags = {"checked": self.checks, "guarded": self.guarded, "ports": self.ports}
+        words = (*(word for word, on in flags.items() if on), *self.path, *losses)
         return "".join(f"{word}-" for word in words)
 
 
@@ -156,7 +158,7 @@ def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controller
 def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Driver:
     module = PLANTS[plant]
     drive = getattr(module, "CONTROL", DISPLACEMENT)
-    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors)
+    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors, setup.checks)
     below = [ELEMENTS[name] for name in setup.path]
     lowers = len(below) > 1
     path = module.PATH if lowers or not below else below[0]

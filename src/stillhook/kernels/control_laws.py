@@ -13,6 +13,7 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
+from stillhook.control.checks import Checks, concluded, doubts
 from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
 from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, QUANTITIES, Demand, Sensed
 from stillhook.control.plc import ActuatorCommands, command, observe
@@ -27,13 +28,14 @@ from stillhook.winches.registry import WinchType
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
-    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense,
+    memory of each that has them, those of the crane's sensors, `Guard` and `Checks` where there are; sensing(sense,
     lines) is what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives what the
     controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives the
     actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
     sensors: tuple[str, ...]
+    checks: bool
     sensing: Callable[..., Any]
     check: Callable[..., Any]
     cycle: Callable[..., Any]
@@ -63,31 +65,42 @@ def label(names: tuple[str, ...]) -> str:
 
 @functools.cache
 def control_laws(
-    names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False, sensors: tuple[str, ...] = ()
+    names: tuple[str, ...],
+    drive: str = DISPLACEMENT,
+    guarded: bool = False,
+    sensors: tuple[str, ...] = (),
+    checks: bool = False,
 ) -> ControlLaws:
-    """The controllers that every kernel of this kind of drive holds, and those named; guarded: for inputs from outside,
-    with `stillhook.control.guard` around them; sensors: those of the crane, by name."""
+    """The controllers that every kernel of this kind of drive holds, and those named; guarded: with
+    `stillhook.control.guard` around them, and with checks `stillhook.control.checks` before it; sensors: those of the
+    crane, by name."""
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
-    behind = [("guard", Guard)] if guarded else []
+    behind = [*([("guard", Guard)] if guarded else []), *([("checks", Checks)] if checks else [])]
     read = parts_of(sensors)
-    kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}{' by ' if sensors else ''}{' '.join(sensors)}"
+    before = f"{' guarded' * guarded}{' checked' * checks}"
+    kind = f"{drive}{before} {' '.join(names)}{' by ' if sensors else ''}{' '.join(sensors)}"
     LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **read, **dict(behind))
     names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observe": observe, "command": command}
     guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
     names_used |= {each.__name__: each for each in guarding}
     if guarded:
         names_used |= {"with_guard": replace(LawRecord, "guard"), "with_memory": replace(Guard, "g")}
+    if checks:
+        names_used |= {"doubts": doubts, "concluded": concluded, "with_checks": replace(LawRecord, "guard", "checks")}
+        names_used |= {"with_k": replace(Checks, "k"), "Quality": Sensed}
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
-    source = f"{_demand(laws, list(read), guarded)}\n\n{_guarded(laws) if guarded else CYCLE}"
+    of_fields = [field for field, _ in behind]
+    cycle = _guarded(laws, _qualities(sensors) if checks else None) if guarded else CYCLE
+    source = f"{_demand(laws, [*read, *of_fields], guarded)}\n\n{cycle}"
     define(source, names_used, f"<controllers of {kind}>")
     names_used |= {each: scalar(names_used[each]) for each in ("demand", "checked")}
 
-    def blank(settings: dict[str, Any], guard: Guard | None = None) -> Any:
+    def blank(settings: dict[str, Any], guard: Guard | None = None, checks: Checks | None = None) -> Any:
         """The record before the first cycle, with the settings of each controller and sensor that has some."""
-        values: dict[str, Any] = {"code": -1.0, "guard": guard, **blank_parts(sensors, settings)}
+        values: dict[str, Any] = {"code": -1.0, "guard": guard, "checks": checks, **blank_parts(sensors, settings)}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
         names: tuple[str, ...] = LawRecord._fields
@@ -96,7 +109,7 @@ def control_laws(
     def read_by(sense: Callable[..., Any], lines: bool) -> Callable[..., Any]:
         return sensing(sense, lines, sensors, LawRecord)
 
-    return ControlLaws(LawRecord, sensors, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
+    return ControlLaws(LawRecord, sensors, checks, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
 CYCLE = """\
@@ -111,15 +124,26 @@ def cycle(sensed, m, laws, plc):
 """
 
 
-def _guarded(laws: list[ControlLaw]) -> str:
-    """Source of the two parts of a guarded cycle."""
-    known = " or ".join(f"is_code(sensed.mode, {law.code!r})" for law in laws)
+def _guarded(laws: list[ControlLaw], qualities: str | None) -> str:
+    """Source of the two parts of a guarded cycle; qualities: of the inputs, where they are checked as well."""
+    known = " or ".join(f"is_code(y.mode, {law.code!r})" for law in laws)
+    before = "y, quality = sensed, guard.quality"
+    after = "return c.y, c.m, with_guard(laws, with_memory(guard, c.g))"
+    if qualities is not None:
+        before = f"""\
+checks, q = laws.checks, guard.quality
+    b = doubts(sensed, {qualities}, m, guard.g, checks.k, checks.s, guard.s, plc)
+    y, quality = b.y, b.quality"""
+        after = """\
+e = concluded(c.y, c.m, c.g, b.k, checks.s, guard.s, plc)
+    return e.y, e.m, with_checks(laws, with_memory(guard, e.g), with_k(checks, e.k))"""
     return f"""\
 def checked(sensed, m, laws, plc):
     guard = laws.guard
-    known = known_mode(sensed.mode, guard.only) if guard.only >= 0.0 else {known}
-    c = check(sensed, guard.quality, guard.reset, known, m, guard.g, guard.s, plc)
-    return c.y, c.m, with_guard(laws, with_memory(guard, c.g))
+    {before}
+    known = known_mode(y.mode, guard.only) if guard.only >= 0.0 else {known}
+    c = check(y, quality, guard.reset, known, m, guard.g, guard.s, plc)
+    {after}
 
 def cycle(sensed, m, laws, plc):
     o = observe(sensed, m, plc)
@@ -130,6 +154,22 @@ def cycle(sensed, m, laws, plc):
 """
 
 
+def _qualities(sensors: Iterable[str]) -> str:
+    """Source of the quality of every input: bad where a sensor of a scenario says that its channel is; dp, which is
+    calculated of the lines, with those of p_a and p_b."""
+    lost: dict[str, list[str]] = {}
+    for sensor in map(sensor_named, sensors):
+        if sensor.memory is not None and "lost" in sensor.memory._fields:
+            for quantity in sensor.quantities:
+                for read in (quantity, *(["dp"] if quantity in ("p_a", "p_b") else [])):
+                    lost.setdefault(read, []).append(f"laws.{sensor.memory_field(quantity)}.lost")
+    if not lost:
+        return "q"
+    bad = {name: " or ".join(f"{each} > 0.5" for each in fields) for name, fields in lost.items()}
+    values = ", ".join(f"0.0 if {bad[f]} else q.{f}" if f in bad else f"q.{f}" for f in Sensed._fields)
+    return f"Quality({values})"
+
+
 def _parts(law: ControlLaw) -> list[tuple[str, Any]]:
     """Records of its own that a controller has."""
     return [(part, cls) for part, cls in (("settings", law.record), ("memory", law.memory)) if cls is not None]
@@ -137,8 +177,8 @@ def _parts(law: ControlLaw) -> list[tuple[str, Any]]:
 
 def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
     """Source of demand(r, laws, plc): the law in force, with its memory; the others' memories stay as at their
-    start. read: fields of sensors, which stay as they are; guarded: a memory that is no number any more starts anew,
-    and how many of its fields are none."""
+    start. read: fields of sensors, guard and checks, which stay as they are; guarded: a memory that is no number any
+    more starts anew, and how many of its fields are none."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
     after, wrong = ["code"], ["0.0"]
@@ -160,7 +200,7 @@ def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
             after.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
-    after += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
+    after += [f"laws.{field}" for field in read]
     made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(after)})", *([" + ".join(wrong)] if guarded else [])]
     lines.append(f"    return {', '.join(made)}")
     return "\n".join(lines)
@@ -265,34 +305,42 @@ def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, A
 
 
 class Shown(NamedTuple):
-    """How a series shows what sensors give: the record of its signals; keep(drive, sensed), the active drive's signals
-    with those of the sensors; show(signals, drive), one row of the series."""
+    """How a series shows what sensors give, and the checks: the record of its signals; keep(drive, sensed, laws), the
+    active drive's signals with those; show(signals, drive), one row of the series."""
 
     Signals: Any
     keep: Callable[..., Any]
     show: Callable[..., Any]
 
 
-def shown(names: tuple[str, ...], Signals: Any) -> Shown:
-    """The signals of a winch with one for each quantity that these sensors read."""
-    if not names:
+ALARMS = {"guard_alarm": "laws.guard.g.alarm", "guard_state": "laws.guard.g.state"}
+"""What a series shows of guard and checks, where there are checks."""
+
+
+def shown(names: tuple[str, ...], Signals: Any, checks: bool = False) -> Shown:
+    """The signals of a winch with one for each quantity that these sensors read, and with checks those of the guard."""
+    if not names and not checks:
 
         @scalar
-        def first(a, b):
-            return a
+        def keep_all(drive, sensed, laws):
+            return drive
 
-        return Shown(Signals, first, first)
+        @scalar
+        def show_all(signals, drive):
+            return signals
+
+        return Shown(Signals, keep_all, show_all)
     quantities = dict.fromkeys(quantity for name in names for quantity in sensor_named(name).quantities)
-    of = f"{Signals.__module__} by {' '.join(names)}"
-    Measured = record("Measured", of, **{measured(quantity): float for quantity in quantities})
+    values = {measured(quantity): f"sensed.{quantity}" for quantity in quantities} | (ALARMS if checks else {})
+    of = f"{Signals.__module__} by {' '.join(names)}{' checked' if checks else ''}"
+    Measured = record("Measured", of, **dict.fromkeys(values, float))
     row = joined("Signals", Signals, Measured)
     join_drive = joined("Drive", ActuatorCommands, Measured).join
     used = {"Measured": Measured, "join_drive": join_drive, "join_signals": row.join}
-    read = ", ".join(f"sensed.{quantity}" for quantity in quantities)
     measurements = ", ".join(f"drive.{name}" for name in Measured._fields)
     source = f"""\
-def keep(drive, sensed):
-    return join_drive(drive, Measured({read}))
+def keep(drive, sensed, laws):
+    return join_drive(drive, Measured({", ".join(values.values())}))
 
 def show(signals, drive):
     return join_signals(signals, Measured({measurements}))

@@ -138,10 +138,10 @@ with_quality = replace(Guard, "quality", "reset")
 
 
 @functools.cache
-def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> Kernel:
+def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False, checks: bool = False) -> Kernel:
     """Cycles with these controllers in addition to those of every kernel of this kind of drive; guarded: for inputs
-    from outside, see `stillhook.control.guard`."""
-    laws = control_laws(names, drive, guarded)
+    from outside, see `stillhook.control.guard`; with the checks before it, see `stillhook.control.checks`."""
+    laws = control_laws(names, drive, guarded, checks=checks)
     of = f"{__name__} {laws.Record.__module__}"
     Lane = record("Lane", of, m=Memory, laws=laws.Record, plc=Plc, control=MotorControl)
     load, put = access(Lane, 1).load, access(Lane, 1).store
@@ -165,7 +165,7 @@ def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = Fa
         put_commands(out, 0, drive)
 
     if guarded:
-        run = compiled(_guarded_cycles(laws, Lane), f"plc-guarded-{drive}{label(names)}")
+        run = compiled(_guarded_cycles(laws, Lane), f"plc-{'checked-' * checks}guarded-{drive}{label(names)}")
     else:
         run = compiled(_cycles(laws, Lane), f"plc{label(names)}") if drive == DISPLACEMENT else None
     return Kernel(laws, Lane, run, begin, once)

@@ -23,6 +23,7 @@ from stillhook import units as u
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
+from stillhook.spec.guard import GuardTable
 from stillhook.spec.settings import SensorTables, optional_tables, settings_table
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
@@ -75,6 +76,7 @@ class Control(Spec):
     tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
+    guard: GuardTable | None = Field(default=None, description="guard before the controller")
 
     @property
     def feedforward_lead(self) -> float:

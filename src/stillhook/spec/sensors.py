@@ -24,10 +24,22 @@ _NOTHING: Any = 0.0
 
 
 class FaultKind(StrEnum):
-    """What a signal is while its sensor is at fault: what it was last, or a value."""
+    """What a signal is while its sensor is at fault: what it was last; a value; lost, at zero with a channel that says
+    so; too much by a value, by a value more each second, or by a value in one cycle of every second; of the other
+    sign."""
 
     FROZEN = "frozen"
     VALUE = "value"
+    LOST = "lost"
+    OFFSET = "offset"
+    DRIFT = "drift"
+    SPIKE = "spike"
+    SWAPPED = "swapped"
+
+
+WITHOUT_VALUE = (FaultKind.FROZEN, FaultKind.LOST, FaultKind.SWAPPED)
+SPIKES = 1.0
+"""Time from one spike to the next [s]."""
 
 
 class Part(Ranged):
@@ -40,17 +52,35 @@ class Fault(Part, Generic[Q]):
     """One fault of a sensor; where two are at one time the later one of the list counts."""
 
     time: u.Time = Field(ge=0, description="when it begins")
-    until: u.Time = Field(gt=0, description="when it is over")
+    until: u.Time | None = Field(default=None, gt=0, description="when it is over; default: it stays")
     kind: FaultKind
-    value: Q | None = Field(default=None, description='what the signal is with kind = "value"')
+    value: Q | None = Field(default=None, description="of value, offset, drift (in a second) and spike")
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        if self.until <= self.time:
+        if self.until is not None and self.until <= self.time:
             raise ValueError(f"until {self.until:g} s is not after time {self.time:g} s. Give a later one.")
-        if (self.value is None) == (self.kind is FaultKind.VALUE):
-            raise ValueError('value belongs to kind = "value" alone. Give both, or leave value out.')
+        if (self.value is None) is not (self.kind in WITHOUT_VALUE):
+            with_value = ", ".join(f'"{kind}"' for kind in FaultKind if kind not in WITHOUT_VALUE)
+            raise ValueError(f"value belongs to kind = {with_value}, and to no other. Give both, or leave value out.")
         return self
+
+    def record(self, t_cycle: float) -> sensor_errors.Fault:
+        """As the kernels read it; t_cycle of the PLC [s]."""
+        kind, value = self.kind, 0.0 if self.value is None else float(self.value)  # type: ignore[arg-type]
+        return sensor_errors.Fault(
+            time=self.time,
+            until=sensor_errors.NEVER if self.until is None else self.until,
+            frozen=float(kind is FaultKind.FROZEN),
+            value=0.0 if kind is FaultKind.DRIFT else value,
+            gain=_GAINS.get(kind, 0.0),
+            rate=value if kind is FaultKind.DRIFT else 0.0,
+            every=float(max(round(SPIKES / t_cycle), 1)) if kind is FaultKind.SPIKE else 0.0,
+            lost=float(kind is FaultKind.LOST),
+        )
+
+
+_GAINS = {FaultKind.OFFSET: 1.0, FaultKind.DRIFT: 1.0, FaultKind.SPIKE: 1.0, FaultKind.SWAPPED: -1.0}
 
 
 class Errors(Part, Generic[Q]):
@@ -254,10 +284,7 @@ def _settings(
             f"sensors.{quantity}.delay {table.delay:g} s is more than {sensor_errors.RING} PLC cycles, {longest:g} s."
             " Give a shorter one; sensors.delay, of the tip's motion, may be longer."
         )
-    faults = [
-        sensor_errors.Fault(f.time, f.until, float(f.kind is FaultKind.FROZEN), 0.0 if f.value is None else f.value)
-        for f in table.faults
-    ]
+    faults = [fault.record(t_cycle) for fault in table.faults]
     faults += [sensor_errors.NO_FAULT] * (sensor_errors.FAULTS - len(faults))
     seed = 1.0 + int(stream.generate_state(1)[0]) % (int(sensor_errors.MODULUS) - 1)
     return sensor_errors.Settings(table.offset, table.drift, table.noise, table.step, table.delay, seed, *faults)

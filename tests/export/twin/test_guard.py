@@ -16,6 +16,7 @@ from stillhook.control.registry import code_of
 from stillhook.engine.pack.guard import guard_settings, time_to_stop
 from stillhook.engine.pack.winch import pack
 from stillhook.export.twin import export
+from stillhook.library import changed
 from stillhook.physics.hydraulics.swash import MotorControl
 
 PLACE = 1e-2
@@ -99,3 +100,24 @@ def test_a_load_cell_that_is_bad_is_an_alarm_of_the_fmu(compiled):
     out = run(host, rows(crane, case), BAD + 100, {"q_F": 0.0})
     assert {row["guard_state"] for row in out[BAD:]} == {SUBSTITUTED}
     assert host.get("guard_alarm") == 2.0 ** Sensed._fields.index("F")
+
+
+@pytest.mark.slow
+def test_the_checks_of_the_crane_file_are_in_an_fmu_and_give_the_alarms_of_a_simulation(compiled):
+    """A swapped speed of the tip contradicts its position and its acceleration: compensation ends."""
+    crane = changed(stillhook.load_crane("nov-250t"), {"control": {"guard": {"wire": "0.3 m"}}})
+    case = case_of(crane)
+    host, tip = Host(export(crane, case, "controller"), compiled), rows(crane, case)
+    host.set(sensed_mode=code_of("ssc"), sensed_s_w=100.0, sensed_F=1e6, sensed_dp=1e7, sensed_dp_load=1e7)
+    assert host.start() == OK
+    states = []
+    for k in range(BAD):
+        s, v, a = tip[k]
+        host.set(sensed_s_tip=s, sensed_v_tip=-v if k >= 450 else v, sensed_a_tip=a)
+        assert host.step(k * 0.01, 0.01) == OK
+        states.append((host.get("guard_state"), int(host.get("guard_alarm"))))
+    v_tip = 2 ** Sensed._fields.index("v_tip")
+    assert {state for state, _ in states[:450]} == {0.0}
+    assert states[460][0] == SUBSTITUTED
+    assert states[-1][1] & v_tip
+    assert abs(host.get("u_p")) < 1e-3

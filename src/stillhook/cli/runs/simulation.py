@@ -12,6 +12,7 @@ import typer
 
 from stillhook.base.extras import need
 from stillhook.cli.analysis.drives import compare_drives
+from stillhook.cli.analysis.faults import compare_faults
 from stillhook.cli.parser import (
     MODES,
     USUAL,
@@ -123,8 +124,9 @@ def compare(
     """Run one motion under several controllers, or with several drives, and put them side by side.
 
     Without --motion the tip moves as a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
-    of the motion signal, place of the tip for a ship log and time step are those of a case file. Exit code 1 if none
-    stays inside its limits.
+    of the motion signal, place of the tip for a ship log and time step are those of a case file. One with
+    settings.faults gives a table of sensor faults by controllers. Exit code 1 if none stays inside its limits, or where
+    a fault is survived by none.
 
     Example: stillhook compare nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --controllers
     ns,hs,ssc
@@ -145,6 +147,8 @@ def compare(
     if drives is not None:
         raise typer.Exit(0 if compare_drives(subject, case, drives, plan=plan, out=out, json=json) else 1)
     chosen = None if controllers is None else [m.strip().lower() for m in controllers.split(",") if m.strip()]
+    if subject.settings.faults is not None:
+        raise typer.Exit(0 if compare_faults(subject, case, chosen, out=out, json=json) else 1)
     with progress_bar("comparing") as bar:
         progress = started(subject.crane, bar, series=True, report=getattr(case.tip, "report", ""))
         result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)

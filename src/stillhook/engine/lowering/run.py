@@ -13,6 +13,7 @@ from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_lift
 from stillhook.engine.lowering.summary import LoweringRun, PhaseResult, peak_interval
+from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.programme import pack_programme
 from stillhook.engine.pack.winch import Packed
@@ -168,7 +169,7 @@ class LiftBlock(Block[Ready]):
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
         still = nothing(Momentum)
-        lane = first_lane(d, packed, tick)._replace(
+        lane = first_lane(d, packed, tick, guard_in(r.crane, packed.params))._replace(
             m=memory,
             ls=blank_lift_stats(),
             hang=r.packed.hang,

@@ -1,9 +1,11 @@
-"""Ranges within which a crane's signals are, for the guard of an exported controller."""
+"""Ranges within which a crane's signals are, for the guard of a controller, and settings of the checks before it."""
 
 from itertools import pairwise
 from typing import Any
 
-from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops
+from stillhook.control.checks import CheckSettings, Ends, Freeze, Uses, checks_at_start
+from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops, guard_at_start
+from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc
 from stillhook.control.registry import CONTROLLERS
 from stillhook.engine.pack.winch import drum_record, wire_speed_max
@@ -11,6 +13,7 @@ from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.load_path.drum import K_wire, layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
+from stillhook.spec.guard import GuardTable, Reaction
 
 T_HOLD, T_BACK, T_RAMP = 0.2, 0.05, 1.0
 """Time for which a bad signal is replaced, for which it must be good again, and in which a full command is taken to
@@ -28,6 +31,9 @@ OVERLOAD = 3.0
 """Largest tension over that of the safe working load [-]; the whole wire may hang from it in addition. Assumed."""
 P_MOST = 1.0e8
 """Largest pressure [Pa]: twice what a hydraulic winch is built for. Assumed."""
+P_LEAST = -5.0e5
+"""Least pressure of a line where signals are checked [Pa]: oil bears no tension; the rest is the transmitter's error.
+Assumed."""
 RELEASED = 0.02
 """Joystick that counts as released, over its full speed [-]. Assumed."""
 
@@ -62,11 +68,20 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
     codes = [law.code for law in CONTROLLERS.values()]
     cycles = HOST_CYCLES if hosted else 1.0
     T = cycles * t
+    stops = Stops(
+        s_tip=1.0, v_tip=1.0, a_tip=1.0, v_op=0.0, s_op=1.0, mode=1.0, f_pump=1.0, s_w=1.0, F=0.0,
+        alpha_m=float(measured), K_wire=1.0, dp=float(limited), dp_load=0.0, p_hp=0.0,
+        omega_m=0.0, p_a=0.0, p_b=0.0,
+    )  # fmt: skip
+    if crane.control.guard is not None:
+        of_checks = {name: float(r is Reaction.STOP) for name, r in reactions(crane.control.guard).items()}
+        stops = stops._replace(**of_checks)
+    p_least = -P_MOST if crane.control.guard is None else P_LEAST
     return GuardSettings(
         least=Least(
             s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-wire, mode=-0.5,
             f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
-            p_hp=-P_MOST, omega_m=-omega_most, p_a=-P_MOST, p_b=-P_MOST,
+            p_hp=p_least, omega_m=-omega_most, p_a=p_least, p_b=p_least,
         ),
         most=Most(
             s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=wire, mode=max(codes) + 0.5,
@@ -79,11 +94,7 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
             F=0.5 * weight, alpha_m=50.0 * T if measured else FINITE, K_wire=cycles * max(1.5 * apart, 0.05), dp=P_MOST,
             dp_load=P_MOST, p_hp=P_MOST, omega_m=omega_most, p_a=P_MOST, p_b=P_MOST,
         ),
-        stops=Stops(
-            s_tip=1.0, v_tip=1.0, a_tip=1.0, v_op=0.0, s_op=1.0, mode=1.0, f_pump=1.0, s_w=1.0, F=0.0,
-            alpha_m=float(measured), K_wire=1.0, dp=float(limited), dp_load=0.0, p_hp=0.0,
-            omega_m=0.0, p_a=0.0, p_b=0.0,
-        ),
+        stops=stops,
         start=Start(
             s_tip=0.0, v_tip=0.0, a_tip=0.0, v_op=0.0, s_op=0.0, mode=MANUAL, f_pump=1.0, s_w=0.0,
             F=1.0 / plc.motors.i_F_swl, alpha_m=1.0, K_wire=1.0, dp=0.0, dp_load=0.0, p_hp=0.0,
@@ -102,3 +113,68 @@ def time_to_stop(s: GuardSettings, plc: Plc) -> float:
     the brake's wait and its travel, and a cycle for each of the four."""
     brake = plc.brake.t_wait + plc.brake.t_close if plc.brake.fitted > 0.5 else 0.0
     return s.t_hold + s.t_ramp + brake + 4.0 * plc.t_cycle
+
+
+def reactions(table: GuardTable) -> dict[str, Reaction]:
+    """The reaction of every input that the checks know."""
+    return {
+        **dict.fromkeys(("s_tip", "v_tip", "a_tip"), table.on_motion),
+        "s_w": table.on_encoder,
+        "omega_m": Reaction.ALARM,
+        "F": table.on_load,
+        "alpha_m": table.on_swivel,
+        **dict.fromkeys(("p_a", "p_b", "dp", "p_hp"), table.on_pressure),
+    }
+
+
+MOVING = 0.05
+"""Wire speed above which a signal must change, over that of a full command [-]. Assumed."""
+
+
+def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettings | None:
+    """Settings of the checks for a crane; None where its file has no [control.guard]. A comparison that its winch type
+    has no signals for is off."""
+    table = crane.control.guard
+    if table is None:
+        return None
+    reaction, signals = reactions(table), {row.name for row in crane.plant.type.rows}
+    lines = [name for name in ("p_a", "p_b") if name in signals]
+    of_gas = ["p_hp"] if crane.plant.type.charge(crane) > 0.0 else []
+    frozen = ["s_w", "F", *lines, *(["dp"] if lines else []), *of_gas]
+    swivel = table.swivel if control.feedback > 0.5 and crane.circuits else FINITE
+
+    def each(kind: Any, values: dict[str, float], otherwise: float = 0.0) -> Any:
+        return kind._make([values.get(name, otherwise) for name in Sensed._fields])
+
+    return CheckSettings(
+        wire=table.wire if turns_with_the_wire(crane) else FINITE,
+        position=table.position,
+        speed=table.speed,
+        load=table.load / plc.motors.i_F_swl,
+        swivel=swivel,
+        t_memory=table.t_memory,
+        t_load=table.t_load,
+        tau_swivel=1.0 / crane.active.motor.servo.omega_n if crane.circuits else 0.0,
+        t_confirm=table.t_confirm,
+        t_clear=table.t_clear,
+        v_moving=MOVING * wire_speed_max(crane),
+        freeze=each(Freeze, dict.fromkeys(frozen, table.t_freeze), FINITE),
+        uses=each(Uses, {name: float(r is Reaction.ALARM) for name, r in reaction.items()}),
+        ends=each(Ends, {name: float(r is Reaction.MANUAL) for name, r in reaction.items()}),
+        open_loop=float(table.on_swivel is Reaction.OPEN_LOOP),
+    )
+
+
+def turns_with_the_wire(crane: Crane) -> bool:
+    """Whether the motor speed is that of the drum which the wire leaves; not so where a cylinder moves it."""
+    return bool(crane.motors)
+
+
+def guard_in(crane: Crane, params: Any) -> dict[str, Any]:
+    """Guard and checks of a crane in a simulation, by the names under which controllers carry them; none without a
+    table [control.guard]. params: its packed parameters."""
+    control = motor_control(params)
+    checks = check_settings(crane, params.plc, control)
+    if checks is None:
+        return {}
+    return {"guard": guard_at_start(guard_settings(crane, params.plc, control)), "checks": checks_at_start(checks)}

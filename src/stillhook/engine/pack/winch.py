@@ -64,7 +64,8 @@ needs. Assumed."""
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
     `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings
-    of those that have some, by name, and whether its lines have restrictions."""
+    of those that have some, by name, whether its lines have restrictions, and whether a guard with checks stands before
+    the PLC."""
 
     plant: ModuleType
     name: str
@@ -75,6 +76,7 @@ class Packed(NamedTuple):
     sensors: tuple[str, ...]
     settings: dict[str, Any]
     ports: bool
+    checks: bool
 
     @property
     def losses(self) -> tuple[tuple[str, str], ...]:
@@ -85,13 +87,15 @@ class Packed(NamedTuple):
     @property
     def setup(self) -> Setup:
         """What its kernel runs besides the winch type."""
-        return Setup(sensors=self.sensors, losses=self.losses, ports=self.ports)
+        on = self.checks
+        return Setup(guarded=on, sensors=self.sensors, losses=self.losses, ports=self.ports, checks=on)
 
 
 def kernel_of(crane: Crane, errors: Sequence[str] = ()) -> Setup:
     """`Packed.setup` of a crane with these sensors of a scenario."""
     sensors = (*sensor_settings(crane.sensors), *errors)
-    return Setup(sensors=sensors, losses=losses_of(crane), ports=has_ports(crane))
+    on = crane.control.guard is not None
+    return Setup(guarded=on, sensors=sensors, losses=losses_of(crane), ports=has_ports(crane), checks=on)
 
 
 def has_ports(crane: Crane) -> bool:
@@ -449,6 +453,7 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
         sensors=tuple(read_by),
         settings=settings | read_by,
         ports=has_ports(crane),
+        checks=crane.control.guard is not None,
     )
 
 

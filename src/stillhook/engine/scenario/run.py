@@ -4,11 +4,10 @@ last, and labelled as a Dataset."""
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from stillhook.base.arrays import FloatArray
-from stillhook.control.guard import Guard
 from stillhook.control.plc import memory_before
 from stillhook.engine.arguments import (
     SERIES_STEP,
@@ -21,6 +20,7 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.inputs import CycleInputs, shape
+from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.winch import Packed, kernel_of, pack
 from stillhook.engine.runner import Block, Run, each_case, nothing
 from stillhook.engine.scenario.checks import check
@@ -58,14 +58,14 @@ class Ready(NamedTuple):
         return cls(crane, case, pack(crane, case), CycleInputs(crane, case))
 
 
-def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -> Any:
+def first_lane(d: Any, packed: Packed, tick: Tick, guard: Mapping[str, Any]) -> Any:
     """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
-    `at_rest`. guard: that of a driver whose PLC has one."""
+    `at_rest`. guard: that of a driver whose PLC has one, and its checks, see `stillhook.engine.pack.guard.guard_in`."""
     tip, lane, plc = Tip(tick.s, tick.v), nothing(d.Lane), packed.params.plc
     return lane._replace(
         x=lane.x._replace(path=lane.x.path._replace(s_w=packed.s_w)),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
-        laws=d.laws.blank(packed.settings, guard),
+        laws=d.laws.blank(packed.settings, **guard),
         st=blank(d.Stats, packed.plant),
         tip_0=tip,
         tip_1=tip,
@@ -80,7 +80,7 @@ class ScenarioBlock(Block[Ready]):
 
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle."""
-        return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row())))
+        return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row()), guard_in(r.crane, r.winch.params)))
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""
@@ -129,6 +129,7 @@ class ScenarioBlock(Block[Ready]):
             t_cycle=t_cycle,
             warm_up=self.drive.first * t_cycle,
             before=self.before[i],
+            checks=self.part("laws", i).checks.k if self.d.laws.checks else None,
         )
 
 
@@ -141,7 +142,7 @@ class WireBlock(ScenarioBlock):
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
-        return flatten(first_lane(self.d, r.winch, tick))
+        return flatten(first_lane(self.d, r.winch, tick, guard_in(r.crane, r.winch.params)))
 
 
 def _span(best: FloatArray, st: Any, n_win: int) -> tuple[tuple[float, float, float], bool]:

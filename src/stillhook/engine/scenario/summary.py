@@ -24,6 +24,8 @@ OSCILLATES = "oscillates"
 OF_OSCILLATION = ("oscillation_time", "oscillation_period", "oscillation_v_w", "oscillation_F_w")
 """Numbers of an oscillation that the motion of the tip does not explain: see
 `stillhook.kernels.oscillation`."""
+OF_ALARMS = ("alarms", "alarm_first")
+"""Numbers of a run whose PLC checks what it reads, [control.guard] of the crane file."""
 OF_EVERY_WINCH = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
 """Limits that every winch has, and their words in a status."""
 REACHED: Mapping[str, tuple[tuple[str, str], ...]] = {
@@ -55,7 +57,8 @@ COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScenarioRun(Run):
     """What came back of a scenario: statistics, the three peak-to-peak values over the moving window [m] and whether
-    the run was as long as that, PLC cycle and warm-up [s], statistics of the warm-up (None without one)."""
+    the run was as long as that, PLC cycle and warm-up [s], statistics of the warm-up (None without one), memory of the
+    checks (None without)."""
 
     stats: Any
     span: tuple[float, float, float]
@@ -63,6 +66,7 @@ class ScenarioRun(Run):
     t_cycle: float
     warm_up: float
     before: Any
+    checks: Any = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -74,6 +78,9 @@ class ScenarioRun(Run):
         swing = self.stats.oscillation.largest
         heavy = capacity_notes(crane, foreseen.F_rest, self.stats.common.F_max + foreseen.wire, foreseen.wire)
         notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
+        if self.checks is not None and self.checks.alarms > 0.0:
+            first = show(self.checks.t_first, "time", 4)
+            notes.append(f"alarms of the PLC on what it reads: {self.checks.alarms:.0f}, the first at {first}")
         if self.diverged:
             notes.append(f"lost its numbers by {self.t_end:.2f} s")
         winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
@@ -94,6 +101,7 @@ class ScenarioRun(Run):
             "energy_unaccounted": self.energy_unaccounted,
             "counted_time": weight * t,
             "warm_up": self.warm_up,
+            **(alarm_numbers(self.checks) if crane.control.guard is not None else {}),
         }
         if self.diverged:
             numbers = dict.fromkeys(numbers, math.nan)
@@ -238,6 +246,13 @@ def warm_up_notes(winch: WinchType, before: Any, t_cycle: float) -> list[str]:
     return [f"during the warm-up, which is not counted: {'; '.join(passed)}"] if passed else []
 
 
+def alarm_numbers(checks: Any) -> dict[str, float]:
+    """Alarms of the PLC over a run with its warm-up, and time of the first [s], NaN without one."""
+    first = checks.t_first if checks.alarms > 0.0 else math.nan
+    return dict(zip(OF_ALARMS, (checks.alarms, first), strict=True))
+
+
 def numbers_of(crane: Crane) -> tuple[str, ...]:
     """Numbers in the summary of a run of this crane."""
-    return (*COMMON, *(row.name for row in crane.plant.type.numbers))
+    alarms = OF_ALARMS if crane.control.guard is not None else ()
+    return (*COMMON, *(row.name for row in crane.plant.type.numbers), *alarms)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from stillhook import variables
 from stillhook._version import __version__
 from stillhook.base.choice import choice
+from stillhook.control.checks import CheckMemory, CheckSettings, checks_at_start, concluded, doubts
 from stillhook.control.guard import (
     FINITE,
     LAW_FAULT,
@@ -26,7 +27,7 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
 from stillhook.control.registry import MANUAL_MODE, Mode
-from stillhook.engine.pack.guard import guard_settings, motor_control
+from stillhook.engine.pack.guard import check_settings, guard_settings, motor_control
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.export.plc.program import BOOL, LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
@@ -51,6 +52,10 @@ ABOUT_GUARD = (
     "Guard, g_ before the name: inputs that are bad, by their quality input q_, their range or their change, are"
     " replaced; those that stay bad stop the winch: pumps to zero, brake closed, until a rising edge of reset with the"
     " joystick released, mode manual and good inputs. Ranges and times are in settings.guard."
+)
+ABOUT_CHECKS = (
+    " Checks, k_ before the name: inputs that contradict each other are in doubt, and counted in the alarm. Limits and"
+    " reactions are in settings.checks."
 )
 USUAL_WIRE = "100 m"
 """Wire out at which a crane is packed: no setting of the PLC depends on it."""
@@ -88,9 +93,10 @@ def controller_block(crane: Crane, controller: str) -> Block:
     control = motor_control(packed.params)
     plc, memory = packed.params.plc, packed.memory._replace(mode=0.0, F=0.0)  # both are read in the first cycle
     library = Library()
-    guard = guard_settings(crane, plc, control)
+    guard, checks = guard_settings(crane, plc, control), check_settings(crane, plc, control)
     parts = [("plc", type(plc), plc), ("control", MotorControl, control), ("guard", GuardSettings, guard)]
     parts += [("own", law.record, own)] if law.record is not None else []
+    parts += [("checks", CheckSettings, checks)] if checks is not None else []
     cls: Any = NamedTuple("Settings", [(name, t) for name, t, _ in parts])  # type: ignore[misc]
     about = f"Settings of {mode.value} on {crane.name}, SI units. Change them here or in the block's input `settings`."
     notes = {PlantParameters: field_notes(PlantParameters)}
@@ -117,7 +123,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
         law_memory = Record(law.memory, {f: Value(names.new(f"law_{f}"), float) for f in law.memory._fields})
     given = library.reference(cls, settings.name)
     quality = Record(Sensed, {f: Value(v.name, bool) for f, v in zip(Sensed._fields, qualities, strict=True)})
-    memories = Memories(m, g, law_memory)
+    k = None if checks is None else _variables(CheckMemory, names, "k")
+    memories = Memories(m, g, law_memory, k)
     _cycle(body, reading, quality, Value(reset.name, bool), memories, law, given, outputs, first)
     lines = tuple(body.lines)
     used = set(re.findall(r"\w+", "\n".join(lines)))
@@ -133,6 +140,11 @@ def controller_block(crane: Crane, controller: str) -> Block:
             for (_, v), x in zip(scalars(g), flat(memory_at_start(guard)), strict=True)
         ),
     ]
+    if k is not None and checks is not None:
+        variables_of += [
+            Variable(v.text, LREAL, "", literal(x))
+            for (_, v), x in zip(scalars(k), flat(checks_at_start(checks).k), strict=True)
+        ]
     if law_memory is not None:
         start = law.memory()
         variables_of += [
@@ -140,10 +152,11 @@ def controller_block(crane: Crane, controller: str) -> Block:
             for f, v in law_memory.values.items()
         ]
     title = f"{mode.value}, mode {literal(law.code)}: {law.title}. Mode {literal(0.0)}: {MANUAL_MODE.law.title}."
+    about = ABOUT_GUARD if checks is None else ABOUT_GUARD + ABOUT_CHECKS
     rhythm = f"Call it once every {literal(plc.t_cycle)} s. Inputs and outputs are in SI units, hoisting is positive."
     block = Unit(
         library.names.new(PREFIX + law.field),
-        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}\n{ABOUT_GUARD}"),
+        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}\n{about}"),
         "",
         (*inputs, *qualities, reset, settings),
         outputs,
@@ -175,15 +188,18 @@ def controller_block(crane: Crane, controller: str) -> Block:
         own=own,
         law=law,
         guard=guard,
+        checks=checks,
     )
 
 
 class Memories(NamedTuple):
-    """What the block remembers: memory of the PLC, of the guard, and of the law where it has one."""
+    """What the block remembers: memory of the PLC, of the guard, of the law where it has one, and of the checks where
+    there are any."""
 
     m: Record
     g: Record
     law: Record | None
+    k: Record | None
 
 
 def _variables(cls: Any, names: Names, prefix: str) -> Record:
@@ -218,12 +234,22 @@ def _cycle(
 ) -> None:
     """Statements of one cycle, in the order of `stillhook.kernels.plc_alone`: the guard, memory before the first one,
     the known displacement, observe, the law in force, command, the limits."""
-    plc, (m, g, law_memory) = settings.values["plc"], memories
+    plc, guard, (m, g, law_memory, k) = settings.values["plc"], settings.values["guard"], memories
     qualities = Record(Sensed, {f: _number_of(body, v, f"good_{f}") for f, v in quality.values.items()})
-    code = Value(literal(law.code), float)
+    code, b = Value(literal(law.code), float), None
+    if k is not None:
+        checks = settings.values["checks"]
+        b = body.kept(body.called(plain(doubts), [reading, qualities, m, g, k, checks, guard, plc]), "b")
+        reading, qualities = b.values["y"], b.values["quality"]
     known = body.kept(body.called(plain(known_mode), [reading.values["mode"], code]), "known")
     asked = _number_of(body, reset, "asked")
-    checked = body.called(plain(check), [reading, qualities, asked, known, m, g, settings.values["guard"], plc])
+    checked = body.called(plain(check), [reading, qualities, asked, known, m, g, guard, plc])
+    if k is not None and b is not None:
+        checked = body.kept(checked, "c")
+        behind = [checked.values["y"], checked.values["m"], checked.values["g"], b.values["k"], checks, guard, plc]
+        last = body.called(plain(concluded), behind)
+        checked = Record(checked.cls, checked.values | {f: last.values[f] for f in ("y", "m", "g")})
+        _assign(body, k, last.values["k"])
     y = body.kept(checked.values["y"], "y").values
     _assign(body, g, checked.values["g"])
     _assign(body, m, checked.values["m"])

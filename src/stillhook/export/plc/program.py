@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+from stillhook.control.checks import Checks, CheckSettings, checks_at_start
+
 LREAL, BOOL = "LREAL", "BOOL"
 PREFIX = "SH_"
 """Begins every name that is global in the PLC's project, so that none meets one of the user's or of a library."""
@@ -266,6 +268,12 @@ class Block(NamedTuple):
     own: Any
     law: Any
     guard: Any
+    checks: CheckSettings | None = None  # of the checks before the guard
+
+    @property
+    def checks_at_start(self) -> Checks | None:
+        """The checks before the first cycle, None without."""
+        return None if self.checks is None else checks_at_start(self.checks)
 
 
 def literal(number: float) -> str:

@@ -17,7 +17,7 @@ from stillhook.control.sensors import Sensor, sensor_named
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.certificate import objections
 from stillhook.engine.inputs import hermite_weights, scale_weights
-from stillhook.engine.pack.guard import guard_settings, motor_control
+from stillhook.engine.pack.guard import guard_in, guard_settings, motor_control
 from stillhook.engine.pack.winch import pack, water_around
 from stillhook.engine.runner import nothing
 from stillhook.engine.saved import SETTING, Kind, Ranges, ranges
@@ -214,7 +214,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     d = driver(
         winch.name,
         1,
-        winch.setup._replace(path=("host",) if wire else (), guarded=both),
+        winch.setup._replace(path=("host",) if wire else (), guarded=both, checks=both and winch.checks),
         winch.extra_controllers,
     )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
@@ -226,7 +226,8 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     # the path of the operator is the core's own, and has no end
     least, most = allowed.least._replace(s_op=-FINITE), allowed.most._replace(s_op=FINITE)
     allowed = allowed._replace(least=least, most=most)
-    record = flatten(first_lane(d, winch, tick, guard_at_start(allowed) if both else None))
+    guards = guard_in(crane, winch.params) | {"guard": guard_at_start(allowed)} if both else {}
+    record = flatten(first_lane(d, winch, tick, guards))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
     moved = p.MOTION if tip is None else tuple(p.VESSEL)
@@ -327,10 +328,11 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     """The PLC alone."""
     winch = ready.winch
     extra = winch.extra_controllers
-    k = plc_alone.kernel(extra, crane.plant.type.control, True)
+    k = plc_alone.kernel(extra, crane.plant.type.control, True, crane.control.guard is not None)
     control, plc = motor_control(winch.params), winch.params.plc
     guard = guard_at_start(guard_settings(crane, plc, control, hosted=True))
-    record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings, guard), plc, control))
+    guards = guard_in(crane, winch.params) | {"guard": guard}
+    record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings, **guards), plc, control))
     law_at = offset(k.Lane, "laws", 1)
     at = law_at + offset(k.laws.Record, "guard", 1)
     laws = p.laws_of(crane, extra)

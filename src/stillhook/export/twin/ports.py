@@ -179,7 +179,7 @@ def outputs(driver: Any, passed: list[Limit], taken: set[str], laws: list[Contro
     """Signals, limits with their times, the status in numbers and words, and validity."""
     y = offset(driver.Lane, "y", 1)
     for i, name in enumerate(driver.Signals._fields):
-        if name not in taken:
+        if name not in taken and name not in GUARD_OUTPUTS:
             yield port(name, "output", ("SH_OF_SEEN", y + i))
     for i, limit in enumerate(passed):
         time = BY_NAME[f"{limit.name}_time"]

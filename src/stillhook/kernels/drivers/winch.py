@@ -107,7 +107,7 @@ def winch_driver(
     at_its_end, path_motion = path.at_its_end, path.motion
     plc_check, plc_cycle = laws.check, laws.cycle
     of_winch, join_signals = joined("Signals", CommonSignals, of_plant)
-    Signals, keep_measured, show_measured = shown(laws.sensors, of_winch)
+    Signals, keep_measured, show_measured = shown(laws.sensors, of_winch, laws.checks)
     Powers, join_powers = joined("Powers", winch_powers_record, path.Powers)
     State = record("State", of, winch=plant.State, path=path.State)
     # what is counted: statistics of every winch, extremes of its own, cycles beyond each limit, powers summed up
@@ -173,10 +173,10 @@ def winch_driver(
         signals."""
         q = path_point(x, geo, tip, p)
         read, tick, laws = sensing(x.winch, x.path, q, m, tick, geo, laws, p)
-        read, m, laws = plc_check(read, m, laws, p.plc)
-        drive, after, laws = plc_cycle(read, m, laws, p.plc)
-        u, after, drive = actuate(drive, read, x.winch, m, after, tick, geo, p)
-        return u, after, laws, keep_measured(drive, read)
+        y, m, laws = plc_check(read, m, laws, p.plc)
+        drive, after, laws = plc_cycle(y, m, laws, p.plc)
+        u, after, drive = actuate(drive, y, x.winch, m, after, tick, geo, p)
+        return u, after, laws, keep_measured(drive, read, laws)
 
     @scalar
     def signals(c, x, q, u, m, drive, tick, geo, p):

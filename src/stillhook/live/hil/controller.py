@@ -47,8 +47,8 @@ class LibraryController:
         own = {block.controller: block.own} if block.own is not None else {}
         self.block = block
         self.t_cycle = block.t_cycle
-        made = kernel(extra_controllers([block.controller]), block.drive, True)
-        laws = made.laws.blank(own, guard_at_start(block.guard, block.code))
+        made = kernel(extra_controllers([block.controller]), block.drive, True, block.checks is not None)
+        laws = made.laws.blank(own, guard_at_start(block.guard, block.code), block.checks_at_start)
         self._run = made.run
         self._begin = np.array(flatten(made.Lane(block.memory, laws, block.plc, block.control)))
         self.start()

@@ -1,0 +1,91 @@
+"""`stillhook compare` of a case file with settings.faults: which sensor fault does which controller survive?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.cli.parser import check_out, present, write_out
+from stillhook.report.formatting import fmt
+from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
+
+if TYPE_CHECKING:
+    from stillhook.analysis.maps.faults import FaultTable, Outcome
+    from stillhook.formats.case_file import Subject
+    from stillhook.spec.scenario import Scenario
+
+FILES = ("faults.json",)
+
+
+def compare_faults(
+    subject: Subject, case: Scenario, modes: Sequence[str] | None, *, out: Path | None, json: bool
+) -> bool:
+    """Run, print and write the table; whether every fault is survived under some controller."""
+    from stillhook.analysis.maps.faults import survive
+
+    check_out(out, FILES)
+    settings = subject.settings
+    with progress_bar("faults") as bar:
+        progress = started(subject.crane, bar, series=True)
+        table = survive(
+            subject.crane, case, modes, settings.faults or None, limit=settings.fault_limit, progress=progress
+        )
+    data = _data(table)
+    present(data, lambda: _print(table), brief=lambda: _brief(table), json=json)
+    if out is not None:
+        write_out(out, {FILES[0]: data}, quiet=json)
+    return table.ok
+
+
+def _data(table: FaultTable) -> dict[str, Any]:
+    """The table as plain data, SI; null for what there is none of."""
+    rows = {
+        fault: {
+            mode: {n: None if isinstance(x, float) and math.isnan(x) else x for n, x in o._asdict().items()}
+            for mode, o in row.items()
+        }
+        for fault, row in table.outcomes.items()
+    }
+    return {"crane": table.crane.name, "fault_time": table.time, "false_alarms": table.false_alarms, "faults": rows}
+
+
+def _cell(o: Outcome) -> str:
+    alarm = "no alarm" if math.isnan(o.detected) else fmt(o.detected, "time")
+    return f"{o.verdict}, {fmt(o.moved, 'length')}, {alarm}"
+
+
+def _heads(table: FaultTable) -> list[str]:
+    return ["fault", *next(iter(table.outcomes.values()))]
+
+
+def _rows(table: FaultTable) -> list[list[str]]:
+    return [[fault, *(_cell(o) for o in row.values())] for fault, row in table.outcomes.items()]
+
+
+def _ends(table: FaultTable) -> list[str]:
+    """False alarms, and faults that nothing survives."""
+    alarms = "no [control.guard] in the crane file: nothing is detected."
+    if table.false_alarms is not None:
+        each = ", ".join(f"{mode} {n:.0f}" for mode, n in table.false_alarms.items())
+        alarms = f"Alarms without a fault: {each}."
+    lost = [f for f, row in table.outcomes.items() if all(o.verdict == "lost" for o in row.values())]
+    return [alarms, f"Survived by no controller: {', '.join(lost) or 'none'}."]
+
+
+def _print(table: FaultTable) -> None:
+    print_table(_heads(table), _rows(table), title=f"{table.crane.name}: load moved, time to the alarm")
+    for line in _ends(table):
+        print(line)
+    print_twin(table.crane)
+
+
+def _brief(table: FaultTable) -> Answer:
+    """Faults by verdict under each controller."""
+    modes = _heads(table)[1:]
+    verdicts = ("kept", "ended", "lost")
+    counts = [[m, *(str(sum(row[m].verdict == v for row in table.outcomes.values())) for v in verdicts)] for m in modes]
+    title = f"{table.crane.name}: {len(table.outcomes)} sensor faults from {table.time:g} s on"
+    lines = columns(["", "kept", "ended at rest", "lost"], counts, left=(0,))
+    return Answer(title, [*lines, *_ends(table)], more="every fault with what it moved, and the time to its alarm")
