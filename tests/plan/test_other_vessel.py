@@ -115,13 +115,14 @@ def test_with_transfer_functions_the_larger_of_both_speeds_counts(tmp_path):
 
 
 def test_the_report_has_both_speeds_and_the_other_vessel_among_its_inputs(tmp_path):
-    result = plan(lift(tmp_path, other=True, table=OTHER), tier=Tier.CLOSED_FORM)
+    of = lift(tmp_path, other=True, table=OTHER)
+    result = plan(of, tier=Tier.CLOSED_FORM)
     facts = result.facts["other_vessel"]
     row = facts["rows"][0]
     assert len(row["v_computed"]) == len(row["v_table"]) == len(facts["Hs"])
     assert row["v_table"] != row["v_computed"]
     assert "other vessel" in {each["item"] for each in result.facts["inputs"]}
-    assert any("both vessels' transfer functions" in sentence for sentence in result.facts["remarks"])
+    assert "closed-form-other-vessel-moves" in {each["cause"] for each in remarks(of, of.environment.table())}
     assert any("Lift-off from another vessel" in section.title for section in document(result, {}).sections)
     assert "other_vessel" not in plan(lift(tmp_path, other=True), tier=Tier.CLOSED_FORM).facts
 
