@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from tests.plan.manifold import loaded, manifold
 
+from stillhook.errors import StillhookError
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import limited, limits_in
 from stillhook.plan.planning import plan
+from stillhook.plan.report.document import document
 from stillhook.plan.tiers.closed_form import closed_form, remarks
-from stillhook.plan.tiers.other_vessel import deck_speed, lead, relative_speed
+from stillhook.plan.tiers.other_vessel import deck_speed, lead, relative_speed, speed_against_deck
 from stillhook.plan.tiers.situations import looked_at
 
 SEAS = """\
@@ -33,11 +35,14 @@ speed = "30 m/min"
 CHART = "radius [m],SWL [t],DAF [1],side_lead [deg],off_lead [deg]\n10,240,1.3,6,12\n40,200,1.3,6,12\n"
 
 
-def lift(folder, *, other: bool) -> LiftPlan:
+OTHER = '[other_vessel]\nvessel = "supply-vessel-82m"\nat = "x=-20 m, y=0 m"\n\n'
+
+
+def lift(folder, *, other: bool, table: str = "") -> LiftPlan:
     (folder / "chart.csv").write_text(CHART, encoding="utf-8")
     chart = '[load_chart]\nfile = "chart.csv"\npedestal = "x=-15 m, y=-9 m"\n\n'
     carrier = '[rigging]\ncarrier = "another-vessel"\n\n' if other else ""
-    return loaded(folder, manifold("none", start_depth="-10 m") + carrier + chart + SEAS)
+    return loaded(folder, manifold("none", start_depth="-10 m") + carrier + table + chart + SEAS)
 
 
 @pytest.mark.parametrize(("K_H", "speeds"), [(0.5, (0.447, 0.757, 0.931)), (0.28, (0.250, 0.424, 0.521))])
@@ -93,3 +98,51 @@ def test_another_vessel_is_assessed_by_the_closed_form_alone_and_the_report_says
     assert "closed-form-other-vessel" in {each["cause"] for each in remarks(of, of.environment.table())}
     result = plan(of, tier=Tier.CLOSED_FORM)
     assert "v_carrier" in {row["quantity"] for row in result.facts["rules"]["rows"]}
+
+
+def test_with_transfer_functions_the_larger_of_both_speeds_counts(tmp_path):
+    """The computed speed is of a linear motion: as high as the sea; that of EN 13852-1 saturates. Which of them is the
+    larger depends on period and heading, and the larger is never below either."""
+    of, plain = lift(tmp_path, other=True, table=OTHER), lift(tmp_path, other=True)
+    seas = Seas(np.array([1.0, 2.0, 1.0, 4.0]), np.array([8.0, 8.0, 8.0, 8.0]), np.radians([180.0, 180.0, 90.0, 90.0]))
+    computed = speed_against_deck(of, of.phases[0], seas, 1800.0)
+    assert computed[1] == pytest.approx(2.0 * computed[0], rel=2e-3)
+    with_both, table = (closed_form(x, x.phases[0], seas).values["v_carrier"] for x in (of, plain))
+    assert with_both == pytest.approx(np.maximum(computed, table))
+    assert with_both[3] > table[3]
+    assert with_both[0] == table[0]
+    assert of.digest != plain.digest
+
+
+def test_the_report_has_both_speeds_and_the_other_vessel_among_its_inputs(tmp_path):
+    of = lift(tmp_path, other=True, table=OTHER)
+    result = plan(of, tier=Tier.CLOSED_FORM)
+    facts = result.facts["other_vessel"]
+    row = facts["rows"][0]
+    assert len(row["v_computed"]) == len(row["v_table"]) == len(facts["Hs"])
+    assert row["v_table"] != row["v_computed"]
+    assert "other vessel" in {each["item"] for each in result.facts["inputs"]}
+    assert "closed-form-other-vessel-moves" in {each["cause"] for each in remarks(of, of.environment.table())}
+    assert any("Lift-off from another vessel" in section.title for section in document(result, {}).sections)
+    assert "other_vessel" not in plan(lift(tmp_path, other=True), tier=Tier.CLOSED_FORM).facts
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("supply-vessel-82m", "supply-vessel-99m", "other_vessel.vessel"),
+        ("x=-20 m, y=0 m", "x=-20 m", "other_vessel.at"),
+        ('y=0 m"', 'y=0 m"\nheading = "400 deg"', "other_vessel.heading"),
+        ('y=0 m"', 'y=0 m"\nposition = "x=1 m, y=2 m, z=3 m"', "other_vessel.position"),
+        ('y=0 m"', 'y=0 m"\ndepth = "3 m"', "depth"),
+    ],
+)
+def test_what_is_wrong_with_the_other_vessel_is_one_line(tmp_path, old, new, line):
+    with pytest.raises(StillhookError, match=line) as problem:
+        lift(tmp_path, other=True, table=OTHER.replace(old, new))
+    assert "\n" not in str(problem.value)
+
+
+def test_a_payload_on_the_own_deck_is_on_no_other_vessel(tmp_path):
+    with pytest.raises(StillhookError, match=r'rigging\.carrier is "own-deck".*another-vessel'):
+        lift(tmp_path, other=False, table=OTHER)

@@ -302,3 +302,46 @@ def test_bad_input_is_one_line_and_exit_code_2(refusal, vessel, tmp_path, monkey
 def test_a_vessel_that_is_not_there_or_not_given_is_one_line(refusal):
     assert "VESSEL: missing" in refusal()
     assert "no-such" in refusal("no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")
+
+
+LIFT = """\
+crane = "nov-250t"
+vessel = "construction-vessel-130m"
+payload = "manifold-60t"
+start_depth = "-10 m"
+tip.at = "x=-15 m, y=-24 m, z=36 m"
+water.depth = "300 m"
+rigging.carrier = "another-vessel"
+sea = { wave = "jonswap Hs=2 m Tp=8 s", heading = "90 deg" }
+other_vessel = { vessel = "supply-vessel-82m", at = "x=-20 m, y=0 m" }
+phase = [{ name = "lift-off", kind = "lift-off", speed = "30 m/min" }]
+"""
+
+
+@pytest.mark.usefixtures("no_picture")
+def test_a_lift_file_gives_tip_waves_and_the_vessel_that_the_tip_moves_against(answer, tmp_path):
+    file = tmp_path / "lift.toml"
+    file.write_text(LIFT, encoding="utf-8")
+    found = answer(str(file), "--duration", "1 h", "--out", str(tmp_path / "out"))
+    alone = answer(
+        "construction-vessel-130m",
+        "--at",
+        "x=-15 m, y=-24 m",
+        *("--wave", "jonswap Hs=2 m Tp=8 s"),
+        *("--heading", "90 deg", "--duration", "1 h"),
+    )
+    assert found["sigma_z"] == alone["sigma_z"]
+    assert found["against"]["sigma_v"] > 1.2 * found["sigma_v"]
+    rows = np.loadtxt(tmp_path / "out" / "tip.csv", delimiter=",", skiprows=2)
+    assert rows[:, 1].std() == pytest.approx(found["sigma_z"], rel=0.02)
+    assert rows[:, 2].std() == pytest.approx(found["against"]["sigma_z"], rel=0.02)
+    headings = answer(str(file), "--wave", "jonswap Hs=2 m Tp=8 s", "--heading", "all")["headings"]
+    across = next(row for row in headings if row["beta"] == pytest.approx(math.pi / 2.0))
+    assert across["against"]["sigma_v"] == pytest.approx(found["against"]["sigma_v"])
+
+
+def test_waves_of_a_lift_file_take_no_heading_of_the_line(refusal, tmp_path):
+    file = tmp_path / "lift.toml"
+    file.write_text(LIFT, encoding="utf-8")
+    assert "--heading: belongs to --wave" in refusal(str(file), "--heading", "90 deg")
+    assert "--heading all: turns the waves of --wave" in refusal(str(file), "--heading", "all")

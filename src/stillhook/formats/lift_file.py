@@ -12,7 +12,7 @@ from stillhook.engine.pack.programme import tension_kept
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError
 from stillhook.formats.lift.forms import in_written_words
-from stillhook.formats.lift.place import place_of, still_place, tip_of
+from stillhook.formats.lift.place import Place, other_vessel_of, place_of, still_place, tip_of
 from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
 from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
 from stillhook.library import load_crane
@@ -22,6 +22,7 @@ from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.relative import OtherVessel
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
 from stillhook.spec.lift.lowering import InSea, Lowering
@@ -139,6 +140,21 @@ def payload_in(path: str | Path) -> tuple[Payload, float]:
     return _read(path, read)
 
 
+def place_in(path: str | Path) -> Place:
+    """Crane tip, vessels and sea that a lift file names, nothing made to move. Errors: StillhookError, one line."""
+
+    def read(table: TomlTable) -> Place:
+        table, file = read_lift(table, LiftTables)
+        return still_place(file, table)
+
+    return _read(path, read)
+
+
+def _not_run(other: OtherVessel | None) -> tuple[str, ...]:
+    """That another vessel counts in plans and in `stillhook tip` alone."""
+    return () if other is None else (f"{other.rao.name}: a plan and stillhook tip have its motion, a run has not",)
+
+
 def _read(path: str | Path, read: Callable[[TomlTable], Result]) -> Result:
     """The result of `read` for a lift file, or a lift of the library."""
     if str(path) in lifts():
@@ -199,7 +215,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,
-        notes=(*place.notes, *run.notes),
+        notes=(*place.notes, *run.notes, *_not_run(other_vessel_of(file, table))),
         sampling=file.sampling,
         end=file.end,
     )

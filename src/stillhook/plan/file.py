@@ -51,6 +51,7 @@ from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.joining import Water, joined
 from stillhook.spec.lift.lowering import Rigging
@@ -210,7 +211,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     operation = operation_of(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
-    at, h_tip, vessel = _place(file, table)
+    at, h_tip, vessel, against = _place(file, table)
     unit = compensator_of(file, table)
     chart = _chart(file, table, crane)
     plan = LiftPlan(
@@ -219,6 +220,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         vessel=vessel,
         at=at,
         h_tip=h_tip,
+        against=against,
         payload=payload,
         depth=depth,
         rho=rho,
@@ -285,8 +287,8 @@ def _reconciled(
     return result
 
 
-def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
-    """Crane tip, its height above still water [m], and vessel."""
+def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao, RelativeMotion | None]:
+    """Crane tip, its height above still water [m], vessel, and its motion against another."""
     if file.tip.motion is not None:
         raise PlanError(
             "tip.motion: replaces vessel and sea, and a plan needs many seas. Give tip.at, or a table [boom]."
@@ -298,7 +300,7 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, float, Rao]:
         raise PlanError(
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
-    return TipPoint(place.at.x, place.at.y, place.h_tip), place.h_tip, place.vessel
+    return TipPoint(place.at.x, place.at.y, place.h_tip), place.h_tip, place.vessel, place.against
 
 
 def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUnit | None) -> tuple[Alternative, ...]:
@@ -451,6 +453,8 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
+    if plan.against is not None:
+        content_of_plan["other_vessel"] = plan.against.other.inputs()
     if plan.compensator is not None:
         content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
     if plan.environment.swell is None:

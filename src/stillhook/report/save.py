@@ -28,6 +28,7 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion, tip_motion_exact
+from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 
@@ -132,10 +133,12 @@ def write_tip(
     seed: int,
     exact: bool = False,
     amplitudes: str = "fixed",
+    against: RelativeMotion | None = None,
 ) -> dict[str, Any]:
     """Picture, series as exact motion (JSON, which runs read) and as table (CSV), summary, together or not at all.
 
     exact: with the ship's rotations in full, for which the tip's height is needed. amplitudes: as `realise` takes them.
+    against: a second column of the table, the tip's height over the deck of another vessel in the same waves.
     Returns the facts of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
     """
     waves = realise(sea, summary["duration"], seed, amplitudes=amplitudes)
@@ -153,7 +156,11 @@ def write_tip(
         for name, figure in draw_if_possible(lambda: {picture: tip_figure(rao, sea, at, summary, motion)}).items():
             kit.save(figure, part / name)
         (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
-        rows = "".join(f"{x:.1f},{y:.6f}\n" for x, y in zip(t, s, strict=True))
-        (part / table).write_text(f"# {motion.describe()}. {motion.report}\ntime [s],tip [m]\n{rows}", encoding="utf-8")
+        columns, head = [s], "time [s],tip [m]"
+        if against is not None:
+            columns.append(tip_motion(waves, against, at.x, at.y).sample(t)[0])
+            head += ",tip over deck [m]"
+        rows = "".join(f"{x:.1f},{','.join(f'{y:.6f}' for y in ys)}\n" for x, *ys in zip(t, *columns, strict=True))
+        (part / table).write_text(f"# {motion.describe()}. {motion.report}\n{head}\n{rows}", encoding="utf-8")
         save_json({**summary, "series": series}, part / numbers)
     return series

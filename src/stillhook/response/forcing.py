@@ -16,7 +16,7 @@ from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST as HIGHEST_SEA
 from stillhook.sea.spectra.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
 from stillhook.sea.spectra.spectrum import Sea, check_spread
-from stillhook.sea.vessel.rao import Rao, wavenumber
+from stillhook.sea.vessel.rao import Rao, VerticalMotion, wavenumber
 from stillhook.statistics.time_lag import over_frequency
 
 PARTS = 8
@@ -113,7 +113,9 @@ def _parted(series: SpectrumSeries, parts: int) -> tuple[FloatArray, FloatArray,
     return omega, width, np.repeat(series.S, parts, axis=1) * width
 
 
-def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, *, depth: float = math.inf) -> Forcing:
+def forcing_of_seas(
+    seas: Sea | Sequence[Sea], vessel: VerticalMotion, x: float, y: float, *, depth: float = math.inf
+) -> Forcing:
     """Forcing of one sea or several, each of one train of waves or more; directions are theirs.
 
     Parameters
@@ -159,7 +161,13 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, 
 
 
 def tip_by_wave(
-    omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, spread: float | None, depth: float = math.inf
+    omega: FloatArray,
+    vessel: VerticalMotion,
+    x: float,
+    y: float,
+    beta: float,
+    spread: float | None,
+    depth: float = math.inf,
 ) -> tuple[FloatArray, ComplexArray]:
     """Variance of the tip, and mean of tip times conjugate wave above the load, both per variance of the waves, (m,)
     each; depth of the water [m], which sets the wave's phase there (the vessel's motions are those of its file)."""

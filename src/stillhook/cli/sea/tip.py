@@ -34,13 +34,18 @@ from stillhook.report.terminal import Answer, print_table, print_values
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
+    from stillhook.formats.lift.place import Place
     from stillhook.sea.motion.motion import Motion
     from stillhook.sea.spectra.spectrum import Sea
     from stillhook.sea.vessel.boom import TipPoint
-    from stillhook.sea.vessel.rao import Rao
+    from stillhook.sea.vessel.rao import Rao, VerticalMotion
+    from stillhook.sea.vessel.relative import RelativeMotion
 
 
 OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
+AGAINST = ("sigma_v", "v_mpm")
+"""Numbers of the motion against another vessel that a table of headings has."""
+ALONE = ["Each vessel is alone in the waves: shielding and gap resonance between the two are left out."]
 SHOWN = ("sigma_z", "sigma_v", "sigma_a", "T_z", "T_p", "T_z_counted", "bandwidth")
 LARGEST = (("z", "height"), ("v", "speed"), ("a", "acceleration"))
 ALL_ROUND = "all"
@@ -63,13 +68,17 @@ LOG_HELP = (
     "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves, --at then from the sensor, with z; or a"
     " case file whose scenario.tip says how a log is read."
 )
+VESSEL_HELP = (
+    "Name of the library, or a file, as stillhook vessel reads it; or a lift file, with its crane tip and its"
+    " [other_vessel], against which the tip moves as well."
+)
 SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); use 20 or more."
 
 
 def tip(
     vessel: Annotated[
         str | None,
-        typer.Argument(metavar="VESSEL", help="Name of the library, or a file, as stillhook vessel reads it."),
+        typer.Argument(metavar="VESSEL", help=VESSEL_HELP),
     ] = None,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     boom: Annotated[str | None, typer.Option(help=BOOM_HELP)] = None,
@@ -113,30 +122,54 @@ def tip(
         _of_log(log, at, length, corrections(mapping, column), json=json)
         return
     refuse({"--mapping": mapping, "--column": column or None}, "describes the log of --log. Give it as well.")
-    if vessel is None or wave is None:
+    from stillhook.formats.lift_file import is_lift, place_in
+
+    known = place_in(vessel) if vessel is not None and is_lift(vessel) else None
+    if vessel is None or (wave is None and (known is None or known.sea is None)):
         missing = "VESSEL" if vessel is None else "--wave"
         raise SeaError(f"{missing}: missing. Give a vessel, --at and --wave, or a log with --log. See --help.")
-    point = place(at, boom)
+    if known is None or known.at is None or at is not None or boom is not None:
+        point = place(at, boom)
+    else:
+        point = known.at
     check_out(out, OUT_FILES)
     if exact and (point.z is None or out is None):
         raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
     from stillhook.formats.vessel.open import read_vessel
 
-    rao = read_vessel(vessel)
+    rao, against = (read_vessel(vessel), None) if known is None else _of_lift(vessel, known)
     if heading is not None and heading.strip().lower() == ALL_ROUND:
         refuse(
             {"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading."
         )
+        if wave is None:
+            raise SeaError("--heading all: turns the waves of --wave. Give --wave as well.")
         if "heading" in wave:
             raise SeaError(f"--heading all: the waves of {wave!r} already have a heading. Leave that out.")
-        _all_round(rao, wave, spread, record, point, length, json=json)
+        _all_round(rao, against, wave, spread, record, point, length, json=json)
         return
     series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
-    _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, length, seeds, out, series, json=json)
+    if wave is not None:
+        sea = sea_of(wave, heading, spread, record, ship)
+    else:
+        reason = f"belongs to --wave, and the waves are those of {vessel}. Leave it out, or give --wave."
+        refuse({"--heading": heading, "--spread": spread, "--record": record, "--ship": ship}, reason)
+        assert known is not None
+        assert known.sea is not None
+        sea = known.sea
+    _in_sea(rao, against, sea, point, length, seeds, out, series, json=json)
+
+
+def _of_lift(name: str, known: Place) -> tuple[Rao, RelativeMotion | None]:
+    """The vessel of a lift file, and its motion against another."""
+    if known.vessel is None:
+        raise SeaError(f"{name}: names no vessel. Give vessel in the file, or name a vessel in place of the file.")
+    return known.vessel, known.against
 
 
 def _in_sea(
     rao: Rao,
+    against: RelativeMotion | None,
     sea: Sea,
     point: TipPoint,
     duration: float,
@@ -146,22 +179,31 @@ def _in_sea(
     *,
     json: bool,
 ) -> None:
-    from stillhook.sea.vessel.tip import tip_summary
+    from stillhook.sea.vessel.tip import tip_numbers, tip_response, tip_summary
 
     summary = tip_summary(rao, sea, point, duration)
     if seeds is not None:
         from stillhook.sea.vessel.tip import seed_extremes
 
         summary["maxima"] = seed_extremes(rao, sea, point.x, point.y, duration, seeds, series["seed"])
+    if against is not None:
+        moved = tip_numbers(tip_response(against, sea, point.x, point.y), duration)
+        summary["against"] = {"vessel": against.other.describe(), "duration": duration, **moved, "notes": ALONE}
+        if seeds is not None:
+            of = (against, sea, point.x, point.y, duration, seeds, series["seed"])
+            summary["against"]["maxima"] = seed_extremes(*of)
     if out is not None:
         from stillhook.report.save import write_tip
 
-        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, **series)
+        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, against=against, **series)
     title = f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}"
 
     def in_full() -> None:
         wrapped(title)
         _print(summary)
+        if against is not None:
+            wrapped(f"against {against.other.describe()}")
+            _print(summary["against"])
         if out is not None:
             wrapped(f"series: {summary['series']['report']}")
 
@@ -228,11 +270,21 @@ def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:
         f"{', '.join(texts(SHOWN))}.",
         f"Most probable largest in {summary['duration'] / 3600.0:.4g} h: {', '.join(largest)}.",
         f"Largest in the log: {', '.join(met)}." if met else "",
+        *_against(summary),
         *summary["notes"][:2],
     ]
     step = "" if out is None else f"stillhook compare CRANE --motion {out / OUT_FILES[-1]}"
     more = f"meanings, 90 % levels, {counted(len(summary['notes']), 'note')}"
     return Answer(title, lines, step, more)
+
+
+def _against(summary: dict[str, Any]) -> list[str]:
+    """The same against the deck of another vessel, where there is one."""
+    if "against" not in summary:
+        return []
+    of = summary["against"]
+    words = ", ".join(f"{n} {variable(n, of[n])}" for n in ("sigma_z", "sigma_v", "z_mpm", "v_mpm"))
+    return [f"Against {of['vessel']}: {words}.", *of["notes"]]
 
 
 def _print(summary: dict[str, Any]) -> None:
@@ -264,21 +316,43 @@ def _interval(limits: dict[str, float] | None, key: str) -> str:
 
 
 def _all_round(
-    rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool
+    rao: Rao,
+    against: RelativeMotion | None,
+    wave: str,
+    spread: float | None,
+    record: str | None,
+    point: TipPoint,
+    duration: float,
+    *,
+    json: bool,
 ) -> None:
     import numpy as np
 
     from stillhook.sea.vessel.tip import tip_numbers, tip_responses
 
     turns = range(0, 360, EVERY)
-    responses = tip_responses(rao, sea_of(wave, "0 deg", spread, record, None), point.x, point.y, np.radians(turns))
-    numbers = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
-    rows = [{"beta": math.radians(d), **values} for d, values in numbers.items()]
+    sea = sea_of(wave, "0 deg", spread, record, None)
+
+    def of(moved: VerticalMotion) -> dict[int, dict[str, float]]:
+        responses = tip_responses(moved, sea, point.x, point.y, np.radians(turns))
+        return {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
+
+    numbers, relative = of(rao), None if against is None else of(against)
+    rows: list[dict[str, Any]] = [{"beta": math.radians(d), **values} for d, values in numbers.items()]
     data = {"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows}
     shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
     cells = [[str(d), *(display_number(name, values[name], 4) for name in shown)] for d, values in numbers.items()]
     names = [f"{name}\n{display_unit(name)}" for name in shown]
     title = f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h"
+    if against is not None and relative is not None:
+        data["against"] = {"vessel": against.other.describe(), "notes": ALONE}
+        for row, d in zip(rows, numbers, strict=True):
+            row["against"] = relative[d]
+        title += f". Last two columns: against {against.other.describe()}"
+        names += [f"{name}\n{display_unit(name)}" for name in AGAINST]
+        cells = [
+            [*c, *(display_number(n, relative[d][n], 4) for n in AGAINST)] for c, d in zip(cells, numbers, strict=True)
+        ]
 
     def brief() -> Answer:
         ends = [
@@ -290,6 +364,10 @@ def _all_round(
             f" {display_number('v_mpm', numbers[d]['v_mpm'], 4)} {display_unit('v_mpm')}."
             for word, d in ends
         ]
+        if relative is not None:
+            d = max(relative, key=lambda d: relative[d]["v_mpm"])
+            speed = f"{display_number('v_mpm', relative[d]['v_mpm'], 4)} {display_unit('v_mpm')}"
+            lines += [f"Against the other vessel: worst heading {d} deg, most probable largest {speed}.", *ALONE]
         return Answer(title, lines, more=f"every heading ({len(numbers)})")
 
     present(data, lambda: print_table(["heading\ndeg", *names], cells, title=title), brief=brief, json=json)

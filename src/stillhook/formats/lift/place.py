@@ -24,6 +24,8 @@ from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, moved_by, realise
+from stillhook.sea.vessel.relative import OtherVessel, RelativeMotion
+from stillhook.spec.lift.rigging import Carrier
 from stillhook.units import quote, show
 
 SHORTEST_SEA = 60.0
@@ -35,7 +37,8 @@ USUAL_SEA = {"Hs": "2 m", "Tp": "9 s", "headings": "150 deg"}
 
 class Place(NamedTuple):
     """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
-    from (None: not there); notes: what a reader should know."""
+    from (None: not there); notes: what a reader should know; against: the tip's motion over the deck of another
+    vessel."""
 
     tip: Motion
     waves: WaveField | None
@@ -45,6 +48,7 @@ class Place(NamedTuple):
     at: TipPoint | None = None
     sea: Sea | None = None
     notes: tuple[str, ...] = ()
+    against: RelativeMotion | None = None
 
 
 def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None) -> Place:
@@ -120,7 +124,30 @@ def still_place(file: LiftTables, table: TomlTable) -> Place:
     rao = None if file.vessel is None else _vessel(file.vessel, table)
     words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
     sea = None if file.sea is None else _sea(file.sea, table.at("sea"))
-    return Place(tip=Still(), waves=None, h_tip=height, words=words, vessel=rao, at=where, sea=sea)
+    other = other_vessel_of(file, table)
+    against = None if rao is None or other is None else RelativeMotion(rao, other, file.water.depth)
+    return Place(tip=Still(), waves=None, h_tip=height, words=words, vessel=rao, at=where, sea=sea, against=against)
+
+
+def other_vessel_of(file: LiftTables, table: TomlTable) -> OtherVessel | None:
+    """The vessel that the payload is lifted from or set down on; None where the file has none."""
+    of = file.other_vessel
+    if of is None:
+        return None
+    if file.vessel is None:
+        raise LiftError("other_vessel: moves against the crane vessel, and vessel is missing. Give vessel as well.")
+    if file.rigging.carrier is not Carrier.VESSEL:
+        problem = f"the payload is on another vessel, and rigging.carrier is {quote(file.rigging.carrier.value)}"
+        raise LiftError(f'other_vessel: {problem}. Write [rigging] carrier = "{Carrier.VESSEL.value}".')
+    position = None if of.position is None else parse_point(of.position, "other_vessel.position")
+    if position is not None and position.z is not None:
+        raise LiftError("other_vessel.position: has z, and both reference points are at the waterline. Leave z out.")
+    return OtherVessel(
+        _vessel(of.vessel, table, "other_vessel.vessel"),
+        parse_point(of.at, "other_vessel.at"),
+        parse_direction(of.heading, "other_vessel.heading"),
+        None if position is None else (position.x, position.y),
+    )
 
 
 def tip_of(file: LiftTables) -> tuple[TipPoint | None, float]:
@@ -169,12 +196,12 @@ def _measured_sea(sea: SeaTable, table: TomlTable, heading: float | None) -> Sea
     return Sea((Train(series.spectrum(series.index(str(sea.record))), heading, exponent),))
 
 
-def _vessel(name: str, table: TomlTable) -> Rao:
+def _vessel(name: str, table: TomlTable, where: str = "vessel") -> Rao:
     """A vessel of the library, or the file of this path, seen from the lift file."""
     if name in vessels():
         return read_vessel(vessel_file(name))
     path = table.path.parent / name
     if not exists(path):
         known = f"neither a file next to the lift file nor one of {', '.join(vessels())}"
-        raise SeaError(f"vessel = {quote(name)}: {known}.")
+        raise SeaError(f"{where} = {quote(name)}: {known}.")
     return read_vessel(path)

@@ -88,6 +88,18 @@ class SeaTable(Spec):
     )
 
 
+class OtherVesselTable(Spec):
+    """The table [other_vessel]: the vessel that the payload is lifted from or set down on."""
+
+    vessel: Text = Field(description="library name or vessel file")
+    at: Text = Field(description="place on its deck from its own reference point, as text")
+    heading: Any = Field(default="0 deg", description="direction of its bow, counter-clockwise from the crane vessel's")
+    position: Text | None = Field(
+        default=None,
+        description="its reference point from the crane vessel's, as text; default: the place on deck below the tip",
+    )
+
+
 Tables = TypeVar("Tables", bound="LiftTables")
 
 
@@ -118,6 +130,7 @@ class LiftTables(Spec):
     tip: TipTable = Field(default_factory=TipTable)
     boom: BoomTable | None = None
     water: WaterTable = Field(description="table [water] with depth")
+    other_vessel: OtherVesselTable | None = None
     rigging: Part[RiggingTable] = Field(default_factory=RiggingTable)
     weight: Any = None
     compensator: Any = Field(default=None, description="library name, compensator file or a table [compensator]")

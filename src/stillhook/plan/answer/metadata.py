@@ -142,6 +142,9 @@ def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[
         ("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest),
         ("forecast factors", f"{alpha.name} {alpha.texts.get('version', '')}".strip(), factors),
     ]
+    if plan.against is not None:
+        rao = plan.against.other.rao
+        rows.append(("other vessel", rao.source or rao.name, rao.digest.hex()))
     if plan.load_chart is not None:
         rows.append(("load chart", plan.load_chart.chart.name, plan.load_chart.chart.digest))
     if weather is not None:

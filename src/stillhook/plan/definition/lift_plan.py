@@ -29,6 +29,7 @@ from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_mosk
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
@@ -210,6 +211,7 @@ class LiftPlan:
     lead of it before the start [s], parts that an operation which can be halted has, T_C contingency (None: not
     assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
     credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
+    against: the tip's motion against the vessel that the payload is on (None: not known);
     load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
     items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
     the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
@@ -244,6 +246,7 @@ class LiftPlan:
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
+    against: RelativeMotion | None = field(default=None, repr=False)
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False

@@ -125,7 +125,7 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
 @remembered
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
-    tip, T, V = tip_motion(plan, phase, seas), _duration(plan, phase), phase.speed or 0.0
+    tip, T, V = tip_motion(plan, phase, seas), duration_of(plan, phase), phase.speed or 0.0
     eta, v, _ = tip.largest(T)
     moved = _motions(plan, phase, seas, left)
     values: Values = {
@@ -140,11 +140,11 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
     if off_other_vessel(plan, phase):
-        values = from_other_vessel(plan, phase, plan.environment.H_m0(seas.Hs), values)
+        values = from_other_vessel(plan, phase, seas, T, values)
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 
-def _duration(plan: LiftPlan, phase: Phase) -> float:
+def duration_of(plan: LiftPlan, phase: Phase) -> float:
     """Time of which the tip's largest motions are [s]."""
     return max(phase.duration or 0.0, plan.rules.settings["duration_least"])
 
@@ -152,7 +152,7 @@ def _duration(plan: LiftPlan, phase: Phase) -> float:
 def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
     """What moves payload and water, with what the winch leaves of the tip's motion, from 1 (all)."""
     tip = tip_motion(plan, phase, seas)
-    eta, v, a = tip.largest(_duration(plan, phase))
+    eta, v, a = tip.largest(duration_of(plan, phase))
     zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
     return Motions(left * eta, left * v, left * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
 
@@ -169,6 +169,7 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
     """What a reader of the closed form should know, each with the phases that it is of."""
     out, alternatives = int(np.count_nonzero(~valid(plan, seas))), plan.alternatives
     least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
+    moves = "" if plan.against is None else "-moves"
     deep = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
     surface = {"least": least, "most": most, "n": out, "of": len(seas)}
     twin, phc = any(a.twin for a in alternatives), Alternative.PHC in alternatives
@@ -178,7 +179,7 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
         ("phc", {}, lambda p: phc),
         ("splash-mode", {}, lambda p: p.mode is WinchMode.SPLASH),
         ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF and not off_other_vessel(plan, p)),
-        ("other-vessel", {}, lambda p: off_other_vessel(plan, p)),
+        (f"other-vessel{moves}", {}, lambda p: off_other_vessel(plan, p)),
         ("harmonic", {}, lambda p: p.kind in deep),
     ]
     result = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]

@@ -1,7 +1,8 @@
 """A lift from the deck of another vessel, which moves on its own: what that adds to the lift-off.
 
 Source: EN 13852-1 as publicly quoted (B.4); the standard itself was not seen. EN 13852-1:2004 excludes subsea lifts:
-the formulas are of the lift-off in air. The other vessel has no transfer functions here: its deck is that of the table.
+the formulas are of the lift-off in air. Where the plan has the other vessel's transfer functions, the speed of the hook
+against the deck follows from both vessels in the same waves as well, and the larger of the two counts.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ from numpy.typing import ArrayLike
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import jerk, places
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
+from stillhook.plan.definition.rules import Seas
+from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.spec.lift.phase import Phase
+from stillhook.statistics.extremes import most_probable_maximum, zero_crossing_period
 
 
 def deck_speed(Hs: ArrayLike) -> FloatArray:
@@ -36,18 +40,39 @@ def lead(Hs: ArrayLike, L: float, share: float = 1.0) -> FloatArray:
     return np.asarray(np.arctan(share * (2.5 + 1.5 * np.asarray(Hs, dtype=np.float64)) / L))
 
 
-def from_other_vessel(
-    plan: LiftPlan, phase: Phase, Hs: FloatArray, values: Mapping[str, FloatArray]
-) -> dict[str, FloatArray]:
-    """Quantities of a lift-off from the own deck as those of one from another vessel, in seas of Hs (n,) [m]: the load
-    is taken up at the hoisting speed and that of the hook against the deck; the deck is off by the table's distance.
+@remembered
+def against_deck(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
+    """What seas (n,) do to the height of a crane tip over (x, y) [m] against the other vessel's deck."""
+    assert plan.against is not None
+    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+    return forcing_of_seas(each, plan.against, x, y)
 
-    The speed of the hook against what carries the payload is then `v_carrier`, and `v_lift_off` is not determined: its
+
+def speed_against_deck(plan: LiftPlan, phase: Phase, seas: Seas, duration: float) -> FloatArray:
+    """Most probable largest vertical speed of the crane tip against the deck (n,) [m/s] over a duration [s], by the
+    transfer functions of both vessels."""
+    at = plan.tip_of(phase)
+    v, a = (against_deck(plan.of_high, seas, at.x, at.y).deviation(order) for order in (1, 2))
+    return most_probable_maximum(v, zero_crossing_period(v, a), duration)
+
+
+def from_other_vessel(
+    plan: LiftPlan, phase: Phase, seas: Seas, duration: float, values: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """Quantities of a lift-off from the own deck as those of one from another vessel, in seas (n,) over a duration
+    [s]: the load is taken up at the hoisting speed and that of the hook against the deck; the deck is off
+    by the table's distance.
+
+    The speed of the hook against what carries the payload is then `v_carrier`, of the table or, where it is larger, by
+    the transfer functions of both vessels, and `v_lift_off` is not determined: its
     rule is of a hook that only moves with its own vessel.
     """
     tip = plan.tip_of(phase)
     assert tip.z is not None
+    Hs = plan.environment.H_m0(seas.Hs)
     v = relative_speed(Hs, values["v_tip_max"])
+    if plan.against is not None:
+        v = np.maximum(v, speed_against_deck(plan, phase, seas, duration))
     F = jerk(plan, phase, 1.0) * v
     result = {name: each for name, each in values.items() if name != "v_lift_off"} | {"v_carrier": v}
     result["F_top_max"] = values["F_top_max"] + F

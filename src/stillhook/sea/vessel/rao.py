@@ -19,7 +19,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,6 +61,22 @@ def long_wave_scales(omega: FloatArray, depth: float = math.inf) -> FloatArray:
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
 OPEN = (5.0, 12.0)  # s: waves in which `Rao.leeway` is reported
+
+
+class VerticalMotion(Protocol):
+    """What moves up and down with the waves at a place x, y [m] from a vessel's reference point: the vessel itself, or
+    what it moves against (`stillhook.sea.vessel.relative`). Fields and `vertical` as of `Rao`."""
+
+    @property
+    def name(self) -> str:
+        """What moves, in words."""
+
+    @property
+    def omega(self) -> FloatArray:
+        """Frequencies of its table [rad/s], rising."""
+
+    def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
+        """Vertical motion per metre of wave, as `Rao.vertical`."""
 
 
 @dataclass(frozen=True, eq=False)

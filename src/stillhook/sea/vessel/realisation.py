@@ -18,7 +18,7 @@ from stillhook.base.identity import remembered
 from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import COARSE, FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
-from stillhook.sea.vessel.rao import Rao, wavenumber
+from stillhook.sea.vessel.rao import Rao, VerticalMotion, wavenumber
 from stillhook.sea.vessel.ship_motion import tip_height
 
 SHORTEST_WAVE = 2.0
@@ -171,7 +171,7 @@ def regular(
     )
 
 
-def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float = FINE) -> IrregularTip:
+def tip_motion(waves: Realisation, rao: VerticalMotion, x: float, y: float, *, fine: float = FINE) -> IrregularTip:
     """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these
     waves (linear).
 
@@ -184,7 +184,7 @@ def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float 
 
 
 @lru_cache(maxsize=16)
-def _vertical(rao: Rao, repeat: float, harmonic: bytes, beta: bytes, x: float, y: float) -> ComplexArray:
+def _vertical(rao: VerticalMotion, repeat: float, harmonic: bytes, beta: bytes, x: float, y: float) -> ComplexArray:
     """`Rao.vertical` at the waves of a realisation, the same for every seed of a sea."""
     omega = 2.0 * math.pi / repeat * np.frombuffer(harmonic, dtype=np.int64)
     return rao.vertical(omega, np.frombuffer(beta), x, y)

@@ -19,7 +19,7 @@ from stillhook.sea.motion.irregular import synthesis
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.boom import TipPoint
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, VerticalMotion
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.sea.vessel.ship_motion import mean_zero_crossing_period
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel, largest
@@ -120,7 +120,7 @@ class TipResponse:
         return numbers | _largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration)
 
 
-def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
+def tip_response(rao: VerticalMotion, sea: Sea, x: float, y: float) -> TipResponse:
     r"""Spectra of the vertical motion of a crane tip over (x, y) [m] from the RAO's reference point, forward and to
     port.
 
@@ -133,7 +133,7 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
     return tip_responses(rao, sea, x, y, np.zeros(1))[0]
 
 
-def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
+def tip_responses(rao: VerticalMotion, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
     """The same with the sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]."""
     edges = _edges(sea, rao)
     omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
@@ -203,7 +203,7 @@ def _table_notes(response: TipResponse) -> list[str]:
     return notes
 
 
-def _edges(sea: Sea, rao: Rao) -> FloatArray:
+def _edges(sea: Sea, rao: VerticalMotion) -> FloatArray:
     """Edges of cells [rad/s] that resolve sea and vessel: bands of the one, frequencies of the other, within its table
     steps of STEP."""
     low = min(float(train.spectrum.grid()[0]) for train in sea.trains) / 2.0
@@ -253,7 +253,9 @@ def _period(sigma: float, rate: float) -> float:
     return 2.0 * math.pi * sigma / rate if rate > 0.0 else math.nan
 
 
-def seed_extremes(rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int) -> dict[str, Any]:
+def seed_extremes(
+    rao: VerticalMotion, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int
+) -> dict[str, Any]:
     """Gumbel distributions of the largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of
     realisations of `duration` [s], one each for the seeds first, first + 1, ...: most probable maximum and 90 % level
     of each, with the ends of their 95 % intervals. Amplitudes are random (Rayleigh), as in nature."""
