@@ -17,7 +17,8 @@ from stillhook.library import changed
 from stillhook.library.examples import MOTOR_MAP
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.scenario import Operator
-from stillhook.winches.circuits.tables import LossName, loss_fit
+from stillhook.winches.circuits.losses import LossName
+from stillhook.winches.circuits.tables import loss_fit
 
 AUDIT = 1.0e-4
 """Energy that is not accounted for, of that through the winch, as of MJ4 (`tests.conservation.test_energy`)."""

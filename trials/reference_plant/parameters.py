@@ -27,8 +27,8 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Source, SourceKind, passive_of
+from stillhook.winches.circuits.losses import TorqueLoss
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.circuits.tables import TorqueLoss
 from trials.reference_plant.gas import (
     ATMOSPHERE,
     GasBank,

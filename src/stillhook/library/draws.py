@@ -15,7 +15,7 @@ from stillhook.library.parameter_sets import Evidence, FrictionSet, LossSet, los
 from stillhook.library.write import leaf_tree
 from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
-from stillhook.winches.circuits.tables import MJ4, TorqueLoss
+from stillhook.winches.circuits.losses import MJ4, TorqueLoss
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says

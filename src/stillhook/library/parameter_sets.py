@@ -35,7 +35,8 @@ from stillhook.library.write import file_value, joined, leaf_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
-from stillhook.winches.circuits.tables import Motor, TorqueLoss
+from stillhook.winches.circuits.losses import TorqueLoss
+from stillhook.winches.circuits.tables import Motor
 
 SYMMETRY = 1e-6
 """Relative difference across the diagonal that is rounding of a written matrix."""

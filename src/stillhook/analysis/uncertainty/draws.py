@@ -30,7 +30,8 @@ from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Spec
 from stillhook.units import quote
-from stillhook.winches.circuits.tables import MJ4, alternatives_of
+from stillhook.winches.circuits.losses import MJ4
+from stillhook.winches.circuits.tables import alternatives_of
 
 Pair = tuple[Crane, Scenario]
 

@@ -39,8 +39,8 @@ from stillhook.report.document import Bullets, Document, Figure, Section, Table,
 from stillhook.report.formatting import EMPTY, fmt, percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import number, show
-from stillhook.winches.circuits.tables import MAP, MJ4, LossAlternatives, LossName, TorqueLoss
-from stillhook.winches.circuits.tables import LossModel as LossTable
+from stillhook.winches.circuits.losses import MAP, MJ4, LossAlternatives, LossName, TorqueLoss
+from stillhook.winches.circuits.losses import LossModel as LossTable
 
 SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed

@@ -32,7 +32,7 @@ from stillhook.library.parameter_sets import load_friction
 from stillhook.physics.scalar import G
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
-from stillhook.winches.circuits.tables import MJ4
+from stillhook.winches.circuits.losses import MJ4
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims `CLAIM` (paper D, conclusions) [rad/s]."""

@@ -24,7 +24,8 @@ from stillhook.library.leakage import form_of
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.validate.dynamics.output_error import FAR, Model
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment, delayed, repeated, steps_per_cycle
-from stillhook.winches.circuits.tables import MJ4, LeakForm
+from stillhook.winches.circuits.losses import MJ4
+from stillhook.winches.circuits.tables import LeakForm
 
 S = TypeVar("S", bound=BaseModel)
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"

@@ -4,20 +4,18 @@ kernels read of them."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.physics.hydraulics import lines, swash
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
-from stillhook.physics.hydraulics.motor_laws import BLIND, LAWS, map_record, record_of
-from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.tables.table import Count, Number, Spec, Text
+from stillhook.winches.circuits.losses import MJ4, LossAlternatives, LossModel, TorqueLoss
 
 
 class ServoVariant(StrEnum):
@@ -61,115 +59,6 @@ class Servo(Spec):
     def lag(self) -> float:
         """Time by which it lags a ramp of its command [s]."""
         return 2.0 * self.zeta / self.omega_n
-
-
-class TorqueLoss(Spec):
-    """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
-
-    X_1: u.ViscousTorque = Field(ge=0, description="loss per shaft speed")
-    X_2: u.TorqueLossTurbulent = Field(ge=0, description="turbulent loss per speed squared and displacement cubed")
-    X_3: Number = Field(ge=0, description="loss per pressure and displacement")
-    X_4: u.Torque = Field(ge=0, description="constant loss")
-    X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
-
-
-MJ4, MAP = "mj4", "map"
-LossName = StrEnum(  # type: ignore[misc]
-    "LossName", {name.upper().replace("-", "_"): name for name in (*(law for law in LAWS if law not in BLIND), MAP)}
-)
-
-
-class LossModel(Spec):
-    """Torque loss of the motors by another model than MJ4, or by a measured map."""
-
-    law: LossName = Field(description='model, as `stillhook identify motor` names it, "mj4" (that of loss) or "map"')
-    C: tuple[Number, ...] | None = Field(
-        default=None, max_length=30, description="parameters of the model in SI, in the order in which it is written"
-    )
-    n_low: u.Rotation | None = Field(
-        default=None,
-        gt=0,
-        description="lowest speed of the fit, below which the loss at the notches, and a model that interpolates, are"
-        " held; default 400 rev/min",
-    )
-    map: Text | None = Field(
-        default=None, description="CSV file of the map, seen from this file, or map of the library"
-    )
-    D_m: tuple[u.Displacement, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
-    omega_m: tuple[u.Rotation, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
-    dp_m: tuple[u.Pressure, ...] | None = Field(default=None, min_length=1, description="levels of the map, rising")
-    T_f: tuple[Annotated[u.Torque, Field(ge=0)], ...] | None = Field(
-        default=None, max_length=20000, description="loss at every combination of levels, the pressure fastest"
-    )
-    scale: Number = Field(default=1.0, ge=0, description="loss of these motors over that of the model")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _varies_with_displacement(cls, data: Any) -> Any:
-        law = data.get("law") if isinstance(data, Mapping) else None
-        if isinstance(law, str) and law in BLIND:
-            raise ValueError(
-                f'law = "{law}": this model does not vary with displacement. Choose {", ".join(LossName)}.'
-            )
-        return data
-
-    @model_validator(mode="after")
-    def _is_complete(self) -> Self:
-        if self.law != MAP:
-            self._needs_parameters()
-        elif self.T_f is None or None in self.levels:
-            raise ValueError('law = "map": it needs map, the name of a CSV file.')
-        else:
-            self._is_a_grid()
-        return self
-
-    def _needs_parameters(self) -> None:
-        names = () if self.law == MJ4 else LAWS[self.law].record._fields
-        if len(names) != len(self.C or ()):
-            takes = f"{len(names)} numbers, {', '.join(names)}" if names else "none: its numbers are those of loss"
-            raise ValueError(f'C: "{self.law}" takes {takes}; here are {len(self.C or ())}.')
-        if names and not LAWS[self.law].interpolates and min(self.C or ()) < 0.0:
-            raise ValueError(
-                f'C: a parameter of "{self.law}" is negative: a loss never drives the shaft. Give 0 or more.'
-            )
-        if self.map is not None or self.T_f is not None:
-            raise ValueError(f'law = "{self.law}" and a map: choose law = "map", or remove the map.')
-
-    def _is_a_grid(self) -> None:
-        for name, levels in zip(("D_m", "omega_m", "dp_m"), self.levels, strict=True):
-            if any(b <= a for a, b in pairwise(levels)) or levels[0] < 0.0:
-                raise ValueError(f"{name}: levels of a map rise, from 0 or above. Sort them.")
-        if len(self.T_f or ()) != (count := math.prod(map(len, self.levels))):
-            raise ValueError(
-                f"T_f: {len(self.T_f or ())} losses for {count} combinations of levels. Give one for each."
-            )
-
-    @property
-    def levels(self) -> tuple[Any, ...]:
-        """Levels of a map: displacement, speed, pressure drop."""
-        return self.D_m, self.omega_m, self.dp_m
-
-    def fit(self, loss: TorqueLoss, D_max: float) -> Any:
-        """The record by which the twin knows it."""
-        if self.law == MAP:
-            return map_record(*self.levels, self.T_f)(self.scale)
-        if self.law == MJ4:
-            return TorqueLossFit(*(self.scale * getattr(loss, name) for name in TorqueLossFit._fields))
-        motor = LossMotor(D_max) if self.n_low is None else LossMotor(D_max, omega_low=self.n_low)
-        return record_of(self.law)(LAWS[self.law].record(*(self.C or ())), motor, self.scale)
-
-
-_FITTED_AS_WELL: dict[str, Any] = {
-    law.replace("-", "_"): (LossModel | None, Field(default=None, description="a model that fits as well"))
-    for law in LossName
-    if law != MAP
-}
-LossAlternatives: Any = create_model(
-    "LossAlternatives",
-    __base__=Spec,
-    __doc__="Models that fit the map of a motor as well as the one in force, a table for each.",
-    **_FITTED_AS_WELL,
-)
 
 
 class SpeedTable(Spec):

@@ -20,7 +20,8 @@ from stillhook.physics import friction
 from stillhook.physics.hydraulics import motor
 from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.spec.crane import SystemFriction
-from stillhook.winches.circuits.tables import Motor, TorqueLoss, loss_fit
+from stillhook.winches.circuits.losses import TorqueLoss
+from stillhook.winches.circuits.tables import Motor, loss_fit
 
 
 @dataclass(frozen=True)

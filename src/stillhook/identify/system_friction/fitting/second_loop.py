@@ -26,7 +26,7 @@ from stillhook.identify.system_friction.fitting.model import (
     system_friction_at,
 )
 from stillhook.units import show
-from stillhook.winches.circuits.tables import TorqueLoss
+from stillhook.winches.circuits.losses import TorqueLoss
 
 NARROW = 0.5
 """Smallest displacement in the tests over the largest one above which the refined motor model has seen too few
