@@ -16,7 +16,7 @@ from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.lanes import room_for
-from stillhook.kernels.tip_sampling import sampled
+from stillhook.kernels.tip.sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Scenario, Sensors

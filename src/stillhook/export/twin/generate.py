@@ -30,7 +30,7 @@ from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
-from stillhook.kernels.vessel_tip import GIVEN, tip_of_vessel
+from stillhook.kernels.tip.vessel import GIVEN, tip_of_vessel
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane

@@ -46,7 +46,7 @@ VESSEL = {
     for name, text in _MOVED.items()
     for mark, of, per in (("", "", ""), ("v_", "rate of ", "/s"), ("a_", "acceleration of ", "/s^2"))
 }
-"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.vessel_tip`, with what they are and their
+"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.tip.vessel`, with what they are and their
 units."""
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
