@@ -75,8 +75,9 @@ def wire_strength(crane: Crane) -> tuple[float, float]:
     return crane.wire.E * steel, steel
 
 
-def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
-    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
+def hanging(crane: Crane, lift: Lowering, z: float, slack: float | None = None) -> Hanging:
+    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m]; slack: of the
+    slings where it stands on a deck [m].
 
     Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the
     wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip is
@@ -87,6 +88,8 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     F_hook = payload_weight(lift, z) + (crane.hook_mass + lift.link_mass) * G - link_buoyancy(lift, z)
     EA, steel = wire_strength(crane)
     top = z + hook_height(lift, z)
+    if slack is not None:
+        F_hook, top = crane.hook_mass * G, top - slack
     length, wet = lift.h_tip - top, max(-top, 0.0)
     dry, q = length - wet, crane.wire.mass_per_length * G
     q_wet = q - lift.rho * steel * G
