@@ -8,7 +8,7 @@ from stillhook.control.supervisor import Stage as Row
 from stillhook.engine.arguments import RK4_LIMIT, fastest_rates, step_advice
 from stillhook.engine.pack.capacity import overloads, tip_capacity
 from stillhook.engine.pack.lift import PackedLift
-from stillhook.engine.pack.programme import hanging, hook_height, payload_weight
+from stillhook.engine.pack.programme import hanging, hook_height, landed_weight
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import LiftError, SpecError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
@@ -18,7 +18,7 @@ from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.phase import Phase, WinchMode
+from stillhook.spec.lift.phase import Phase, WinchMode, called
 from stillhook.spec.scenario import LONGEST
 from stillhook.units import quote, show
 
@@ -58,7 +58,11 @@ def check_lift(crane: Crane, case: Lowering) -> None:
 def _check_deck(case: Lowering, deck: Deck) -> None:
     """Refuse a deck that the payload does not start on or above."""
     start, height = show(case.start_depth, "length"), show(deck.height, "length")
-    at = "start_depth" if case.start_depth <= 0.0 else "start_depth below the water"
+    if under := [phase for phase in case.programme if phase.depth is not None and phase.depth > 0.0]:
+        raise LiftError(
+            f"{called(under[0])}: depth = {show(under[0].depth, 'length')} is below the water, and a lift with a deck is"
+            " in air. End it above the water, or run what follows without a deck."
+        )
     if deck.slack is None:
         if -case.start_depth <= deck.height:
             raise LiftError(
@@ -68,7 +72,7 @@ def _check_deck(case: Lowering, deck: Deck) -> None:
         return
     if abs(case.start_depth + deck.height) > ON_DECK:
         raise LiftError(
-            f"{at} = {start}: with deck.slack the payload starts on the deck, {height} above the water. Give"
+            f"start_depth = {start}: with deck.slack the payload starts on the deck, {height} above the water. Give"
             f" start_depth = {quote(show(-deck.height, 'length'))}."
         )
     if case.compensator is not None:
@@ -147,11 +151,11 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
 
 def _check_tension(crane: Crane, case: Lowering, phase: Phase, where: str) -> None:
     """A load is landed only if the wire carries less than its weight."""
-    hangs = payload_weight(case, -math.inf) + (crane.hook_mass + case.link_mass) * G
+    hangs = landed_weight(case) + (crane.hook_mass + case.link_mass) * G
     if phase.tension is not None and phase.tension >= hangs:
         raise LiftError(
             f"{where}: tension = {show(phase.tension, 'force')} would lift the load again: payload and hook weigh"
-            f" {show(hangs, 'force')} in water. Give less."
+            f" {show(hangs, 'force')}{' in water' if case.deck is None else ''}. Give less."
         )
 
 

@@ -278,8 +278,8 @@ def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterabl
 
 def status(run: LoweringRun) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
-    (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a phase that does not
-    land), the limit of a unit between hook and slings ("compensator stroke"),
+    (slings went slack while the load hung free), "touchdown" (the load touched the seabed or a deck in a phase that
+    does not land), "second hit" (a load that was lifted off a deck was hit by it again), the limit of a unit between hook and slings ("compensator stroke"),
     "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a phase timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if run.diverged:
@@ -292,6 +292,8 @@ def status(run: LoweringRun) -> str:
         beyond.append(unit.LIMIT)
     if unplanned_touches(run):
         beyond.append("touchdown")
+    if second_hits(run):
+        beyond.append("second hit")
     beyond += judged(crane, resting(run), r.stats.common.F_max)
     if run.hang.course.sup.stuck > 0.0:
         beyond.append("stuck")
@@ -316,9 +318,16 @@ def resting(run: LoweringRun) -> float:
 
 def unplanned_touches(run: LoweringRun) -> list[tuple[int, LiftStats]]:
     """Phases that do not land, or the time after the programme (numbered as one more phase), in which the load first
-    touches the seabed."""
+    touches the seabed, or the deck that it did not start on."""
     lands = [s.landed or s.mode is WinchMode.LANDING for s in run.case.programme]
-    return [(i, s.lift) for i, s in run.phases if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+    touches = [] if run.case.on_deck else run.phases
+    return [(i, s.lift) for i, s in touches if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+
+
+def second_hits(run: LoweringRun) -> list[tuple[int, dict[str, float]]]:
+    """Phases, numbered as in `unplanned_touches`, in which a load that was lifted off a deck hits it again, and the
+    deck's numbers of them."""
+    return [(i, deck.numbers(s.deck)) for i, s in run.phases if run.case.on_deck and s.deck.hits > 0.0]
 
 
 def phase_numbers(run: LoweringRun, r: PhaseResult) -> dict[str, float]:
@@ -423,9 +432,16 @@ def notes(run: LoweringRun) -> list[str]:
     for i, s in run.phases:
         if s.link is not None:
             notes_of_run.extend(f'phase "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
+    for i, hit in second_hits(run):
+        notes_of_run.append(
+            f'phase "{names[i]}": the deck hits the load again after {show(hit["t_second_hit"], "time")},'
+            f" {int(hit['second_hits'])} times at up to {show(hit['v_second_hit_max'], 'speed')}: hoist faster,"
+            " or begin at another moment of the deck's motion"
+        )
+    ground = "seabed" if case.deck is None else "deck"
     for i, touch in unplanned_touches(run):
         notes_of_run.append(
-            f'phase "{names[i]}" does not land, and the load touches the seabed in it after'
+            f'phase "{names[i]}" does not land, and the load touches the {ground} in it after'
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the phase before it higher, or"
             ' land with mode = "landing" or landed = true'
         )

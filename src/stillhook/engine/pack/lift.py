@@ -129,6 +129,8 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         z_0, slack = case.z_0 - case.deck.settlement, case.deck.slack
     s_w = hanging(crane, case, z_0, slack).s_w
     load, table = pack_payload(case.payload, case.rho, case.depth)
+    if case.deck is not None:  # in air at any height
+        table = np.where(np.arange(table.shape[1]) == 0, table, 0.0)
     wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))

@@ -104,6 +104,11 @@ def payload_weight(lift: Lowering, z: float) -> float:
     return weight_in_water(lift.payload, lift.rho, z)
 
 
+def landed_weight(lift: Lowering) -> float:
+    """Weight of the payload less its buoyancy where it lands, on the seabed or on a deck in air [N]."""
+    return payload_weight(lift, -math.inf if lift.deck is None else 0.0)
+
+
 def weight_in_water(load: Payload, rho: float, z: float) -> float:
     """Weight of a payload less its buoyancy in water of density rho, underside at z above still water [N]."""
     return (load.mass - rho * _displaced(load, rho, min(max(-z, 0.0), load.reach(rho)))) * G
@@ -187,7 +192,7 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         tau_slow=w.tau_slow,
         tau_suspended=w.tau_suspended,
         t_fade=c.t_bumpless,
-        F_landed=w.landed * max(payload_weight(lift, -math.inf), 0.0),
+        F_landed=w.landed * max(landed_weight(lift), 0.0),
         F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,
         EA=EA,
         L_0=crane.wire.L_0,
@@ -226,7 +231,7 @@ def _row(crane: Crane, lift: Lowering, driven: Driven, where: str, after: Driven
                 f"{where}: {name} = {show(F, 'force')}: above the {show(crane.SWL * G, 'force')} of the SWL of"
                 f' "{crane.name}". Give less.'
             )
-    if (phase.mode is WinchMode.LANDING or phase.landed) and payload_weight(lift, -math.inf) <= 0.0:
+    if (phase.mode is WinchMode.LANDING or phase.landed) and landed_weight(lift) <= 0.0:
         raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
     end = phase.ends[0]
     value = {"time": phase.time, "wire": phase.wire, "end_tension": phase.end_tension, "landed": 0.0}.get(end)

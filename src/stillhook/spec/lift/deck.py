@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field, SerializeAsAny, field_validator
+from pydantic import Field, field_validator
 
 from stillhook import units as u
 from stillhook.base.arrays import FloatArray
@@ -32,7 +32,7 @@ class Deck(Record):
     """
 
     height: u.Length = Field(description="of the deck at rest above still water")
-    motion: SerializeAsAny[Motion] = Field(default_factory=Still, description="of the deck about that height")
+    motion: Motion = Field(default_factory=Still, description="of the deck about that height")
     settlement: u.Length = Field(
         default=5e-3, gt=0, le=0.5, description="of deck and dunnage under the payload's weight (assumed)"
     )
