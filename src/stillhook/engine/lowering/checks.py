@@ -58,11 +58,12 @@ def check_lift(crane: Crane, case: Lowering) -> None:
 def _check_deck(case: Lowering, deck: Deck) -> None:
     """Refuse a deck that the payload does not start on or above."""
     start, height = show(case.start_depth, "length"), show(deck.height, "length")
-    if under := [phase for phase in case.programme if phase.depth is not None and phase.depth > 0.0]:
-        raise LiftError(
-            f"{called(under[0])}: depth = {show(under[0].depth, 'length')} is below the water, and a lift with a deck is"
-            " in air. End it above the water, or run what follows without a deck."
-        )
+    for phase in case.programme:
+        if phase.depth is not None and phase.depth > 0.0:
+            raise LiftError(
+                f"{called(phase)}: depth = {show(phase.depth, 'length')} is below the water, and a lift with a deck is"
+                " in air. End it above the water, or run what follows without a deck."
+            )
     if deck.slack is None:
         if -case.start_depth <= deck.height:
             raise LiftError(

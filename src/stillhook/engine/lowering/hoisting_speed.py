@@ -88,8 +88,8 @@ def hoisting_speed(
         for i, v in enumerate(some):
             again = np.isfinite(hit[i])
             fastest = float(np.nanmax(hit[i])) if again.any() else 0.0
-            most = (float(x[i].max()) for x in (F_hook, F_tip, slack))
-            rows[v] = AtSpeed(v, float(again.mean()), fastest, *most, float(v_w[i].min()))
+            forces = float(F_hook[i].max()), float(F_tip[i].max())
+            rows[v] = AtSpeed(v, float(again.mean()), fastest, *forces, float(slack[i].max()), float(v_w[i].min()))
 
     run(wanted)
     hits = [v for v in wanted if rows[v].share > 0.0]

@@ -279,8 +279,9 @@ def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterabl
 def status(run: LoweringRun) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed or a deck in a phase that
-    does not land), "second hit" (a load that was lifted off a deck was hit by it again), the limit of a unit between hook and slings ("compensator stroke"),
-    "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a phase timed out), "unfinished".
+    does not land), "second hit" (a load that was lifted off a deck was hit by it again), the limit of a unit between
+    hook and slings ("compensator stroke"), "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a
+    phase timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if run.diverged:
         return "diverged"
