@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.base.progress import Meter, Progress
+from stillhook.base.progress import Progress
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import LiftError
 from stillhook.sea.motion.motion import Motion, Sine
@@ -16,11 +16,10 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.units import show
 
-CLOSE = 0.02
-"""How closely the lowest speed is found [-]."""
 SPAN = 120.0
 """Time over which starts are spread where the deck has no period [s]."""
-MOST_STARTS = 256
+STARTS, MOST_STARTS = 64, 256
+"""Instants of the beginning: some 6 deg of a sine apart, for a hit may need a moment as short."""
 
 
 class AtSpeed(NamedTuple):
@@ -52,12 +51,11 @@ def hoisting_speed(
     lift: Lowering,
     speeds: Sequence[float],
     *,
-    starts: int = 16,
+    starts: int = STARTS,
     span: float | None = None,
     progress: Progress | None = None,
 ) -> HoistingSpeed:
-    """Runs of a lift off a deck at several hoisting speeds [m/s], and halvings between the highest with a second hit
-    and the next one.
+    """Runs of a lift off a deck at several hoisting speeds [m/s].
 
     The first phase, which waits, is longer by starts even parts of span [s]; default a period of the deck. The first
     phase that hoists does so at each speed, reached by the joystick's ramp. Errors: LiftError.
@@ -77,30 +75,19 @@ def hoisting_speed(
         raise LiftError("hoisting speeds: give one or more above 0 m/s.")
     later = [span * i / starts for i in range(starts)]
     lift = lasting(lift, hoists, wanted[0], wanted[-1], span)
-    rows: dict[float, AtSpeed] = {}
-    meter = Meter(len(wanted) + 6.0, progress)
-
-    def run(some: Sequence[float]) -> None:
-        cases = [begun(lift, hoists, v, t) for v in some for t in later]
-        data = simulate(crane, cases, end=End.PROGRAMME, progress=meter.part(float(len(some))))
-        names = ("v_second_hit_max", "F_sling_max", "F_w_max", "sling_slack_time", "v_w_max")
-        hit, F_hook, F_tip, slack, v_w = (data[name].values.reshape(len(some), starts) for name in names)
-        for i, v in enumerate(some):
-            again = np.isfinite(hit[i])
-            fastest = float(np.nanmax(hit[i])) if again.any() else 0.0
-            forces = float(F_hook[i].max()), float(F_tip[i].max())
-            rows[v] = AtSpeed(v, float(again.mean()), fastest, *forces, float(slack[i].max()), float(v_w[i].min()))
-
-    run(wanted)
-    hits = [v for v in wanted if rows[v].share > 0.0]
-    lowest = wanted[0]
-    if hits:
-        lo, hi = hits[-1], min((v for v in wanted if v > hits[-1]), default=math.nan)
-        while hi - lo > CLOSE * hi:
-            run([mid := round(0.5 * (lo + hi), 4)])
-            lo, hi = (mid, hi) if rows[mid].share > 0.0 else (lo, mid)
-        lowest = hi
-    return HoistingSpeed(lowest, tuple(rows[v] for v in sorted(rows)), starts, span)
+    cases = [begun(lift, hoists, v, t) for v in wanted for t in later]
+    data = simulate(crane, cases, end=End.PROGRAMME, progress=progress)
+    names = ("v_second_hit_max", "F_sling_max", "F_w_max", "sling_slack_time", "v_w_max")
+    rows = []
+    for v, *of in zip(wanted, *(data[name].values.reshape(-1, starts) for name in names), strict=True):
+        hit, F_hook, F_tip, slack, v_w = of
+        again = np.isfinite(hit)
+        fastest = float(hit[again].max()) if again.any() else 0.0
+        forces = float(F_hook.max()), float(F_tip.max())
+        rows.append(AtSpeed(v, float(again.mean()), fastest, *forces, float(slack.max()), float(v_w.min())))
+    hit_at = [row.v for row in rows if row.share > 0.0]
+    lowest = next((v for v in wanted if not hit_at or v > hit_at[-1]), math.nan)
+    return HoistingSpeed(lowest, tuple(rows), starts, span)
 
 
 def period_of(motion: Motion) -> float:
