@@ -122,7 +122,7 @@ class LoweringType(CaseType):
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        ideal = is_ideal(lift.sensors) and not reference_of(lift.tip, lift.deck).separate
+        ideal = is_ideal(lift.sensors) and not reference_of(lift.tip, lift.deck, 0).separate
         return lift.duration, lift.wire.nodes, water, phases_of(case), ideal
 
     def seconds(self, crane: Crane, case: Case) -> float:

@@ -74,7 +74,7 @@ def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
         name=case.name,
         load=case.payload.mass + case.link_mass,
         s_w=s_w,
-        tip=reference_of(case.tip, case.deck),
+        tip=reference_of(case.tip, case.deck, case.sensors.seed),
         mode=case.controller,
         duration=case.duration,
         ramp=case.ramp,

@@ -20,6 +20,8 @@ from stillhook.units import show
 
 RATE = 100.0
 """Values of noise a second [1/s]."""
+BLOCK, STREAM = 4096, 1
+"""Values of noise made at once, and what keeps them apart from others of the same seed."""
 
 
 class Deck(Record):
@@ -31,7 +33,7 @@ class Deck(Record):
     ScenarioError, one line.
     """
 
-    height: u.Length = Field(description="of the deck at rest above still water")
+    height: u.Length = Field(gt=0, description="of the deck at rest above still water")
     motion: Motion = Field(default_factory=Still, description="of the deck about that height")
     settlement: u.Length = Field(
         default=5e-3, gt=0, le=0.5, description="of deck and dunnage under the payload's weight (assumed)"
@@ -46,7 +48,6 @@ class Deck(Record):
     delay: u.Time = Field(default=0.0, ge=0, le=2, description="of the deck's motion unit")
     noise_s: u.Length = Field(default=0.0, ge=0, description="standard deviation of its position signal")
     noise_v: u.Speed = Field(default=0.0, ge=0, description="standard deviation of its speed signal")
-    seed: Annotated[int, Field(strict=True, ge=0)] = 0
 
     @field_validator("motion", mode="before")
     @classmethod
@@ -98,8 +99,11 @@ class TipOverDeck(Motion):
 
     def _noise(self, i: FloatArray) -> FloatArray:
         """Values number i of the noise, the same however they are asked for."""
-        block, inside = np.divmod(i, 4096)
-        made = {b: np.random.default_rng([self.seed, b]).standard_normal((2, 4096)) for b in np.unique(block).tolist()}
+        block, inside = np.divmod(i, BLOCK)
+        made = {
+            b: np.random.default_rng([self.seed, STREAM, b]).standard_normal((2, BLOCK))
+            for b in np.unique(block).tolist()
+        }
         return np.stack([made[b][:, j] for b, j in zip(block.ravel().tolist(), inside.ravel(), strict=True)], axis=-1)
 
     def describe(self) -> str:
@@ -109,8 +113,8 @@ class TipOverDeck(Motion):
         raise NotImplementedError  # made for a run from tip and deck, which are stored
 
 
-def reference_of(tip: Motion, deck: Deck | None) -> Motion:
-    """The tip's motion, as the PLC measures it with a deck below or without one."""
+def reference_of(tip: Motion, deck: Deck | None, seed: int) -> Motion:
+    """The tip's motion, as the PLC measures it with a deck below or without one; seed of noise."""
     if deck is None or not deck.followed:
         return tip
-    return TipOverDeck(tip, deck.motion, deck.delay, deck.noise_s, deck.noise_v, deck.seed)
+    return TipOverDeck(tip, deck.motion, deck.delay, deck.noise_s, deck.noise_v, seed)
