@@ -427,7 +427,8 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
             f"Slings: least {cell('F_sling_min', least['F_sling_min'])} in {least['name']}; largest DAF"
             f" {cell('DAF', most['DAF'])} in {most['name']}."
         )
-    if not math.isnan(answer["t_landed"]):
+    lines += _off_deck(file, answer)
+    if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
         at = f"after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}"
         lines.append(f"Touch-down {at}.")
     compensated = [row for row in phases if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
@@ -440,6 +441,19 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
     more = f"every phase, {counted(len(notes), 'note')}"
     title = f"{answer['lift']}: {file.lift.payload.title or file.lift.payload.name}, {answer['crane']}, {file.place}"
     return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
+
+
+def _off_deck(file: LiftFile, answer: dict[str, Any]) -> list[str]:
+    """When a load left the deck that it started on, and how the deck hit it again."""
+    if not file.lift.on_deck:
+        return []
+    if math.isnan(answer["t_lift_off"]):
+        return ["The payload does not leave the deck."]
+    hits = int(answer["second_hits"])
+    again = (
+        f"{counted(hits, 'second hit')}, up to {show(answer['v_second_hit_max'], 'speed')}" if hits else "no second hit"
+    )
+    return [f"Lift-off after {show(answer['t_lift_off'], 'time')}; {again}."]
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
@@ -462,7 +476,9 @@ def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
         from stillhook.winches.load_path.registry import UNITS
 
         print(UNITS[unit.type].summary(unit, answer))
-    if not math.isnan(answer["t_landed"]):
+    for line in _off_deck(file, answer):
+        print(line)
+    if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")

@@ -195,7 +195,7 @@ def deck_of(file: LiftTables, table: TomlTable) -> Deck | None:
         raise table.wrong('give a table [deck] with height, such as height = "6 m".', "deck")
     own = dict(file.deck)
     try:
-        if "motion" in own:
+        if not isinstance(own.get("motion", ""), str):
             own["motion"] = read_tip(own["motion"], table.path.parent)
         return Deck(**own)
     except (ScenarioError, MotionError) as problem:
