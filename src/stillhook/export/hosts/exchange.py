@@ -14,13 +14,16 @@ import base64
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from stillhook.engine.saved import printable
 from stillhook.engine.session import Kept, Session
-from stillhook.errors import SimulationError
+from stillhook.errors import MotionError, SimulationError
 from stillhook.physics.scalar import G
+from stillhook.sea.motion.motion import Still
+from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -93,6 +96,19 @@ class Exchange:
         self._accepted: Mark
         self._trial: Mark
 
+    def sample(self, time: float, F_w: float, vessel: Mapping[str, float]) -> Sample:
+        """What a host gives that has the vessel's motion, by names as in `Session.vessel_inputs`: the tip is the one
+        that the PLC calculates, as the wire is the host's. Errors: SimulationError for what is not complete."""
+        if not isinstance(self.case.tip, VesselTip):
+            raise SimulationError(
+                "The case's tip has no boom. Give a case with [scenario.tip] boom, or the tip's motion."
+            )
+        try:
+            _, seen = self.case.tip.of_inputs(vessel, time)
+        except MotionError as problem:
+            raise SimulationError(f"The host's motion of the vessel: {problem}") from None
+        return Sample(time, F_w, *(x.item() for x in seen))
+
     def at(self, sample: Sample, *, new_step: bool) -> Answer:
         """The answer at a sample; new_step: the host began a new step, so that its last sample is accepted unless the
         time went back behind it.
@@ -125,7 +141,8 @@ class Exchange:
     def _standing(self, first: Sample) -> Session:
         """The winch standing under the first tension."""
         load = max(first.F_w / G - self.crane.hook_mass, 0.0)
-        case = self.case.model_copy(update={"load": load, "water": None})
+        still = {"tip": Still()} if isinstance(self.case.tip, VesselTip) else {}
+        case = self.case.model_copy(update={"load": load, "water": None, **still})
         return Session(self.crane, case, coupling="wire")
 
     def _advance(self, session: Session, sample: Sample, before: Mark) -> Answer:
