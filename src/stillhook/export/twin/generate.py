@@ -280,7 +280,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
     at_tick = offset(d.Lane, "tick", 1)
     return Made(
-        text=_translated(entries) + ("" if tip is None else "SH_UNUSED " + _array("sh_boom", _boom(tip), const=False)),
+        text=_translated(entries) + ("" if tip is None else _boom(tip)),
         ports=found,
         limits=passed,
         names=names,
@@ -299,9 +299,17 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
 POSE = {"slew": "slew", "main": "main_angle", "knuckle": "knuckle_angle"}
 
 
-def _boom(tip: VesselTip) -> list[float]:
-    """Lengths of the boom from the point of the motion, and from the motion unit."""
-    return [*lengths(tip.boom), *lengths(tip.boom, tip.unit.at, tip.unit.exact)]
+def _boom(tip: VesselTip) -> str:
+    """Lengths of the boom from the point of the motion, and from the motion unit; what is given on a level ship; and
+    where the tip is then, from the motion unit."""
+    boom, unit = tip.boom, tip.unit
+    level = [0.0] * 9 + [x for f in POSE.values() for x in (getattr(boom, f), 0.0, 0.0)] + [0.0] * 3
+    arrays = {
+        "sh_boom": [*lengths(boom), *lengths(boom, unit.at, unit.exact)],
+        "sh_level": level,
+        "sh_lever": [a - b for a, b in zip(boom.tip, unit.at, strict=True)],
+    }
+    return "".join(f"SH_UNUSED {_array(name, values, const=False)}" for name, values in arrays.items())
 
 
 def _settings(ports: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
