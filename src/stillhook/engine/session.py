@@ -89,8 +89,7 @@ class Session:
     alone; step: integration step as in `simulate` (default 2 ms). Ramp, operator, modes, sensors and faults of the
     scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
-    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name, a value that is
-    not a number, and a state that is no longer a number.
+    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name and no number.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -145,10 +144,13 @@ class Session:
             for name in self._columns
             for i in (self._place(name),)
         }
-        self._tip, jets = (cases[0].tip, GIVEN.values()) if isinstance(cases[0].tip, VesselTip) else (None, ())
-        self._vessel = {name: self._ends[of] for jet in jets for name, of in zip(jet, MOTION, strict=True)}
-        text = json.dumps([crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str)
-        self._identity = hashlib.sha256(text.encode()).hexdigest()
+        self._tip = cases[0].tip if isinstance(cases[0].tip, VesselTip) else None
+        jets = [zip(jet, MOTION, strict=True) for jet in GIVEN.values() if self._tip is not None]
+        self._vessel = {name: self._ends[of] for jet in jets for name, of in jet}
+        text = json.dumps(
+            [crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str
+        ).encode()
+        self._identity = hashlib.sha256(text).hexdigest()
         self._k, self._held, self._changed = 0, dict[str, float](), dict[str, float]()
         self._prepare_calls()
         self._row, self._next = np.zeros(TICK), np.zeros(TICK)
@@ -195,7 +197,7 @@ class Session:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of settings that `set` changes: of the PLC; factors on friction, leakage, displacement and gas charge
-        of the crane file; of the drive, by their path there; of controllers and sensors, as "controller.setting"."""
+        of the crane; of the drive, by their path; of controllers and sensors, as "controller.setting"."""
         return (*self._parameters, *self._settings.known)
 
     @property

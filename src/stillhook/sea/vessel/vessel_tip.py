@@ -191,7 +191,7 @@ class VesselTip(Motion):
                 lacks = ", ".join(each for each in jet if each not in values)
                 raise MotionError(f"{lacks} missing. Give heave, roll and pitch with their rates and accelerations.")
             if given:
-                jets[name] = Jet(*(np.array([values[each]]) for each in jet))
+                jets[name] = Jet(*np.array([[values[each]] for each in jet]))
         for name in ("roll", "pitch"):
             if abs(values[name]) > LARGEST_ANGLE:
                 raise MotionError(f"{name} = {values[name]:g} rad is beyond any ship. Give a value within +-1.047.")
