@@ -89,7 +89,7 @@ class Session:
     alone; step: integration step as in `simulate` (default 2 ms). Ramp, operator, modes, sensors and faults of the
     scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
-    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name and no number.
+    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name or a bad number.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -145,8 +145,9 @@ class Session:
             for i in (self._place(name),)
         }
         self._tip = cases[0].tip if isinstance(cases[0].tip, VesselTip) else None
-        jets = [zip(jet, MOTION, strict=True) for jet in GIVEN.values() if self._tip is not None]
-        self._vessel = {name: self._ends[of] for jet in jets for name, of in jet}
+        pairs = [pair for jet in GIVEN.values() if self._tip for pair in zip(jet, MOTION, strict=True)]
+        self._ends |= {name: self._ends[of] for name, of in pairs}
+        self._vessel = tuple(name for name, _ in pairs)
         text = json.dumps(
             [crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str
         ).encode()
@@ -192,7 +193,7 @@ class Session:
     @property
     def vessel_inputs(self) -> tuple[str, ...]:
         """Names by which `step` takes the vessel's motion in place of that of a `VesselTip`."""
-        return tuple(self._vessel)
+        return self._vessel
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -357,8 +358,6 @@ class Session:
         self._A[:], self._row[:] = kept.A, kept.row
         self._k, self._held, self._changed, self._seen = kept.k, dict(kept.held), dict(kept.changed), False
 
-    # What is behind it
-
     def _checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, float]:
         """Inputs of a step. Errors: SimulationError."""
         if not isinstance(inputs, Mapping):
@@ -472,9 +471,7 @@ class Session:
 
     def _value(self, name: str, value: Any) -> float:
         """An input. Errors: SimulationError."""
-        if isinstance(name, str) and name in self._vessel:
-            return self._number(name, value, self._vessel[name])
-        if not isinstance(name, str) or name not in self._columns:
+        if not isinstance(name, str) or name not in self._ends:
             if reason := lacking(self._crane).get(name if isinstance(name, str) else ""):
                 raise SimulationError(f"Session: {name}: {reason}. Leave it out.")
             raise SimulationError(self._unknown(name, (*self._columns, *self._vessel, *self.parameters)))
