@@ -31,7 +31,8 @@ def test_a_winch_with_checks_in_an_fmu_is_that_of_simulate_until_its_encoder_fai
     slave.begin(given(tip[0]), {"input_time": 0})
     out, codes = [], [slave.numbers["guard_state"], slave.numbers["guard_alarm"]]
     for k, row in enumerate(tip[1:]):
-        slave.set(**given(row), **({"q_s_w": 0.0} if k >= BAD else {}))
+        slave.set(**given(row))
+        slave.fmu.setBoolean([slave.numbers["q_s_w"]], [k < BAD])
         slave.step(k * 0.01, 0.01)
         out.append([*slave.get("e_c", "s_w", "brake"), *slave.get_int(codes)])
     e_c, s_w, brake, guard, alarm = np.array(out).T
