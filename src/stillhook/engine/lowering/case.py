@@ -157,7 +157,8 @@ class LoweringType(CaseType):
         first = crane if isinstance(crane, Crane) else crane[0]
         winch, joints = first.plant.type, joints_of(cases)
         lifts = [lift_of(c) for c in cases]
-        of_run, of_phases = run_numbers_of(winch, joints=joints), phase_numbers_of(winch, joints=joints)
+        of_run = run_numbers_of(winch, joints=joints, checks=first.control.guard is not None)
+        of_phases = phase_numbers_of(winch, joints=joints)
         rows: list[dict[str, Any]] = []
         phases = np.full((len(cases), max(map(phases_of, cases)), len(of_phases)), math.nan)
         peaks = np.full((len(cases), max(map(intervals_of, cases)), len(PEAKS)), math.nan)

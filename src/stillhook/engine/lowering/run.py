@@ -306,6 +306,7 @@ class LiftBlock(Block[Ready]):
             v=self.B[:, 1, l].copy(),
             peaks=self._peaks(l),
             interval=self.sampled * self.drive.t_cycle,
+            checks=self.part("laws", l).checks.k if self.d.laws.checks else None,
         )
 
     def _peaks(self, l: int) -> FloatArray:

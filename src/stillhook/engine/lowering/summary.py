@@ -25,7 +25,15 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
-from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, oscillation_notes, winch_numbers
+from stillhook.engine.scenario.summary import (
+    OF_ALARMS,
+    OF_OSCILLATION,
+    alarm_notes,
+    alarm_numbers,
+    limits_passed,
+    oscillation_notes,
+    winch_numbers,
+)
 from stillhook.engine.store import Summary
 from stillhook.kernels.oscillation import joined
 from stillhook.spec.crane import Crane
@@ -124,9 +132,9 @@ def phase_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple
     return ("t_begin", *numbers_of(winch, joints=joints))
 
 
-def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Numbers of the whole run."""
-    return (*numbers_of(winch, joints=joints), *OF_RUN)
+def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = (), checks: bool = False) -> tuple[str, ...]:
+    """Numbers of the whole run; checks: whether the PLC has them."""
+    return (*numbers_of(winch, joints=joints), *OF_RUN, *(OF_ALARMS if checks else ()))
 
 
 def joints_of(cases: Sequence[Lowering | InSea]) -> tuple[str, ...]:
@@ -157,16 +165,16 @@ def names_of(crane: Crane, case: Lowering | InSea, joints: tuple[str, ...] | Non
     """Names of all numbers in one row: of the run, then of each phase and of each interval; joints: in place of the
     case's own."""
     own = joints_of([case]) if joints is None else joints
-    return _names(crane.plant.type.name, phases_of(case), intervals_of(case), own)
+    return _names(crane.plant.type.name, phases_of(case), intervals_of(case), own, crane.control.guard is not None)
 
 
 @functools.cache
-def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
+def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...], checks: bool) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
     names = phase_numbers_of(winch, joints=joints)
     of_phases = (f"{i} {name}" for i in range(phases) for name in names)
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
-    return (*run_numbers_of(winch, joints=joints), *of_phases, *of_intervals)
+    return (*run_numbers_of(winch, joints=joints, checks=checks), *of_phases, *of_intervals)
 
 
 class PhaseResult(NamedTuple):
@@ -185,7 +193,8 @@ class PhaseResult(NamedTuple):
 class LoweringRun(Run):
     """What came back of a lowering. phases: number of the phase and its statistics, in the order of time, the last
     that after the programme where it ended; starts of these [s]; series: rows of Signals and LiftSignals; peaks: rows
-    of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]."""
+    of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]; checks: memory of
+    those of the PLC, None where it has none."""
 
     packed: PackedLift
     phases: tuple[tuple[int, PhaseResult], ...]
@@ -195,6 +204,7 @@ class LoweringRun(Run):
     v: FloatArray
     peaks: FloatArray
     interval: float
+    checks: Any = None
 
     @cached_property
     def total(self) -> PhaseResult:
@@ -244,7 +254,7 @@ class LoweringRun(Run):
             n = min(len(peaks), len(self.peaks))
             peaks[:n] = self.peaks[:n]
         numbers = itertools.chain(
-            (run[name] for name in run_numbers_of(winch, joints=joints)),
+            (run[name] for name in run_numbers_of(winch, joints=joints, checks=self.checks is not None)),
             (phase[name] for phase in phases for name in phase_numbers_of(winch, joints=joints)),
             peaks.ravel(),
         )
@@ -395,11 +405,12 @@ def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]
         "work_slam": W.slam,
         "work_bottom": W.bottom,
         "energy_unaccounted": run.energy_unaccounted,
+        **({} if run.checks is None else alarm_numbers(run.checks)),
     }
     if run.diverged:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    notes_of_run = [*doubts, *notes(run), *_loss_notes(run)]
+    notes_of_run = [*doubts, *notes(run), *_loss_notes(run), *alarm_notes(run.checks)]
     return {"status": marked(status(run), doubts), **numbers, "notes": notes_of_run}, rows
 
 

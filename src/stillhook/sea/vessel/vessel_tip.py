@@ -4,7 +4,7 @@ the PLC makes of its motion unit's signals."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -30,6 +30,12 @@ Moves = tuple[tuple[float, float, float], ...]
 SIZES = {"heave": "length", "roll": "angle", "pitch": "angle", "surge": "length", "sway": "length", "yaw": "angle"}
 ANGLES = {"slew": "slew", "luff": "main_angle", "fold": "knuckle_angle"}
 """Movements of a boom, and the angle of `Boom` that each changes."""
+GIVEN = {
+    name: (name, f"v_{name}", f"a_{name}")
+    for name in ("heave", "roll", "pitch", "slew", "main", "knuckle", "unit_heave")
+}
+"""Vessel, angles of the boom, and heave as the motion unit gives it, as inputs from outside: each with its rate and
+acceleration."""
 SOFT = 2.0
 """Time over which a boom comes to its speed, and to rest [s]: half of it before a movement's first and last time."""
 LARGEST_ANGLE = math.radians(60.0)  # of roll and pitch
@@ -172,6 +178,36 @@ class VesselTip(Motion):
         boom = lengths(self.boom, self.unit.at, self.unit.exact)
         return _sample(tip_motion(self._signals.at(flat), self._pose(flat), boom), time)
 
+    def of_inputs(self, values: Mapping[str, float], t: float) -> tuple[Sample, Sample]:
+        """Motion of the tip, and that of the PLC, where the vessel's comes from outside by the names of `GIVEN` [SI].
+
+        Angles of the boom are those of this motion at t [s] unless they are given, unit_heave that at the place of an
+        ideal unit. Errors: MotionError for what is not complete, not possible, or depends on the unit's past.
+        """
+        jets = {}
+        for name, jet in GIVEN.items():
+            given = [each for each in jet if each in values]
+            if (given and len(given) < len(jet)) or (not given and name in ("heave", "roll", "pitch")):
+                lacks = ", ".join(each for each in jet if each not in values)
+                raise MotionError(f"{lacks} missing. Give heave, roll and pitch with their rates and accelerations.")
+            if given:
+                jets[name] = Jet(*np.array([[values[each]] for each in jet]))
+        for name in ("roll", "pitch"):
+            if abs(values[name]) > LARGEST_ANGLE:
+                raise MotionError(f"{name} = {values[name]:g} rad is beyond any ship. Give a value within +-1.047.")
+        if self.unit.delay or self.unit.noisy:
+            raise MotionError("delay and noise of the case's motion unit are those of the input. Leave them out.")
+        if self.unit.heave_period is not None and "unit_heave" not in jets:
+            raise MotionError("unit_heave missing: the case's motion unit filters heave. Give it as the unit does.")
+        true = Attitude(jets["heave"], jets["roll"], jets["pitch"])
+        pose = BoomPose(
+            *(jets.get(n, own) for n, own in zip(("slew", "main", "knuckle"), self._pose(np.array([t])), strict=True))
+        )
+        seen = true._replace(heave=jets["unit_heave"]) if "unit_heave" in jets else self._moved_to_unit(true)
+        now = np.array([t])
+        boom = lengths(self.boom, self.unit.at, self.unit.exact)
+        return _sample(tip_motion(true, pose, lengths(self.boom)), now), _sample(tip_motion(seen, pose, boom), now)
+
     @cached_property
     def _signals(self) -> Signals:
         return Signals(self.unit, self._at_unit, self.duration)
@@ -180,8 +216,11 @@ class VesselTip(Motion):
         return Attitude(*(Jet(*getattr(self, name).sample(t)) for name in ("heave", "roll", "pitch")))
 
     def _at_unit(self, t: FloatArray) -> Attitude:
+        return self._moved_to_unit(self._attitude(t))
+
+    def _moved_to_unit(self, true: Attitude) -> Attitude:
         """Attitude with the heave at the motion unit's place."""
-        true, (x, y, z) = self._attitude(t), self.unit.at
+        x, y, z = self.unit.at
         if not any(self.unit.at):
             return true
         h = rise(true, Jet(x, 0.0, 0.0), Jet(y, 0.0, 0.0), Jet(z, 0.0, 0.0), 1.0)
