@@ -7,10 +7,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray
 from blocks import AS_IT_STANDS, Template, sayings, table
 
-from stillhook import Crane, Scenario, simulate
+from stillhook import Crane, Scenario, Sine, simulate
 from stillhook.analysis.uncertainty.attribution import (
     MATTERS,
     Alternative,
@@ -25,6 +26,7 @@ from stillhook.analysis.uncertainty.attribution import (
 )
 from stillhook.analysis.uncertainty.attribution import attribute as ranked
 from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
 
@@ -201,6 +203,15 @@ class Variant(NamedTuple):
         return varied(self.label, self.changes, only=self.only, tip=self.tip, more=self.more, group=self.group)
 
 
+def below(a: Numbers, b: Numbers, name: str) -> float:
+    """By how many per cent a number of one run is below that of another."""
+    return 100.0 * (1.0 - float(a[name]) / float(b[name])) if float(b[name]) > 0.0 else math.nan
+
+
+NAMES = {"below": below, "gains": gains, "heavier": heavier, "math": math, "np": np, "Sine": Sine}
+"""What expressions of variants and figures may use beside the names of their page."""
+
+
 def variants(names: Mapping[str, Any], key: str = "variant") -> tuple[Variant, ...]:
     """Those of a page, in its claims: the label of a common one (claims/causes.toml), or a table; names: the page's, in
     which texts are templates, and tip and changes may be expressions."""
@@ -213,8 +224,9 @@ def variants(names: Mapping[str, Any], key: str = "variant") -> tuple[Variant, .
 
 
 def _variant(row: Mapping[str, Any], names: Mapping[str, Any]) -> Variant:
-    made = {k: eval(x, dict(names)) if k in ("tip", "changes") and isinstance(x, str) else x for k, x in row.items()}
-    filled = _filled(made, Template(dict(names)).format)
+    names = {**NAMES, **names}
+    made = {k: eval(x, names) if k in ("tip", "changes") and isinstance(x, str) else x for k, x in row.items()}
+    filled = _filled(made, Template(names).format)
     own = {k: x for k, x in filled.items() if k not in Variant._fields}
     return Variant(**{k: x for k, x in filled.items() if k not in own}, own=own)
 
@@ -232,7 +244,7 @@ def figures(names: Mapping[str, Any], key: str = "figure") -> list[Figure]:
     out = []
     for row in sayings(names["__name__"])[key]:
         for x in eval(row["each"], dict(names)) if "each" in row else (None,):
-            here = {**names, "below": below, "math": math, "x": x}
+            here = {**NAMES, **names, "x": x}
             texts = {k: Template(here).format(row.get(k, "")) for k in ("label", "unit", "printed")}
             ends = {k: float(eval(str(row[k]), here)) for k in ("least", "most") if k in row}
             value = compile(row["value"], row["label"], "eval")
@@ -241,8 +253,3 @@ def figures(names: Mapping[str, Any], key: str = "figure") -> list[Figure]:
                 Figure(texts.pop("label"), lambda r, v=value, n=here: eval(v, {**n, "r": r}), **ends, **texts, **digits)
             )
     return out
-
-
-def below(a: Numbers, b: Numbers, name: str) -> float:
-    """By how many per cent a number of one run is below that of another."""
-    return 100.0 * (1.0 - float(a[name]) / float(b[name])) if float(b[name]) > 0.0 else math.nan

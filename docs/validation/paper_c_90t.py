@@ -15,7 +15,6 @@ from scipy.signal import butter, hilbert, sosfiltfilt
 
 from stillhook import Crane, load_crane
 from stillhook.analysis.steady.steady_state import speed_limit
-from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels

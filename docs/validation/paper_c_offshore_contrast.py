@@ -13,12 +13,21 @@ from blocks import Blocks, percent, save
 
 from stillhook import (
     Scenario,
-    Sine,  # noqa: F401  # of the variants
     simulate,
 )
 from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.thesis.gallery import Drawing
-from stillhook.thesis.oscillation import D_ONE, HIGH, LOW, RING, WARM, contrast_panels, of_165t, offshore, sea
+from stillhook.thesis.oscillation import (
+    D_ONE,
+    HIGH,
+    LOW,
+    RING,
+    WARM,
+    contrast_panels,
+    of_165t,
+    offshore,
+    sea,  # noqa: F401  # of the variants
+)
 from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math  # noqa: F401  # of the variants
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,10 +11,9 @@ import xarray
 from blocks import Blocks, percent, save
 from quay import ROWS, Found, attributions, beside, found
 
-from stillhook import Sine  # noqa: F401  # of the variants
 from stillhook.report.plots.run import four_panels
 from stillhook.sea.motion.motion import Motion
-from stillhook.thesis.quay import BEAT, COMPARED, MODES, PITCH, ROLL, WINDOWS, two_sines  # noqa: F401
+from stillhook.thesis.quay import BEAT, COMPARED, MODES, PITCH, ROLL, WINDOWS, two_sines  # noqa: F401  # variants
 
 SLOW_PAGE = True
 TIP = two_sines()

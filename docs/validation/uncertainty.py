@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -16,7 +15,6 @@ import paper_e_scenario_2
 import xarray
 from blocks import HERE, Blocks, Table, percent, save
 
-from stillhook import Sine
 from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
@@ -33,6 +31,7 @@ from stillhook.analysis.uncertainty.report import (
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, sensitivity
 from stillhook.kernels.build import results_hash
 from stillhook.statistics.estimate import Estimate
+from stillhook.thesis.quay import WARM, sine
 
 STORE = HERE / "uncertainty-indices.json"
 """Indices kept under what they follow from: fifteen thousand runs, done again when the code is another."""
@@ -54,16 +53,14 @@ class Looked(NamedTuple):
 def scenario_2() -> tuple[list[Any], float]:
     """Cases of scenario 2, and the peak speed of the tip [m/s]."""
     v = paper_e_scenario_2.speed_of_ns(paper_e_scenario_2.CRANE)
-    tip = Sine.from_si(v * paper_e_scenario_2.PERIOD / (2.0 * math.pi), paper_e_scenario_2.PERIOD)
-    cases = [
-        paper_e_scenario_2.case(tip, m, {}).model_copy(update={"duration": 72.0}) for m in paper_e_scenario_2.MODES
-    ]
+    tip = sine(paper_e_scenario_2.PERIOD, v)
+    cases = [paper_e_scenario_2.case(tip, m, 72.0 - WARM) for m in paper_e_scenario_2.MODES]
     return cases, v
 
 
 def ninety_tonnes() -> list[Any]:
     """Cases of paper C's 90 t: one beat of the wave after the warm-up."""
-    return [paper_c_90t.case(m, paper_c_90t.BASE, duration="108 s") for m in ("hs", "ssc-cubic")]
+    return [paper_c_90t.case("90 t", paper_c_90t.BASE, m, {"duration": "108 s"}) for m in ("hs", "ssc-cubic")]
 
 
 def drawn(name: str, crane: Any, cases: Sequence[Any]) -> Looked:
