@@ -100,11 +100,15 @@ def sayings(script: str) -> dict[str, Any]:
 
 def claims(script: str, numbers: Mapping[str, Any], names: Mapping[str, Any] | None = None) -> list[tuple[str, ...]]:
     """Claim, theirs, ours, verdict of every claim of a page. holds: when it counts as reproduced; otherwise: what is
-    said where not; verdict: what is said of a claim that has no such criterion."""
+    said where not; verdict: what is said of a claim that has no such criterion; cells: an expression of theirs, ours
+    and verdict."""
     values = {**(names or {}), **numbers}
     fill = Template(values).format
     rows = []
     for claim in sayings(script)["claim"]:
+        if "cells" in claim:
+            rows.append((claim["claim"], *eval(claim["cells"], values)))
+            continue
         if "holds" not in claim:
             verdict = fill(claim["verdict"])
         elif eval(claim["holds"], values):

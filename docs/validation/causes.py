@@ -214,7 +214,7 @@ NAMES = {"below": below, "gains": gains, "heavier": heavier, "math": math, "np":
 
 def variants(names: Mapping[str, Any], key: str = "variant") -> tuple[Variant, ...]:
     """Those of a page, in its claims: the label of a common one (claims/causes.toml), or a table; names: the page's, in
-    which texts are templates, and tip and changes may be expressions."""
+    which texts are templates, and tip, changes and more may be expressions."""
     common = {row["label"]: row for row in sayings("causes")["common"]}
     rows = [common[row] if isinstance(row, str) else row for row in sayings(names["__name__"])[key]]
     return tuple(
@@ -225,7 +225,7 @@ def variants(names: Mapping[str, Any], key: str = "variant") -> tuple[Variant, .
 
 def _variant(row: Mapping[str, Any], names: Mapping[str, Any]) -> Variant:
     names = {**NAMES, **names}
-    made = {k: eval(x, names) if k in ("tip", "changes") and isinstance(x, str) else x for k, x in row.items()}
+    made = {k: eval(x, names) if k in ("tip", "changes", "more") and isinstance(x, str) else x for k, x in row.items()}
     filled = _filled(made, Template(names).format)
     own = {k: x for k, x in filled.items() if k not in Variant._fields}
     return Variant(**{k: x for k, x in filled.items() if k not in own}, own=own)
