@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from batch import jacobian
-from blocks import Blocks, Table
+from blocks import Blocks
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
@@ -203,7 +203,7 @@ def compute() -> tuple[Blocks, None]:
         "ideal": [ideal_row(name, pair) for name, pair in pairs.items()],
         "followed": followed(),
         "gains": gain_rows(),
-        "energy": Table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
+        "energy": rows,
         "steps": step_rows(),
         "sources": assumed_rows(),
     }, None

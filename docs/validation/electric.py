@@ -8,7 +8,7 @@ from typing import Any
 
 import causes
 import numpy as np
-from blocks import Blocks, Rows, Table
+from blocks import Blocks, Rows
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
@@ -234,15 +234,14 @@ def envelope_table() -> Rows:
 POWERS = ("grid", "tip", "copper", "iron", "inverter", "store", "resistor", "friction")
 
 
-def energy_table() -> Table:
+def energy_table() -> Rows:
     rows = []
     for name, _, _, case, *_ in causes.variants(globals(), "audited"):
         quarter, usual = (run(n_sub=n, **(WAVE | case)) for n in (8, 2))
         cells = [f"{joules(usual, each) / 1e3:.1f}" for each in POWERS]
         missing = [f"{abs(r.energy_unaccounted):.0e}" for r in (usual, quarter)]
         rows.append((name, *cells, *missing))
-    heads = ("run", *(f"{each} [kJ]" for each in POWERS), "missing, 5 ms", "1.25 ms")
-    return Table(heads, rows)
+    return rows
 
 
 def limit_table() -> Rows:

@@ -10,7 +10,7 @@ import causes
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side
-from blocks import Blocks, Table, save
+from blocks import Blocks, save
 from scipy.optimize import brentq
 
 from stillhook import Crane, load_crane
@@ -167,13 +167,12 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     by_label = dict(zip((r.label for r in ROWS), found, strict=True))
     told = claims(by_label[BASE.label], by_label[OPEN.label])
     readings = [{"r": r} for r in READINGS]
-    heights = readings
     blocks = {
         "causes": causes.block(attribution(found[0].v)),
         "claims": told,
         "readings": readings,
         "bound": ({}),
-        "heights": Table(("tip's highest speed", *(f"{T} s" for T in (6, 8, 10, 12, 14))), heights),
+        "heights": readings,
         "sensitivity": sensitivity(ROWS, found),
     }
     runs = dict(runs_100t(by_label[TWO_SINES.label].v))

@@ -10,7 +10,7 @@ import causes
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side
-from blocks import Blocks, Table, percent, save
+from blocks import Blocks, percent, save
 from scipy.signal import butter, hilbert, sosfiltfilt
 
 from stillhook import Crane, load_crane
@@ -155,9 +155,6 @@ def inner_layers(rows: list[tuple[tuple[object, ...], Numbers, Numbers]]) -> dic
     return {"layers": layers, "wires": wires}
 
 
-HEAD = ("pumps, classic", "pumps, new", "error peak-to-peak", "largest error", "peak pressure")
-
-
 def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     ns, hs, new = runs_90t().values()
@@ -171,8 +168,8 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
         "notes": causes.notes({"NS": ns, "HS": hs, "SSC": new}),
         "claims": found,
         "numbers": numbers,
-        "gears": Table(("`i_hD`", *HEAD), [cells for cells, *_ in rows[len(ROWS) :]]),
-        "sensitivity": Table(("variant", *HEAD), [cells for cells, *_ in rows[: len(ROWS)]]),
+        "gears": [cells for cells, *_ in rows[len(ROWS) :]],
+        "sensitivity": [cells for cells, *_ in rows[: len(ROWS)]],
     }
     return blocks, {"HS (classic)": hs, "cubic SSC (new)": new}
 

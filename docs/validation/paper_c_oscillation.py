@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, Table, save
+from blocks import Blocks, save
 
 from stillhook import Scenario, simulate
 from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
@@ -169,7 +169,6 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     base = found(ROWS[0])
     said = claims(base)
     least, most = constant()
-    wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
         "causes": causes.block(attribution()),
@@ -178,7 +177,7 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
         "constant": ({"inertia": inertia, "least": least, "line": line, "most": most}),
         "periods": periods(base),
         "effects": periods(base),
-        "sensitivity": Table(wide, [variant(r) for r in ROWS]),
+        "sensitivity": [variant(r) for r in ROWS],
     }
     return blocks, {D: f.run for D, f in base.items()}
 

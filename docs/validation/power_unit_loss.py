@@ -10,7 +10,7 @@ import causes
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side
-from blocks import Blocks, Table, percent, save
+from blocks import Blocks, percent, save
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import wire_speed_max
@@ -202,12 +202,6 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     known, never, limit = transients("0.1 s"), transients(NEVER), limits()
     told = claims(known, never, limit)
-    head = (
-        "unit",
-        "m/min",
-        *(f"{m.upper()} {what}" for m in MODES for what in ("quiet", "loss", "not known")),
-        "`p` SSC, bar",
-    )
     speeds = [
         (
             "none" if unit == 0 else f"{unit}, {D * 2e6 * np.pi:.0f} cm³/rev",
@@ -219,12 +213,10 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     blocks = {
         "causes": causes.block(attribution()),
         "claims": told,
-        "speeds": Table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
-        "transients": Table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),
+        "speeds": speeds,
+        "transients": [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS],
         "passive": passive(),
-        "sensitivity": Table(
-            ("variant, unit 2, 65 m/min", *(m.upper() for m in MODES), "`p` NS, bar", "`p` SSC, bar"), sensitivity()
-        ),
+        "sensitivity": sensitivity(),
     }
     loss = {"time": "60 s", "unit": 2}
     runs = {m.upper(): simulate(CRANE, case(V_VARIED, m, loss), every="0.02 s") for m in MODES}

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 from batch import Numbers, side_by_side
-from blocks import Blocks, Table, percent
+from blocks import Blocks, percent
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
@@ -162,17 +162,11 @@ def compute() -> tuple[Blocks, None]:
     found = {load: grid(CRANE, (load, s_w), THRESHOLDS, SPEEDS, PERIODS) for load, s_w in LOADS}
     loaded, empty = found.values()
     told = claims(loaded, empty)
-    speeds = [f"{v:g}" for v in SPEEDS]
-    head_varied = (
-        "variant",
-        *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS),
-        *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS),
-    )
     blocks = {
         "causes": causes.block(attribution()),
         "claims": told,
         "times": times(loaded),
-        "errors": Table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
-        "sensitivity": Table(head_varied, [variant(r) for r in ROWS]),
+        "errors": errors(found),
+        "sensitivity": [variant(r) for r in ROWS],
     }
     return blocks, None
