@@ -1,13 +1,13 @@
-"""Many runs for a page's tables, sixteen side by side with statistics alone, and waves of a given peak speed."""
+"""Many runs for a page's tables, sixteen side by side with statistics alone; and derivatives of a winch's rates."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from stillhook import Crane, Scenario, Sine
+from stillhook import Crane, Scenario
 from stillhook.engine.simulate import run_cases
 
 Numbers = Mapping[str, Any]
@@ -23,6 +23,22 @@ def side_by_side(runs: Iterable[tuple[Crane, Scenario]]) -> list[Numbers]:
     return found
 
 
-def sine(v_peak: float, period: float) -> Sine:
-    """A sine of this highest speed [m/s] and period [s]."""
-    return Sine.from_si(v_peak * period / (2.0 * np.pi), period)
+def jacobian(
+    winch: Any,
+    x: Any,
+    q: Any,
+    u: Any,
+    geo: Any,
+    p: Any,
+    steps: Mapping[str, float],
+    change: Callable[[Any], Any] = lambda circuit: circuit,
+) -> np.ndarray:
+    """Derivatives of a winch type's rates by the states of these names, from differences of these steps about x;
+    change: of what the circuit gives."""
+
+    def rate(name: str, h: float) -> np.ndarray:
+        at = x._replace(**{name: getattr(x, name) + h})
+        r = winch.rates(change(winch.circuit(at, q, u, geo, p)), at, q, u, geo, p)
+        return np.array([getattr(r, n) for n in steps])
+
+    return np.column_stack([(rate(n, h) - rate(n, -h)) / (2.0 * h) for n, h in steps.items()])

@@ -71,7 +71,9 @@ def minus(text: str) -> str:
     return text.replace("-", "−")
 
 
-class _Template(string.Formatter):
+class Template(string.Formatter):
+    """Texts with expressions of names."""
+
     def __init__(self, names: dict[str, Any]) -> None:
         self.names = names
 
@@ -98,11 +100,15 @@ def sayings(script: str) -> dict[str, Any]:
 
 def claims(script: str, numbers: Mapping[str, Any], names: Mapping[str, Any] | None = None) -> list[tuple[str, ...]]:
     """Claim, theirs, ours, verdict of every claim of a page. holds: when it counts as reproduced; otherwise: what is
-    said where not; verdict: what is said of a claim that has no such criterion."""
+    said where not; verdict: what is said of a claim that has no such criterion; cells: an expression of theirs, ours
+    and verdict."""
     values = {**(names or {}), **numbers}
-    fill = _Template(values).format
+    fill = Template(values).format
     rows = []
     for claim in sayings(script)["claim"]:
+        if "cells" in claim:
+            rows.append((claim["claim"], *eval(claim["cells"], values)))
+            continue
         if "holds" not in claim:
             verdict = fill(claim["verdict"])
         elif eval(claim["holds"], values):
@@ -122,7 +128,7 @@ def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
             return table(CLAIM, [(claim, *cells) for claim, cells in block.items()])
         return table(CLAIM, claims(script_of(page), block, vars(page)))
     if isinstance(block, Mapping):
-        return _Template({**vars(page), **block}).format(sayings(script_of(page))["text"][name])
+        return Template({**vars(page), **block}).format(sayings(script_of(page))["text"][name])
     found = block if isinstance(block, Table) else Table(before.partition("\n")[0][2:-2].split(" | "), block)
     head, row = found.head, sayings(script_of(page)).get("row", {}).get(name)
     rows = [tuple(cells) if row is None else _cells(row, cells, vars(page)) for cells in found.rows]
@@ -133,7 +139,7 @@ def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
 def _cells(template: str, row: Any, names: Mapping[str, Any]) -> list[str]:
     """Cells of a row, of its fields by name, or of the row as `x`."""
     fields = row if isinstance(row, Mapping) else getattr(row, "_asdict", dict)()
-    return _Template({**names, "x": row, **fields}).format(template).split(" | ")
+    return Template({**names, "x": row, **fields}).format(template).split(" | ")
 
 
 def script_of(page: ModuleType) -> str:

@@ -1,16 +1,17 @@
 """The block of causes of a page: what every uncertain factor and every open setting does to the page's figures, alone
-and in pairs."""
+and in pairs; and the variants that it tries."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import xarray
-from blocks import AS_IT_STANDS, table
+from blocks import AS_IT_STANDS, Template, sayings, table
 
-from stillhook import Crane, Scenario, simulate
+from stillhook import Crane, Scenario, Sine, simulate
 from stillhook.analysis.uncertainty.attribution import (
     MATTERS,
     Alternative,
@@ -25,23 +26,9 @@ from stillhook.analysis.uncertainty.attribution import (
 )
 from stillhook.analysis.uncertainty.attribution import attribute as ranked
 from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
-
-__all__ = [
-    "Alternative",
-    "Attribution",
-    "Figure",
-    "Pair",
-    "Runs",
-    "attribute",
-    "block",
-    "from_series",
-    "heavier",
-    "lower",
-    "notes",
-    "varied",
-]
 
 SHORT = {
     Verdict.CLOSES: "**closes**",
@@ -196,22 +183,73 @@ def attribute(
     return ranked(runs, figures, (*alternatives, *STANDARD), pairs=pairs, evaluate=evaluate)
 
 
-def lower(
-    a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf
-) -> Figure:
-    """By how many per cent a number of run a is below that of run b; printed as at least `percent`, and at most
-    `most`."""
+class Variant(NamedTuple):
+    """What a page tries: changes of the crane, for some runs only where `only` names them; another tip; fields of the
+    scenario; those of one group exclude each other; own: what the page alone reads."""
 
-    def value(r: Mapping[str, Mapping[str, Any]]) -> float:
-        there = float(r[b][name])
-        return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
+    label: str
+    changes: Mapping[str, Any] = {}
+    tip: Motion | None = None
+    more: Mapping[str, Any] = {}
+    only: Sequence[str] = ()
+    group: str = ""
+    own: Mapping[str, Any] = {}
 
-    return Figure(
-        label,
-        value,
-        least=percent,
-        most=most,
-        unit="%",
-        digits=0,
-        printed=printed or (f"{percent:g} % at least" if percent else "lower"),
+    def on(self, crane: Crane, run: str = "") -> Crane:
+        """The crane of a run."""
+        return changed(crane, self.changes) if self.changes and (not self.only or run in self.only) else crane
+
+    def alternative(self) -> Alternative:
+        return varied(self.label, self.changes, only=self.only, tip=self.tip, more=self.more, group=self.group)
+
+
+def below(a: Numbers, b: Numbers, name: str) -> float:
+    """By how many per cent a number of one run is below that of another."""
+    return 100.0 * (1.0 - float(a[name]) / float(b[name])) if float(b[name]) > 0.0 else math.nan
+
+
+NAMES = {"below": below, "gains": gains, "heavier": heavier, "math": math, "np": np, "Sine": Sine}
+"""What expressions of variants and figures may use beside the names of their page."""
+
+
+def variants(names: Mapping[str, Any], key: str = "variant") -> tuple[Variant, ...]:
+    """Those of a page, in its claims: the label of a common one (claims/causes.toml), or a table; names: the page's, in
+    which texts are templates, and tip, changes and more may be expressions."""
+    common = {row["label"]: row for row in sayings("causes")["common"]}
+    rows = [common[row] if isinstance(row, str) else row for row in sayings(names["__name__"])[key]]
+    return tuple(
+        _variant({k: x for k, x in {**common.get(row.get("like"), {}), **row}.items() if k != "like"}, names)
+        for row in rows
     )
+
+
+def _variant(row: Mapping[str, Any], names: Mapping[str, Any]) -> Variant:
+    names = {**NAMES, **names}
+    made = {k: eval(x, names) if k in ("tip", "changes", "more") and isinstance(x, str) else x for k, x in row.items()}
+    filled = _filled(made, Template(names).format)
+    own = {k: x for k, x in filled.items() if k not in Variant._fields}
+    return Variant(**{k: x for k, x in filled.items() if k not in own}, own=own)
+
+
+def _filled(x: Any, fill: Callable[[str], str]) -> Any:
+    """Texts with their templates filled, however deep."""
+    if isinstance(x, dict):
+        return {k: _filled(y, fill) for k, y in x.items()}
+    return fill(x) if isinstance(x, str) else x
+
+
+def figures(names: Mapping[str, Any], key: str = "figure") -> list[Figure]:
+    """Those of a page, in its claims: value, least and most are expressions of the page's names and of the runs `r`;
+    with `each` one for every x of that expression, in whose texts x is a name too."""
+    out = []
+    for row in sayings(names["__name__"])[key]:
+        for x in eval(row["each"], dict(names)) if "each" in row else (None,):
+            here = {**NAMES, **names, "x": x}
+            texts = {k: Template(here).format(row.get(k, "")) for k in ("label", "unit", "printed")}
+            ends = {k: float(eval(str(row[k]), here)) for k in ("least", "most") if k in row}
+            value = compile(row["value"], row["label"], "eval")
+            digits = {"digits": row["digits"]} if "digits" in row else {}
+            out.append(
+                Figure(texts.pop("label"), lambda r, v=value, n=here: eval(v, {**n, "r": r}), **ends, **texts, **digits)
+            )
+    return out

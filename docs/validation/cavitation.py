@@ -3,15 +3,15 @@ and joules."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
+import causes
 import numpy as np
 import xarray
 from blocks import Blocks
 
-from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
-from stillhook.library import changed
 from stillhook.physics.hydraulics.lines import P_VAPOUR, line_pressure, void_volume
 from stillhook.physics.hydraulics.pump import PumpLeak
 from stillhook.winches.circuits.active import ActiveCircuit, active_flows
@@ -25,40 +25,13 @@ PRESSURES = ("p_a", "p_b", "p_s", "p_hp", "p_r")
 SUDDEN: dict[str, Any] = {"s_w": "100 m", "duration": "40 s", "warm_up": "0 s", "ramp": "0 s"}
 
 
-class Case(NamedTuple):
-    """A start at full motion. before: lowest pressure in version 0.10, where oil carried tension [bar]."""
-
-    crane: str
-    changes: dict[str, Any]
-    scenario: dict[str, str]
-    before: float
+ROWS = causes.variants(globals())
+"""Starts at full motion. before: lowest pressure in version 0.10, where oil carried tension [bar]."""
 
 
-CASES = {
-    "active/passive": Case("nov-250t", {}, {"load": "100 t", "tip": "sine 2 m 10 s"}, -95.0),
-    "active/passive, far beyond its power": Case(
-        "nov-250t", {}, {"load": "240 t", "tip": "sine 3 m 5 s", "s_w": "30 m"}, -535.4
-    ),
-    "pure active": Case("nov-100t-pure-active", {}, {"load": "45 t", "tip": "sine 3 m 6 s"}, -75.1),
-    "open circuit": Case("utility-20t-open-circuit", {}, {"load": "15 t", "tip": "sine 3 m 5 s", "s_w": "30 m"}, -15.1),
-    "cylinder": Case("nov-100t-cylinder", {}, {"load": "80 t", "tip": "sine 4 m 8 s"}, -144.0),
-    "secondary, accumulator of 60 L": Case(
-        "nov-250t-secondary",
-        {"secondary": {"accumulator": {"V_stroke": "60 L"}}},
-        {"load": "200 t", "tip": "sine 2 m 8 s"},
-        -9.5,
-    ),
-}
-
-
-def crane_of(case: Case) -> Crane:
-    crane = load_crane(case.crane)
-    return changed(crane, case.changes) if case.changes else crane
-
-
-def run(case: Case, step: str | None = None, **more: str) -> xarray.Dataset:
-    crane = crane_of(case)
-    asked = SUDDEN | {"mode": crane.plant.type.default_mode} | case.scenario | more
+def run(row: causes.Variant, step: str | None = None, **more: str) -> xarray.Dataset:
+    crane = row.on(load_crane(row.own["crane"]))
+    asked = SUDDEN | {"mode": crane.plant.type.default_mode} | row.more | more
     return simulate(crane, Scenario(**asked), every="10 ms", step=step)
 
 
@@ -103,13 +76,13 @@ def separation() -> tuple[list[tuple[str, tuple[float, float, str]]], float]:
 def compute() -> tuple[Blocks, None]:
     closed, off = separation()
     rows, steps, worst, least = [], [], 0.0, 0.0
-    for name, case in CASES.items():
+    for case in ROWS:
+        name = case.label
         data = run(case)
         audit, low = float(data["energy_unaccounted"]), lowest(data)
         worst, least = max(worst, abs(audit)), min(least, low)
         rows.append({"name": name, "case": case, "low": low, "data": data, "audit": audit})
         steps.append((name, *(float(run(case, step)["void_max"]) / LITRE for step in ("2 ms", "1 ms", "0.5 ms"))))
-    first = CASES["active/passive"]
-    notes = run(first, warm_up="15 s", duration="60 s")
+    notes = run(ROWS[0], warm_up="15 s", duration="60 s")
     blocks = {"claims": locals(), "closed": closed, "runs": rows, "steps": steps, "note": {"notes": notes}}
     return blocks, None

@@ -123,6 +123,15 @@ def advantage(ssc: Score, classic: Sequence[Score]) -> tuple[float, float]:
     return errors - 1.0, pressures - 1.0
 
 
+def lead_of(r: Mapping[str, Any], end: str, quantity: str) -> float:
+    """SSC over the classic controller with less error, mean over the scenarios [%]; end: "" or "-tuned"."""
+    total = 0.0
+    for i in range(len(CASES)):
+        classic = min((r[f"{n}{end} {i}"] for n in CLASSIC), key=lambda one: float(one["e_c_pp"]))
+        total += float(r[f"ssc{end} {i}"][quantity]) / float(classic[quantity])
+    return 100.0 * (total / len(CASES) - 1.0)
+
+
 def attribution() -> causes.Attribution:
     """What SSC's lead over the best classic controller depends on, as published and with all of them tuned, one change
     at a time."""
@@ -134,27 +143,8 @@ def attribution() -> causes.Attribution:
         for i, one in enumerate(CASES)
     }
 
-    def lead(end: str, quantity: str) -> Any:
-        def value(r: Mapping[str, Any]) -> float:
-            total = 0.0
-            for i in range(len(CASES)):
-                classic = min((r[f"{n}{end} {i}"] for n in CLASSIC), key=lambda one: float(one["e_c_pp"]))
-                total += float(r[f"ssc{end} {i}"][quantity]) / float(classic[quantity])
-            return 100.0 * (total / len(CASES) - 1.0)
-
-        return value
-
-    figures = [
-        causes.Figure(f"{label}, {how}", lead(end, quantity), most=0.0, unit="%", digits=0, printed=printed)
-        for end, how in (("", "as published"), ("-tuned", "tuned"))
-        for quantity, label, printed in (("e_c_pp", "error", "−30; lower"), ("p_max", "pressure", "−20; lower"))
-    ]
-    settings = [
-        causes.varied("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
-        causes.varied("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
-        causes.varied("motion signal 0.1 s late", more={"sensors": {"delay": "0.1 s"}}, group="delay"),
-    ]
-    return causes.attribute(runs, figures, settings, pairs=False)
+    tried = [row.alternative() for row in causes.variants(globals())]
+    return causes.attribute(runs, causes.figures(globals()), tried, pairs=False)
 
 
 def compute() -> tuple[Blocks, Any]:

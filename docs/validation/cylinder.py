@@ -6,7 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table
+from batch import jacobian
+from blocks import Blocks
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
@@ -66,15 +67,8 @@ def eigenfrequency() -> tuple[float, float]:
     u = winch.Command(0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     p_0 = 0.5 * (TABLE.boost.p + p.cylinder.flushing.p)  # boost and flushing valves are both shut
     x_0 = winch.start(100.0, None, p)._replace(p_a=p_0, p_b=p_0)
-    names, steps = ("p_a", "p_b", "x_rod", "v_rod"), (1e3, 1e3, 1e-4, 1e-5)
-
-    def rate(name: str, h: float) -> np.ndarray:
-        x = x_0._replace(**{name: getattr(x_0, name) + h})
-        r = winch.rates(winch.circuit(x, q, u, geo, p), x, q, u, geo, p)
-        return np.array([getattr(r, n) for n in names])
-
-    J = [(rate(n, h) - rate(n, -h)) / (2.0 * h) for n, h in zip(names, steps, strict=True)]
-    return closed, float(np.abs(np.linalg.eigvals(np.array(J).T).imag).max())
+    steps = {"p_a": 1e3, "p_b": 1e3, "x_rod": 1e-4, "v_rod": 1e-5}
+    return closed, float(np.abs(np.linalg.eigvals(jacobian(winch, x_0, q, u, geo, p, steps)).imag).max())
 
 
 def full_speed() -> tuple[float, float]:
@@ -209,7 +203,7 @@ def compute() -> tuple[Blocks, None]:
         "ideal": [ideal_row(name, pair) for name, pair in pairs.items()],
         "followed": followed(),
         "gains": gain_rows(),
-        "energy": Table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
+        "energy": rows,
         "steps": step_rows(),
         "sources": assumed_rows(),
     }, None

@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from blocks import Blocks, Table
+from blocks import Blocks
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun, compare_drives
@@ -58,21 +58,13 @@ def electric_form(run: DriveRun) -> dict[str, float]:
     }
 
 
-def sizes(runs: list[DriveRun]) -> list[tuple[str, ...]]:
+def sizes(runs: list[DriveRun]) -> list[dict[str, Any]]:
     """Top speed, and torque at the shafts over that of the load, of the sized drive and of the crane that it is of."""
     rows = []
     for run in runs:
         of, crane = load_crane(run.drive.source), run.drive.crane
         reserve = [capability(c) / holding_torque(c) for c in (of, crane)]
-        rows.append(
-            (
-                run.name,
-                of.name,
-                f"{run.drive.size:.3g}",
-                f"{wire_speed_max(crane):.6f}",
-                "-" if math.isnan(reserve[0]) else f"{reserve[1] / reserve[0]:.3f}",
-            )
-        )
+        rows.append({**locals()})
     return rows
 
 
@@ -83,23 +75,12 @@ def capability(crane: Any) -> float:
     return float(sum(m.count * (m.T_max if crane.table("electric") else m.D_max) for m in crane.motors))
 
 
-def balances(runs: list[DriveRun]) -> list[tuple[str, ...]]:
+def balances(runs: list[DriveRun]) -> list[dict[str, Any]]:
     rows = []
     for run in runs:
         e = run.energy
-        tip = e.supplied.get("tip", 0.0)
         largest = sorted(((x, n) for n, x in e.lost.items()), reverse=True)[:3]
-        rows.append(
-            (
-                run.name,
-                f"{e.net / KWH:.1f}",
-                f"{tip / KWH:.2f}",
-                f"{sum(e.lost.values()) / KWH:.1f}",
-                f"{e.stored / KWH:.2f}",
-                f"{abs(e.unaccounted):.0e}",
-                ", ".join(f"{n.replace('_', ' ')} {x / KWH:.1f}" for x, n in largest),
-            )
-        )
+        rows.append({**locals()})
     return rows
 
 
@@ -124,14 +105,13 @@ def compute() -> tuple[Blocks, DriveComparison]:
     by_name = {run.name: run for run in runs}
     electric, closed = by_name["electric"].energy, electric_form(by_name["electric"])
     tables = {name: order(found, name) for name in ("e_c_pp", "energy_net")}
-    head = ("better", "than", "share of draws", f"distinguished by {100 * SURE:.0f} %", "by bands")
     return {
         "claims": claims(found, closed),
         "sizes": sizes(runs),
         "balance": balances(runs),
         "electric": [{"electric": electric, "n": n, "x": x} for n, x in closed.items()],
-        "error-order": Table(head, tables["e_c_pp"][0]),
-        "energy-order": Table(head, tables["energy_net"][0]),
+        "error-order": tables["e_c_pp"][0],
+        "energy-order": tables["energy_net"][0],
         "factors": {"found": found},
     }, found
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
 from typing import Any
 
+import causes
 import numpy as np
-from blocks import Blocks, Rows, Table
+from blocks import Blocks, Rows
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
@@ -25,8 +25,7 @@ from stillhook.winches.types import electric
 
 CRANE = load_crane("nov-100t-electric")
 MOTOR = CRANE.electric.motor
-FRICTIONLESS = {"Y_1": 0.0, "Y_2": "0 N m", "Y_3": "0 N m", "Y_5": "0 N m s/rad", "Y_6": 0.0}
-FREE = changed(CRANE, {"friction": {"system": FRICTIONLESS, "sigma_1_ratio": 0.0}})
+FREE = causes.variants(globals(), "free")[0].on(CRANE)
 """The crane without friction."""
 WAVE = {"load": "47 t", "s_w": "200 m", "tip": "sine 1 m 10 s", "duration": "100 s", "warm_up": "40 s"}
 FINE, FINEST = 10, 100
@@ -36,11 +35,6 @@ DEAD_TIME = 0.015
 UNREDUCED = 1.0e9
 """Rate below which the current loop is then integrated as it is [1/s]."""
 STEPS = (2, 4, 5, 10, 20)
-CASES = {
-    "47 t, 1 m, 10 s": {},
-    "97 t, 1.5 m, 10 s": {"load": "97 t", "tip": "sine 1.5 m 10 s"},
-    "47 t, 1.5 m, 13 s + 0.3 m, 6 s": {"tip": "sine 1.5 m 13 s + sine 0.3 m 6 s"},
-}
 
 
 def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> ScenarioRun:
@@ -125,7 +119,7 @@ def row(ours: float, theirs: float, unit: str, digits: int, allowed: float) -> t
     return f"{theirs:.{digits}f} {unit}", text, "reproduced" if abs(off) < allowed else "not reproduced"
 
 
-def claims(wave: ScenarioRun) -> dict[str, tuple[str, str, str]]:
+def claims(wave: ScenarioRun) -> dict[str, Any]:
     ours, theirs = poles(FREE)
     far = float(np.max(np.abs(ours - theirs) / np.abs(theirs)))
     decay, slow = step_decay()
@@ -157,29 +151,7 @@ def claims(wave: ScenarioRun) -> dict[str, tuple[str, str, str]]:
     p = pack(grid, Scenario(load="97 t", s_w="200 m")).params
     at_end = electric.geometry(float(hoist.column("s_w")[-1]), p)
     limit, _ = electric.speed_limit(p, at_end, p.hoist.load.W)
-    return {
-        "poles of position, speed and current loop": (
-            "polynomial of the cascade",
-            f"within {100.0 * far:.1g} %",
-            "reproduced" if far < 1e-4 else "not reproduced",
-        ),
-        "decay of a step of the wire, slowest pole": row(decay, slow, "1/s", 4, 0.01),
-        "`K_e = K_t`: link of a hoist and a lowering, torque of the load": row(*constants(), "V s/rad", 4, 1e-3),
-        "copper loss of holding 100 t, `n R T²/K_t²`": row(
-            joules(hold, "copper") / 5.0e4, MOTOR.count * MOTOR.R * (T / MOTOR.K_t) ** 2 / 1e3, "kW", 4, 1e-3
-        ),
-        "root mean square torque of a sine, no friction": row(rms[0], math.hypot(inertial, load), "N m", 1, 2e-3),
-        "the same with friction": row(rms[1], math.sqrt(inertial**2 + load**2 + T_f**2), "N m", 1, 3e-3),
-        "corner speed `P/T`": row(corner, MOTOR.P_max / MOTOR.T_max, "rad/s", 2, 2e-4),
-        "energy fed back by a lowered load": row(back / 1e6, (released(s_w) - losses) / 1e6, "MJ", 4, 1e-3),
-        "time until the windings are at 60 °C": row(crossed, heated, "s", 2, 2e-3),
-        "overload time of 47 A on 26 A, 180 s (Siemens 1FW6, section 5.3)": (
-            "66 s",
-            f"{published:.1f} s",
-            "reproduced" if round(published) == 66 else "not reproduced",
-        ),
-        "speed of a hoist on 300 kW of grid alone": row(float(hoist.column("omega_m")[-1]), limit, "rad/s", 3, 5e-3),
-    }
+    return locals()
 
 
 def released(s_w: np.ndarray) -> float:
@@ -215,7 +187,7 @@ def pole_table() -> Rows:
 
 def step_table() -> Rows:
     rows = []
-    for name, case in CASES.items():
+    for name, _, _, case, *_ in causes.variants(globals(), "case"):
         reference = run(n_sub=FINEST, **(WAVE | case))
 
         def off(result: ScenarioRun, signal: str, reference: ScenarioRun = reference) -> float:
@@ -259,91 +231,26 @@ def envelope_table() -> Rows:
     return rows
 
 
-AUDITED = {
-    "compensation, 47 t, 1 m, 10 s": {},
-    "compensation, 97 t, 1.5 m, 10 s": {"load": "97 t", "tip": "sine 1.5 m 10 s"},
-    "beyond full command, 47 t, 3 m, 10 s": {"tip": "sine 3 m 10 s"},
-    "empty hook": {"load": "0 t"},
-    "hoisting at 0.8 m/s": steady(0.8, 60.0),
-    "lowering at 0.8 m/s": steady(-0.8, 60.0),
-}
 POWERS = ("grid", "tip", "copper", "iron", "inverter", "store", "resistor", "friction")
 
 
-def energy_table() -> Table:
+def energy_table() -> Rows:
     rows = []
-    for name, case in AUDITED.items():
+    for name, _, _, case, *_ in causes.variants(globals(), "audited"):
         quarter, usual = (run(n_sub=n, **(WAVE | case)) for n in (8, 2))
         cells = [f"{joules(usual, each) / 1e3:.1f}" for each in POWERS]
         missing = [f"{abs(r.energy_unaccounted):.0e}" for r in (usual, quarter)]
         rows.append((name, *cells, *missing))
-    heads = ("run", *(f"{each} [kJ]" for each in POWERS), "missing, 5 ms", "1.25 ms")
-    return Table(heads, rows)
-
-
-PUSHED: Mapping[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
-    "as it is, 1 m, 10 s": ("nothing", {}, {}),
-    "machines of 1150 N m, 97 t, 1.4 m, 8 s": (
-        "torque",
-        {"electric": {"motor": {"T_max": "1150 N m"}}},
-        {"load": "97 t", "tip": "sine 1.4 m 8 s"},
-    ),
-    "machines of 110 kW, 97 t": ("power", {"electric": {"motor": {"P_max": "110 kW"}}}, {"load": "97 t"}),
-    "windings up to 34 °C": ("temperature", {"electric": {"motor": {"theta_max": "34 degC"}}}, {}),
-    "no margin of speed, 3 m, 10 s": (
-        "overspeed",
-        {"electric": {"motor": {"n_max": "2000 rev/min"}}},
-        {"tip": "sine 3 m 10 s"},
-    ),
-    "80 t lowered with 50 kW of resistor, no grid": (
-        "store full",
-        {"electric": {"supply": {"P_back": "0 kW", "P_resistor": "50 kW", "P_rated": "25 kW"}}},
-        {"load": "80 t", "warm_up": "5 s", **steady(-0.5, 60.0)},
-    ),
-    "80 t lowered on the resistor alone": (
-        "resistor temperature",
-        {"electric": {"supply": {"P_back": "0 kW", "tau_th": "60 s"}, "store": {"C": "10 F"}}},
-        {"load": "80 t", "s_w": "700 m", "warm_up": "5 s", **steady(-0.48, 80.0)},
-    ),
-    "store of 300 A": ("store current", {"electric": {"store": {"I_max": "300 A"}}}, {}),
-    "store up to 26 °C, 97 t, 1.5 m, 10 s": (
-        "store temperature",
-        {"electric": {"store": {"theta_max": "26 degC"}}},
-        {"load": "97 t", "tip": "sine 1.5 m 10 s"},
-    ),
-    "no store but the link of 20 mF, no resistor, 80 t, 2 m, 6 s": (
-        "overvoltage",
-        {
-            "electric": {
-                "supply": {"P_back": "50 kW", "P_resistor": "0 kW", "P_rated": "0 kW"},
-                "store": {"C": "0.02 F", "R": "0 ohm", "P_max": "50 kW"},
-            }
-        },
-        {"load": "80 t", "warm_up": "1 s", "tip": "sine 2 m 6 s"},
-    ),
-    "grid of 1 kW, link of 0.5 F, at rest": (
-        "undervoltage",
-        {"electric": {"supply": {"P_max": "1 kW"}, "store": {"C": "0.5 F"}}},
-        {"load": "0 t", "tip": "still", "mode": "manual"},
-    ),
-    "97 t hoisted on 300 kW of grid": (
-        "store empty",
-        {"electric": {"supply": {"P_max": "300 kW"}}},
-        {"load": "97 t", **steady(1.0, 120.0)},
-    ),
-    "100 t on the brake of 5560 N m, 3 m, 5 s": (
-        "brake slipping",
-        {"brake": {"T": "5560 N m"}},
-        {"load": "100 t", "s_w": "10 m", "mode": "manual", "tip": "sine 3 m 5 s"},
-    ),
-}
+    return rows
 
 
 def limit_table() -> Rows:
     rows = []
-    for name, (expected, changes, case) in PUSHED.items():
-        result = run(changed(CRANE, changes) if changes else CRANE, 2 * FINE, **(WAVE | case))
-        rows.append((name, expected, ", ".join(limits_passed(CRANE.plant.type, result.stats)) or "nothing"))
+    for row in causes.variants(globals(), "pushed"):
+        result = run(row.on(CRANE), 2 * FINE, **(WAVE | row.more))
+        rows.append(
+            (row.label, row.own["expected"], ", ".join(limits_passed(CRANE.plant.type, result.stats)) or "nothing")
+        )
     return rows
 
 

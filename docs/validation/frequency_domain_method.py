@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from blocks import Blocks, percent
+from blocks import Blocks, percent, sayings
 
 from stillhook import load_crane
 from stillhook.engine.simulate import simulate
@@ -37,7 +37,6 @@ SLOW_PAGE = True
 CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))
 X, Y, BETA = -20.0, 18.0, math.radians(150.0)
 LENGTH, SETTLED, SEEDS = 1260.0, 150.0, 8
-DEEP, LIGHT = "suction-anchor-85t", "manifold-60t"
 SHOWN = (("load", "s_load", 1e3), ("top", "F_w", 1e-3), ("sling", "F_sling", 1e-3))
 LINEAR = 0.02
 
@@ -51,19 +50,7 @@ class Case(NamedTuple):
     reason: str
 
 
-CASES = (
-    Case(LIGHT, 5.0, 2.0, 9.0, "manual", "in air"),
-    Case(LIGHT, -25.0, 1.0, 9.0, "manual", "under waves"),
-    Case(DEEP, -300.0, 1.0, 9.0, "manual", "under waves, wire of 3 s"),
-    Case(DEEP, -2900.0, 1.0, 9.5, "manual", "resonance against drag"),
-    Case(DEEP, -2900.0, 2.5, 9.5, "manual", "the same, larger"),
-    Case(DEEP, -2900.0, 1.5, 9.0, "ahc", "friction, resonance"),
-    Case(LIGHT, -1500.0, 1.5, 9.0, "ahc", "friction"),
-    Case(LIGHT, -1500.0, 4.5, 10.0, "ahc", "friction, in a larger sea"),
-    Case(LIGHT, -300.0, 1.5, 9.0, "ahc", "wire of 2.5 s"),
-    Case(LIGHT, -25.0, 1.0, 9.0, "ahc", "short wire, winch sticks"),
-    Case(LIGHT, -25.0, 2.5, 10.0, "ahc", "short wire"),
-)
+CASES = [Case(*row) for row in sayings("frequency_domain_method")["case"]]
 
 
 class Pair(NamedTuple):
@@ -89,18 +76,9 @@ def compared(case: Case) -> Pair:
         parts.append((np.abs(here) ** 2 / 2.0, np.abs(there) ** 2 / 2.0, here * np.conj(there) / 2.0))
         field = None if case.z > 0.0 else wave_field(waves, X, Y)
         stage = Phase(mode=case.mode, time=f"{LENGTH} s")
-        lifts.append(
-            Lowering(
-                payload=read_payload(case.payload),
-                tip=tip,
-                waves=field,
-                h_tip="30 m",
-                depth="3000 m",
-                start_depth=f"{-case.z} m",
-                programme=(stage,),
-                duration=f"{LENGTH} s",
-            )
-        )
+        sea_state = {"tip": tip, "waves": field, "h_tip": "30 m", "depth": "3000 m", "start_depth": f"{-case.z} m"}
+        times = {"programme": (stage,), "duration": f"{LENGTH} s"}
+        lifts.append(Lowering(payload=read_payload(case.payload), **sea_state, **times))
     run = simulate(CRANE, lifts, series=True)
     h = suspended_load(CRANE, lifts[0], case.z)
     residual = identify_residual(CRANE, h.duty) if case.mode == "ahc" else Residual.constant(1.0)

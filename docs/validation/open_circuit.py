@@ -4,30 +4,24 @@ energy goes."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
+import causes
 import numpy as np
+from batch import jacobian
 from blocks import Blocks
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.hydraulics.valves import spool_opening
-from stillhook.spec.scenario import Operator, PowerLoss
+from stillhook.spec.scenario import Operator
 from stillhook.winches.types import open_circuit
 
 NAME = "utility-20t-open-circuit"
 CRANE = load_crane(NAME)
 BAR = 1.0e5
-MATCHED: dict[str, Any] = {
-    "motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"},
-    "valve": {"Q_N": "80 L/min", "dp_laminar": "0.5 bar"},
-    "counterbalance": {"Q_N": "5000 L/min", "p_check": "0 bar"},
-    "tank": {"p": "0 bar", "conductance": "0 L/min/bar"},
-    "pump": {"p_standby": "200 bar", "p_max": "200 bar", "C_leak": "0 L/min/bar"},
-}
-"""Two equal edges between a constant supply and an empty tank line, and nothing else."""
+MATCHED, LEAKY = causes.variants(globals())
 SHOWN = ("p_a", "p_b", "p_s", "omega_m", "P_hpu", "y_cb", "x_v")
 FINE = "1 ms"
 CLOSED = 5.0e-3
@@ -39,24 +33,11 @@ REFERENCE = "0.3125 ms"
 SEA = {"s_w": "100 m", "tip": "sine 1 m 10 s", "mode": "position", "duration": "60 s", "warm_up": "20 s"}
 
 
-def with_circuit(tables: Mapping[str, Any]) -> Any:
-    """The library's winch with changes in its open circuit."""
-    return changed(CRANE, {"open": dict(tables)})
-
-
 def steady(winch: Any, load: str, speed: str, step: str | None = FINE) -> dict[str, float]:
     """Mean of each signal over the last second of a steady hoist, or of a lowering below zero."""
     operator = Operator(profile=(("0 s", "0 m/min"), ("3 s", speed), ("40 s", speed)))
-    case = Scenario(
-        load=load,
-        s_w="150 m",
-        tip="still",
-        mode="manual",
-        operator=operator,
-        duration="40 s",
-        warm_up="0 s",
-        ramp="0 s",
-    )
+    still = {"tip": "still", "duration": "40 s", "warm_up": "0 s", "ramp": "0 s"}
+    case = Scenario(load=load, s_w="150 m", mode="manual", operator=operator, **still)
     run = simulate(winch, case, every="10 ms", step=step)
     late = run.time.values > 39.0
     return {name: float(np.mean(run[name].values[late])) for name in SHOWN}
@@ -101,10 +82,7 @@ def ratio_of_most_power(ratio: np.ndarray, power: np.ndarray) -> float:
 def pole(opened: float) -> tuple[complex, complex]:
     """Pole of the two lines and the shaft at a steady hoist of 100 bar from 200 bar: by the winch's own rates, and by
     Merritt's closed form."""
-    leaks = {"C_1": "0.05 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}
-    no_loss = {"X_1": "0 N m s/rad", "X_2": "0 N m s^2/rad^2/(m^3/rad)^3"}
-    winch = with_circuit({**MATCHED, "motor": {**leaks, "loss": no_loss}})
-    winch = changed(winch, {"friction": {"system": {"Y_5": "0 N m s/rad"}}})
+    winch = LEAKY.on(MATCHED.on(CRANE))
     p = pack(winch, Scenario(load="10 t", s_w="100 m", mode="manual")).params
     A, geo = p.A, open_circuit.geometry(100.0, p)
     u = open_circuit.Command(x_v=opened, f_pump=1.0, brake=0.0)
@@ -116,16 +94,8 @@ def pole(opened: float) -> tuple[complex, complex]:
     point = open_circuit.PATH.Point(v_w=0.0, F_w=1.0e5, a_load=0.0, k=0.0, stretch=0.0, stretch_rate=0.0)
     fields = {"p_a": 1.0e3, "p_b": 1.0e3, "omega_m": 1.0e-3}
 
-    def rate(x: Any) -> np.ndarray:
-        c = open_circuit.circuit(x, point, u, geo, p)._replace(g=1.0e-9)
-        r = open_circuit.rates(c, x, point, u, geo, p)
-        return np.array([getattr(r, f) for f in fields])
-
-    def slope(f: str, h: float) -> np.ndarray:
-        up, down = (rate(at._replace(**{f: getattr(at, f) + d})) for d in (h, -h))
-        return (up - down) / (2.0 * h)
-
-    ours = max(np.linalg.eigvals(np.column_stack([slope(f, h) for f, h in fields.items()])), key=lambda z: z.imag)
+    J = jacobian(open_circuit, at, point, u, geo, p, fields, lambda circuit: circuit._replace(g=1.0e-9))
+    ours = max(np.linalg.eigvals(J), key=lambda z: z.imag)
     C_t, J = 2.0 / A.i_C_h, 1.0 / geo.i_J
     K_ce = A.D_m * omega / (2.0 * (p_s - dp)) + A.motors.count * A.motors.C_1 * (2.0 / 3.0 + 1.0 / 6.0)
     omega_h, zeta = 2.0 * A.D_m / math.sqrt(C_t * J), K_ce / A.D_m * math.sqrt(J / C_t)
@@ -158,31 +128,14 @@ def balance_rows() -> tuple[list[dict[str, Any]], float]:
     return rows, worst
 
 
-AUDITED: dict[str, dict[str, Any]] = {
-    "compensation of 1 m, 10 s with 10 t": {},
-    "the same with an empty hook": {"load": "0 t"},
-    "1.3 m, 9 s with 20 t, beyond the power": {"load": "20 t", "tip": "sine 1.3 m 9 s"},
-    "4 m, 8 s with 2 t: the wire falls slack": {"load": "2 t", "tip": "sine 4 m 8 s"},
-    "a power unit is lost": {"power_loss": PowerLoss(time="30 s", unit=2)},
-    "lowering 10 t at 20 m/min": {
-        "mode": "manual",
-        "operator": Operator(profile=(("0 s", "0 m/min"), ("5 s", "-20 m/min"), ("60 s", "-20 m/min"))),
-    },
-    "hoisting 10 t at 20 m/min": {
-        "mode": "manual",
-        "operator": Operator(profile=(("0 s", "0 m/min"), ("5 s", "20 m/min"), ("60 s", "20 m/min"))),
-    },
-}
-
-
 def audit_rows() -> tuple[list[tuple[str, ...]], float, float]:
     """Energy unaccounted for, and the lowest power of the pumps in any of the runs [W]."""
     rows, worst, least = [], 0.0, math.inf
-    for name, case in AUDITED.items():
-        run = simulate(CRANE, Scenario(**({"load": "10 t"} | SEA | case)), every="10 ms")
+    for row in causes.variants(globals(), "audited"):
+        run = simulate(CRANE, Scenario(**({"load": "10 t"} | SEA | row.more)), every="10 ms")
         left = float(run.energy_unaccounted)
         worst, least = max(worst, abs(left)), min(least, float(run.P_hpu.min()))
-        rows.append((name, run.status.item(), f"{left:.1e}".replace("-", "−")))
+        rows.append((row.label, run.status.item(), f"{left:.1e}".replace("-", "−")))
     return rows, worst, least
 
 
@@ -200,7 +153,7 @@ def swing_rows() -> list[tuple[str, ...]]:
     case = Scenario(load="10 t", s_w="100 m", mode="manual", operator=operator, **still)
     rows = []
     for tau in ("0.1 s", "0.3 s", "1 s", "1.5 s"):
-        run = simulate(with_circuit({"counterbalance": {"tau_pilot": tau}}), case, every="20 ms")
+        run = simulate(changed(CRANE, {"open": {"counterbalance": {"tau_pilot": tau}}}), case, every="20 ms")
         t, v = run.time.values, run.v_w.values * 60.0
         early, late = (np.ptp(v[(t >= a) & (t < a + 6.0)]) for a in (6.0, 54.0))
         rows.append((tau, f"{early:.2f} m/min", f"{late:.2f} m/min"))
@@ -216,7 +169,7 @@ def assumed() -> str:
 
 
 def compute() -> tuple[Blocks, None]:
-    matched = with_circuit(MATCHED)
+    matched = MATCHED.on(CRANE)
     speeds, off_speed = speed_rows(matched)
     ratio, power, efficiency = power_curve(matched)
     best = ratio_of_most_power(ratio, power)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table
+from blocks import Blocks
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import place_limits
@@ -212,9 +212,6 @@ def tallied(rows: Sequence[Any]) -> Tally:
     return tally
 
 
-HEAD = ("oscillates, named", "oscillates, not named", "does not, named", "does not, not named")
-
-
 def share(part: int, whole: int) -> str:
     return f"{part} of {whole}"
 
@@ -225,20 +222,17 @@ def compute() -> tuple[Blocks, None]:
     parts = (*TIMES, None)
     a, b = tallied(steady), tallied(waves)
 
-    by_gain = [
-        ("at any gain" if x is None else f"{x:g}", *tallied([r for r in steady if r.part == x]).cells()) for x in parts
-    ]
+    def by(rows: Sequence[Any], field: str, values: Mapping[Any, str]) -> list[tuple[str, ...]]:
+        return [(text, *tallied([r for r in rows if getattr(r, field) == x]).cells()) for x, text in values.items()]
+
+    cranes = {name: name for name in CRANES}
+
     blocks = {
         "claims": locals(),
-        "steady": Table(("crane", *HEAD), [(n, *tallied([r for r in steady if r.crane == n]).cells()) for n in CRANES]),
-        "gain": Table(("gain over its limit", *HEAD), by_gain),
-        "waves": Table(("crane", *HEAD), [(n, *tallied([r for r in waves if r.crane == n]).cells()) for n in CRANES]),
-        "tips": Table(
-            ("motion of the tip", *HEAD), [(n, *tallied([r for r in waves if r.tip == n]).cells()) for n in TIPS]
-        ),
-        "gains": Table(
-            ("gain over its limit", *HEAD),
-            [(f"{x:g}", *tallied([r for r in waves if r.part == x]).cells()) for x in GAINS],
-        ),
+        "steady": by(steady, "crane", cranes),
+        "gain": by(steady, "part", {x: "at any gain" if x is None else f"{x:g}" for x in parts}),
+        "waves": by(waves, "crane", cranes),
+        "tips": by(waves, "tip", {tip: tip for tip in TIPS}),
+        "gains": by(waves, "part", {x: f"{x:g}" for x in GAINS}),
     }
     return blocks, None

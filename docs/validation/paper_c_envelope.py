@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import causes
 import xarray
@@ -17,7 +17,6 @@ from stillhook.analysis.steady.figures import layer_figure
 from stillhook.analysis.steady.limits import Direction, Station, Top
 from stillhook.analysis.steady.steady_state import speed_limit, steady, wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max
-from stillhook.library import changed
 from stillhook.spec.scenario import Mode
 from stillhook.thesis.control import HS_LOAD, operating_range, settings
 
@@ -26,47 +25,7 @@ C150, E250 = load_crane("nov-150t"), load_crane("nov-250t")
 ABOVE = tuple(1e3 * t for t in (90.1, 100, 105, 110, 115, 120, 130))  # kg
 LOADS = tuple(1e3 * t for t in (0, 30, 60, 90, 110, 130, 150))  # kg: rows of the table
 PRINTED_HS = 90.0  # m/min
-NO_LEAK = {
-    "active": {
-        "motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"},
-        "pump": {"leak_scale": 1e-9},
-    }
-}
-MORE_LEAK = {
-    "active": {
-        "motor": {"C_1": "0.0775 L/min/bar", "C_2": "1.94e-05 L/min/bar/(rev/min)"},
-        "pump": {"leak_scale": 2},
-    }
-}
-BY_RULE = {"active": {"motor": {"alpha_min": 0.546}}, "control": {"alpha_hs": 0.546}}
-
-
-class Row(NamedTuple):
-    """One variant of the 150 t crane: what is changed."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-
-
-ROWS = (
-    Row("**as above** (NS 0.91, HS 0.83, least 0.70)"),
-    Row("NS 0.85", {"control": {"alpha_ns": 0.85}}),
-    Row("NS 1.00", {"control": {"alpha_ns": 1.0}}),
-    Row("HS 0.75", {"control": {"alpha_hs": 0.75}}),
-    Row("HS by the 30 % rule, 0.6 × 0.91 = 0.546; least 0.546 too", BY_RULE),
-    Row("least 0.60", {"active": {"motor": {"alpha_min": 0.6}}}),
-    Row("least 0.80", {"active": {"motor": {"alpha_min": 0.8}}}),
-    Row("motors and pumps that do not leak", NO_LEAK),
-    Row("motors and pumps that leak twice as much", MORE_LEAK),
-    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row("`K_1` 4 % above the ideal one", {"control": {"K_1": f"{1.04 / wire_speed_max(C150)!r} s/m"}}),
-    Row("threshold `u_thr` 0.5", {"control": {"u_thr": 0.5}}),
-    Row("SSC keeps 0.53 for the SWL (30 % at relief pressure)", {"control": {"alpha_swl": 0.53}}),
-)
-
-
-def variant_of(crane: Crane, changes: Mapping[str, Any]) -> Crane:
-    return changed(crane, changes) if changes else crane
+ROWS = causes.variants(globals())
 
 
 def station(crane: Crane, load: float) -> Station:
@@ -142,8 +101,8 @@ def load_rows(crane: Crane) -> list[tuple[object, ...]]:
     return rows
 
 
-def variant(row: Row) -> tuple[object, ...]:
-    crane = variant_of(C150, row.changes)
+def variant(row: causes.Variant) -> tuple[object, ...]:
+    crane = row.on(C150)
     ns, hs, linear, cubic = (top(crane, m, HS_LOAD).v_w for m in ("ns", "hs", "ssc", "ssc-cubic"))
     speeds = (mpm(ns), mpm(hs), mpm(linear), mpm(cubic))
     gains = (percent(gain(crane, m, ABOVE[0]), sign=True) for m in ("ssc-cubic", "ssc"))
@@ -164,18 +123,9 @@ def speeds(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
 
 def attribution() -> causes.Attribution:
     """What the printed speeds depend on, one change at a time: a steady speed has no tip, no delay and no servo."""
-    figures = [
-        causes.Figure("HS with 90 t", lambda r: r["crane"]["hs"], 89.0, 91.0, "m/min", 1, "90"),
-        causes.Figure("gain above 90 t", lambda r: r["crane"]["gain"], 29.0, unit="%", digits=0, printed="up to 30"),
-        causes.Figure("pumps of SSC at the top of HS", lambda r: r["crane"]["pumps"], 88.0, 92.0, "%", 0, "90"),
-    ]
-    groups = ("NS", "HS", "least", "motors and pumps")
-    settings = [
-        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), ""))
-        for r in ROWS[1:]
-    ]
     runs = {"crane": (C150, Scenario(load="90 t", s_w="100 m", duration="60 s"))}
-    return causes.attribute(runs, figures, settings, pairs=False, evaluate=speeds)
+    tried = [row.alternative() for row in ROWS[1:]]
+    return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=speeds)
 
 
 def compute() -> tuple[Blocks, dict[str, Any]]:

@@ -11,12 +11,23 @@ import numpy as np
 import xarray
 from blocks import Blocks, percent, save
 
-from stillhook import Scenario, Sine, simulate
+from stillhook import (
+    Scenario,
+    simulate,
+)
 from stillhook.analysis.loop_stability.stability import eigenfrequency
-from stillhook.library import changed
-from stillhook.sea.motion.motion import Motion
 from stillhook.thesis.gallery import Drawing
-from stillhook.thesis.oscillation import D_ONE, HIGH, LOW, RING, WARM, contrast_panels, of_165t, offshore, sea
+from stillhook.thesis.oscillation import (
+    D_ONE,
+    HIGH,
+    LOW,
+    RING,
+    WARM,
+    contrast_panels,
+    of_165t,
+    offshore,
+    sea,  # noqa: F401  # of the variants
+)
 from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
@@ -25,40 +36,7 @@ CRANE = of_165t()
 MORE = 0.25  # share by which oscillations must differ to be called significant here
 
 
-class Row(NamedTuple):
-    """One variant: what is changed in the crane, the tip's motion, and the rest of the scenario."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    tip: Motion | None = None
-    more: Mapping[str, str] = {}
-
-
-NO_LEAK = {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 0.01}}}
-HELD = {
-    "active": {
-        "flushing": {"dp_open": "0 bar", "conductance": "240 L/min/bar"},
-        "boost": {"conductance": "240 L/min/bar"},
-    }
-}
-ROWS = (
-    Row("**as above**"),
-    Row("a quarter of the motion, up to 9 m/min", tip=sea(0.25)),
-    Row("half the motion, up to 18 m/min", tip=sea(0.5)),
-    Row("1.5 times the motion, up to 54 m/min", tip=sea(1.5)),
-    Row("one sine, 0.8 m and 8 s", tip=Sine(amplitude="0.8 m", period="8 s")),
-    Row("20 t on the hook", more={"load": "17 t"}),
-    Row("1500 m of wire out; HS and NS follow the layer", more={"s_w": "1500 m"}),
-    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
-    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row("twice the oil volume", {"active": {"line": {"V": f"{100.0 * 750.0 / 645.0!r} L"}}}),
-    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
-    Row("hardly any leakage", NO_LEAK),
-    Row("low side held: valves without dead band, four times as wide", HELD),
-    Row("pumps of 500 + 250 cm³/rev", {"active": {"pump": {"D": ["500 cm^3/rev", "250 cm^3/rev"]}}}),
-    Row("`K_p` 0.32 1/m instead of 0.16", {"control": {"K_p": "0.32 1/m"}}),
-    Row("`K_2` 0", {"control": {"K_2": "0 s^2/m"}}),
-)
+ROWS = causes.variants(globals())
 
 
 class Found(NamedTuple):
@@ -74,7 +52,7 @@ class Found(NamedTuple):
     e_c_pp: float
 
 
-def case(row: Row, D: int, beats: float = 2.0) -> Scenario:
+def case(row: causes.Variant, D: int, beats: float = 2.0) -> Scenario:
     return offshore(D, row.tip, beats, row.more)
 
 
@@ -83,9 +61,8 @@ def error_of_speed(run: xarray.Dataset) -> Any:
     return (run["v_w"] + run["v_tip"]).sel(time=slice(WARM, None)).values
 
 
-def found(row: Row, D: int) -> Found:
-    crane = changed(CRANE, row.changes) if row.changes else CRANE
-    run = simulate(crane, case(row, D), every="0.01 s")
+def found(row: causes.Variant, D: int) -> Found:
+    run = simulate(row.on(CRANE), case(row, D), every="0.01 s")
     off = error_of_speed(run)
     return Found(
         run=run,
@@ -102,7 +79,6 @@ def found(row: Row, D: int) -> Found:
 def claims(low: Found, high: Found) -> dict[str, Any]:
     """Numbers of the claims."""
     period = {D: eigenfrequency(CRANE, D / D_ONE).period for D in (LOW, HIGH)}
-
     return locals()
 
 
@@ -114,27 +90,12 @@ def oscillation(run: xarray.Dataset) -> dict[str, float]:
 
 def attribution() -> causes.Attribution:
     """What the contrast depends on; one beat of the sea."""
-    figures = [
-        causes.Figure(
-            label,
-            lambda r, n=name: 100.0 * (r["low"][n] / r["high"][n] - 1.0),
-            100.0 * MORE,
-            unit="%",
-            digits=0,
-            printed=printed,
-        )
-        for name, label, printed in (
-            ("p_a", "`p_a` above 0.5 Hz, low over high", "significantly: 25 at least"),
-            ("p_b", "`p_b` above 0.5 Hz", "the same"),
-            ("off", "error of speed", "affected: 25 at least"),
-        )
-    ]
-    rows = [causes.varied(r.label, r.changes, tip=r.tip, more=r.more, group="tip" if r.tip else "") for r in ROWS[1:]]
     runs = {"low": (CRANE, case(ROWS[0], LOW, 1.0)), "high": (CRANE, case(ROWS[0], HIGH, 1.0))}
-    return causes.attribute(runs, figures, rows, pairs=False, evaluate=causes.from_series(oscillation, "0.02 s"))
+    tried, evaluate = [row.alternative() for row in ROWS[1:]], causes.from_series(oscillation, "0.02 s")
+    return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=evaluate)
 
 
-def variant(row: Row) -> tuple[object, ...]:
+def variant(row: causes.Variant) -> tuple[object, ...]:
     low, high = found(row, LOW), found(row, HIGH)
     pairs = ((low.p_a, high.p_a, 1), (low.v_w, high.v_w, 2), (low.off, high.off, 2))
     cells = [f"{a:.{n}f} / {b:.{n}f} ({percent(a / b - 1.0, sign=True)})" for a, b, n in pairs]

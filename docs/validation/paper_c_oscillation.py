@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, Table, save
+from blocks import Blocks, save
 
 from stillhook import Scenario, simulate
 from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
-from stillhook.library import changed
 from stillhook.thesis.oscillation import (
     D_MAX,
     LEAST,
@@ -39,16 +38,6 @@ THROWN = 0.2  # s: the stick thrown over
 CRANE = twelve_motors()
 
 
-class Row(NamedTuple):
-    """One variant: what is changed in the crane; time in which the stick goes over [s]; speed [m/min]; load [t]."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    ramp: float = RAMP
-    speed: float = SPEED
-    load: float = 0.0
-
-
 def oil(part: float) -> dict[str, Any]:
     return {"active": {"line": {"V": f"{part * CRANE.active.line.V!r} m^3"}}}
 
@@ -59,38 +48,12 @@ def low_side(dp_open: str, conductance: str = "60 L/min/bar") -> dict[str, Any]:
     }
 
 
-HELD = low_side("0 bar", "600 L/min/bar")
-NO_LEAK = {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 0.01}}}
-LEAKY = {"active": {"motor": {"C_1": "0.08 L/min/bar", "C_2": "2e-5 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 2.0}}}
-ROWS = (
-    Row("**as above**"),
-    Row("stick over in 0.2 s", ramp=THROWN),
-    Row("stick over in 0.5 s", ramp=0.5),
-    Row("stick over in 2 s", ramp=2.0),
-    Row("stick over in 5 s", ramp=5.0),
-    Row("30 m/min", speed=30.0),
-    Row("20 t on the hook", load=20.0),
-    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
-    Row("twice the oil volume", oil(2.0)),
-    Row("inertia ×1.5, oil /1.5: the same linear periods", causes.heavier(CRANE, 1.5) | oil(1.0 / 1.5)),
-    Row("bulk modulus 14 000 bar", {"active": {"line": {"bulk_modulus": "14000 bar"}}}),
-    Row("leakage doubled", LEAKY),
-    Row("hardly any leakage", NO_LEAK),
-    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
-    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row(
-        "motors without turbulent loss (`X_2` 0)",
-        {"active": {"motor": {"loss": {"X_2": "0 N m s^2/rad^2/(m^3/rad)^3"}}}},
-    ),
-    Row("low side held: valves without dead band, ten times as wide", HELD),
-    Row("low side held, hardly any leakage", {"active": HELD["active"] | NO_LEAK["active"]}),
-    Row("low side freer: flushing opens 10 bar above boost", low_side("10 bar")),
-)
+ROWS = causes.variants(globals())
 
 
-def of_row(D: int, row: Row) -> Scenario:
-    """The row's ramp at a fixed displacement D [cm^3/rev]."""
-    return ramped(D, ramp=row.ramp, speed=row.speed, load=row.load)
+def of_row(D: int, row: causes.Variant, thrown: bool = False) -> Scenario:
+    """The row's ramp at a fixed displacement D [cm^3/rev], or the same thrown over."""
+    return ramped(D, **{"ramp": RAMP, "speed": SPEED, "load": 0.0, **row.own} | ({"ramp": THROWN} if thrown else {}))
 
 
 class Found(NamedTuple):
@@ -108,13 +71,12 @@ class Found(NamedTuple):
     linear: Eigenfrequency
 
 
-def found(row: Row) -> dict[int, Found]:
-    crane = changed(CRANE, row.changes) if row.changes else CRANE
-    out = {}
+def found(row: causes.Variant) -> dict[int, Found]:
+    crane, out = row.on(CRANE), {}
     for D in THEIRS:
-        run, thrown = (simulate(crane, of_row(D, r), every="0.01 s") for r in (row, row._replace(ramp=THROWN)))
+        run, thrown = (simulate(crane, of_row(D, row, hard), every="0.01 s") for hard in (False, True))
         end = float(run["time"][-1])
-        v, t, asked = run["v_w"].values, run["time"].values, row.speed / 60.0
+        v, t, asked = run["v_w"].values, run["time"].values, row.own.get("speed", SPEED) / 60.0
         out[D] = Found(
             run=run,
             ring=ringing(run, "p_a", start=START, least=LEAST),
@@ -140,10 +102,6 @@ def periods(all_: Mapping[int, Found]) -> list[dict[str, Any]]:
     return [{"D": D, "f": f} for D, f in all_.items()]
 
 
-def effects(all_: Mapping[int, Found]) -> list[dict[str, Any]]:
-    return [{"D": D, "f": f} for D, f in all_.items()]
-
-
 def claims(all_: Mapping[int, Found]) -> dict[str, Any]:
     """Numbers of the claims."""
     linear, twin = (
@@ -165,11 +123,9 @@ def _falls(values: Sequence[float]) -> bool:
     return all(b < a for a, b in pairwise(values))
 
 
-def both(row: Row) -> dict[str, Scenario]:
+def both(row: causes.Variant) -> dict[str, Scenario]:
     """The ramp at every displacement, and the same thrown over."""
-    return {
-        f"{how} {D}": of_row(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))
-    }
+    return {f"{how} {D}": of_row(D, row, how == "thrown") for D in THEIRS for how in ("ramp", "thrown")}
 
 
 def read(run: xarray.Dataset) -> dict[str, float]:
@@ -182,12 +138,10 @@ def read(run: xarray.Dataset) -> dict[str, float]:
     }
 
 
-def alternative(row: Row) -> causes.Alternative:
+def alternative(row: causes.Variant) -> causes.Alternative:
     """A row as a setting that may be otherwise."""
-    if (row.ramp, row.speed, row.load) == (RAMP, SPEED, 0.0):
-        return causes.varied(
-            row.label, row.changes, group=next((g for g in ("friction", "low side", "leakage") if g in row.label), "")
-        )
+    if not row.own:
+        return row.alternative()
     return causes.Alternative(
         row.label, lambda runs: {name: (runs[name][0], case) for name, case in both(row).items()}, "operator"
     )
@@ -195,37 +149,12 @@ def alternative(row: Row) -> causes.Alternative:
 
 def attribution() -> causes.Attribution:
     """What the printed figures depend on, one change at a time."""
-    figures = [
-        causes.Figure(
-            f"period at {D}", lambda r, D=D: r[f"ramp {D}"]["period"], T - ROUNDING, T + ROUNDING, "s", 2, f"{T:.1f}"
-        )
-        for D, (T, _) in THEIRS.items()
-    ]
-    figures += [
-        causes.Figure(
-            f"swing at {D}",
-            lambda r, D=D: 100.0 * r[f"ramp {D}"]["swing"],
-            100.0 * SEEN if seen == "yes" else -math.inf,
-            math.inf if seen == "yes" else 100.0 * SEEN,
-            "%",
-            0,
-            f"effect: {seen}",
-        )
-        for D, (_, seen) in THEIRS.items()
-    ]
-    large, small = max(THEIRS), min(THEIRS)
-    ratio = causes.Figure(
-        f"decay, {large} over {small}",
-        lambda r: r[f"thrown {large}"]["decay"] / r[f"thrown {small}"]["decay"],
-        1.0,
-        printed="falls: above 1",
-    )
     runs = {name: (CRANE, case) for name, case in both(ROWS[0]).items()}
-    evaluate = causes.from_series(read, "0.01 s")
-    return causes.attribute(runs, [*figures, ratio], [alternative(r) for r in ROWS[1:]], pairs=False, evaluate=evaluate)
+    tried, evaluate = [alternative(row) for row in ROWS[1:]], causes.from_series(read, "0.01 s")
+    return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=evaluate)
 
 
-def variant(row: Row) -> tuple[object, ...]:
+def variant(row: causes.Variant) -> tuple[object, ...]:
     f = found(row)
     return (
         row.label,
@@ -240,7 +169,6 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     base = found(ROWS[0])
     said = claims(base)
     least, most = constant()
-    wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
         "causes": causes.block(attribution()),
@@ -248,8 +176,8 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
         "claims": said,
         "constant": ({"inertia": inertia, "least": least, "line": line, "most": most}),
         "periods": periods(base),
-        "effects": effects(base),
-        "sensitivity": Table(wide, [variant(r) for r in ROWS]),
+        "effects": periods(base),
+        "sensitivity": [variant(r) for r in ROWS],
     }
     return blocks, {D: f.run for D, f in base.items()}
 

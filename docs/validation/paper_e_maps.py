@@ -5,26 +5,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import causes
 import numpy as np
 from blocks import Blocks, percent, save
 from numpy.typing import NDArray
 
-from stillhook import Crane, Scenario
+from stillhook import Scenario
 from stillhook.analysis.maps.figures import change_figure
 from stillhook.analysis.maps.operability import cells_of, map_of
 from stillhook.analysis.maps.result import BEST_CLASSIC, Map, cause_of
 from stillhook.analysis.maps.settling import settling_of
-from stillhook.library import changed
 from stillhook.sea.motion.words import parse_motion
 from stillhook.thesis.maps import AROUND_80, LOW, SWITCH, change, speeds, value_map
 from stillhook.thesis.maps import cells as of
 from stillhook.thesis.quay import CRANE
 
 SLOW_PAGE = True
-SCENARIO_3 = parse_motion("sine 2 m 13 s + sine 0.5 m 6 s")
 FEWER = "20 % to 100 % by 20 %"
 """Loads of the sensitivity tables."""
 SMALL = 10.0
@@ -33,61 +31,16 @@ MISSED = "not reproduced"
 Y = CRANE.friction.system
 
 
-class Row(NamedTuple):
-    """One variant: what is changed in the crane, and in the map."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    asked: Mapping[str, Any] = {}
-
-
 def friction(share: float) -> dict[str, Any]:
     return {"friction": {"system": {"Y_1": Y.Y_1 * share, "Y_6": Y.Y_6 * share}}}
 
 
-BASE = Row("**as above** (12 s, NS 0.80, HS 0.60)")
-HS_048 = Row("HS 0.48 (60 % of NS)", {"control": {"alpha_hs": 0.48}, "active": {"motor": {"alpha_min": 0.48}}})
-NS_09 = Row("NS 0.90, SSC as it was", {"control": {"alpha_ns": 0.9, "alpha_swl": 0.8}})
-OPEN_LOOP = Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}})
-DAMPED = Row("wire damping 0.95, as paper C assumes", {"wire": causes.WIRE})
-OIL = Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}})
-MAP_ROWS = (
-    BASE,
-    Row("sine of 6 s", asked={"period": "6 s"}),
-    Row("sine of 8 s", asked={"period": "8 s"}),
-    Row("sine of 16 s", asked={"period": "16 s"}),
-    Row("swell and roll of scenario 3, scaled", asked={"motion": SCENARIO_3}),
-    HS_048,
-    NS_09,
-    Row("NS 0.70, SSC as it was", {"control": {"alpha_ns": 0.7, "alpha_swl": 0.8}}),
-    Row("SSC may go to 0.60 at the SWL", {"control": {"alpha_swl": 0.6}}),
-    Row(
-        "SSC may go to 0.60 at the SWL, and to 0.55 at all",
-        {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}},
-    ),
-    Row("friction of the load 30 % less", friction(0.7)),
-    Row("friction of the load 30 % more", friction(1.3)),
-    Row("`K_2` = 0", {"control": {"K_2": "0 s^2/m"}}),
-    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
-    OPEN_LOOP,
-    OIL,
-    Row("layer 6 instead of 12", asked={"layers": 6}),
-)
-STEP_ROWS = (
-    BASE,
-    Row("lowering instead of hoisting", asked={"lowering": True}),
-    HS_048,
-    NS_09,
-    Row("friction of the load 30 % less", friction(0.7)),
-    Row("friction of the load 30 % more", friction(1.3)),
-    Row("`K_p` 0.30 instead of 0.16 1/m", {"control": {"K_p": "0.3 1/m"}}),
-    OPEN_LOOP,
-    OIL,
-)
+MAP_ROWS, STEP_ROWS, DAMPED = (causes.variants(globals(), key) for key in ("variant", "step", "damped"))
 
 
-def crane_of(row: Row) -> Crane:
-    return changed(CRANE, row.changes) if row.changes else CRANE
+def asked_of(row: causes.Variant) -> dict[str, Any]:
+    """What a variant changes in the map."""
+    return {k: parse_motion(x) if k == "motion" else x for k, x in row.own.items()}
 
 
 def span(a: NDArray[np.float64]) -> str:
@@ -142,14 +95,14 @@ def claims(waves: Map, steps: Map, damped: Map) -> dict[str, Any]:
     return locals()
 
 
-def map_row(row: Row, found: Map) -> dict[str, Any]:
+def map_row(row: causes.Variant, found: Map) -> dict[str, Any]:
     summary = found.summary()
     ends = ((0.0, SWITCH), (SWITCH, 999.0))
     changes = [change(found, name, *e) for name in ("e_c_pp", "p_max") for e in ends]
     return locals()
 
 
-def step_row(row: Row, found: Map) -> dict[str, Any]:
+def step_row(row: causes.Variant, found: Map) -> dict[str, Any]:
     v = speeds(found)
     low = (v > LOW[0]) & (v < LOW[1])
     t = found.values["settling_time"]
@@ -210,37 +163,11 @@ def of_period(T: float) -> causes.Alternative:
     return causes.Alternative(f"sine of {T:g} s", change, "motion")
 
 
-def settings(rows: Sequence[Row]) -> list[causes.Alternative]:
-    """Rows that change the crane, as settings that may be otherwise."""
-    groups = ("friction", "NS", "`K_")
-    return [
-        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), ""))
-        for r in rows
-        if r.changes and not r.asked
-    ]
-
-
 def attribution() -> causes.Attribution:
     """What the maps of error and pressure depend on, one change at a time."""
-    names = {
-        "error slow": ("error up to 80 m/min", "lower"),
-        "error fast": ("error above", "lower"),
-        "pressure slow": ("pressure up to 80 m/min", "small, in favour of SSC: above −10"),
-        "pressure fast": ("pressure above", "lower"),
-    }
-    figures = [
-        causes.Figure(
-            label, lambda r, n=name: medians(r)[n], -SMALL if "small" in printed else -math.inf, 0.0, "%", 0, printed
-        )
-        for name, (label, printed) in names.items()
-    ]
-    figures.append(
-        causes.Figure("map that SSC covers", lambda r: medians(r)["covered"], 100.0, unit="%", digits=0, printed="all")
-    )
     runs = {str(i): pair for i, pair in enumerate(zip(CELLS.cranes, CELLS.cases, strict=True))}
-    return causes.attribute(
-        runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False
-    )
+    tried = [*(of_period(T) for T in (6.0, 8.0, 16.0)), *(r.alternative() for r in MAP_ROWS if r.changes)]
+    return causes.attribute(runs, causes.figures(globals()), tried, pairs=False)
 
 
 def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
@@ -255,31 +182,18 @@ def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
 
 def settling_attribution() -> causes.Attribution:
     """What the settling times depend on, one change at a time; the tip rests, and load and speed are the map's."""
-    figures = [
-        causes.Figure(
-            "settling time up to 50 m/min",
-            lambda r: r["crane"]["low"],
-            most=0.0,
-            unit="%",
-            digits=0,
-            printed="improves",
-        ),
-        causes.Figure(
-            "around 80 m/min", lambda r: r["crane"]["around"], most=0.0, unit="%", digits=0, printed="better"
-        ),
-    ]
     run = {"crane": (CRANE, Scenario(load="150 t", s_w="149 m", mode="ssc", duration="60 s"))}
-    return causes.attribute(run, figures, settings(STEP_ROWS), pairs=False, evaluate=settled)
+    tried = [r.alternative() for r in STEP_ROWS if r.changes]
+    return causes.attribute(run, causes.figures(globals(), "settling_figure"), tried, pairs=False, evaluate=settled)
 
 
 def compute() -> tuple[Blocks, dict[str, Map]]:
     """Blocks of the page, its claims, and the maps of the pictures."""
     waves, steps = map_of(CRANE), settling_of(CRANE)
-    found = claims(waves, steps, settling_of(crane_of(DAMPED)))
-    rows = [map_row(r, map_of(crane_of(r), loads=FEWER, **r.asked)) for r in (*MAP_ROWS, DAMPED)]
-    tests = [
-        step_row(r, settling_of(crane_of(r), loads="20 % to 100 % by 40 %", **r.asked)) for r in (*STEP_ROWS, DAMPED)
-    ]
+    found = claims(waves, steps, settling_of(DAMPED[0].on(CRANE)))
+    rows = [map_row(r, map_of(r.on(CRANE), loads=FEWER, **asked_of(r))) for r in (*MAP_ROWS, *DAMPED)]
+    few = "20 % to 100 % by 40 %"
+    tests = [step_row(r, settling_of(r.on(CRANE), loads=few, **r.own)) for r in (*STEP_ROWS, *DAMPED)]
     blocks = {
         "causes": causes.block(attribution()),
         "causes-settling": causes.block(settling_attribution(), "The same for the settling times."),

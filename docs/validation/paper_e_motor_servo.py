@@ -13,16 +13,18 @@ import numpy as np
 import xarray
 from batch import side_by_side
 from blocks import Blocks, percent, save
-from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
 
 from stillhook import Crane
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.library import changed
 from stillhook.thesis.quay import (
+    CRANE,
     D_ONE,
     DURATION,
     HALF,
+    OPEN_LOOP,
     PATTERNS,
+    WARM,
     done_in_a_second,  # noqa: F401  # in the claims
     motor_patterns,
     motor_steps,
@@ -38,50 +40,13 @@ EASILY = 0.95  # share of the pumps below which the speed is met easily
 SPEEDS = np.arange(70.0, 121.0)  # m/min
 
 
-class Variant(NamedTuple):
-    """One way to control the motors: name, what is changed in the crane."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
+CONTROLS = CLOSED, OPEN, OPEN_10, BLIND = causes.variants(globals(), "control")
+ROWS = causes.variants(globals())
 
 
-CLOSED = Variant("closed loop")
-OPEN = Variant("open loop with feedback (this crane)", OPEN_LOOP)
-OPEN_10 = Variant("open loop with feedback, 10 % offset, 6 % hysteresis", OPEN_LOOP_10)
-BLIND = Variant("open loop without feedback", OPEN_LOOP_BLIND)
-VARIANTS = (CLOSED, OPEN, OPEN_10, BLIND)
-
-
-def servo_at(omega_n: str) -> dict[str, Any]:
-    return {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "servo": {"omega_n": omega_n}}}}
-
-
-def play_of(offset: float, hysteresis: float) -> dict[str, Any]:
-    return {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "offset": offset, "hysteresis": hysteresis}}}
-
-
-ROWS = (
-    Variant("**as above** (offset 7.5 %, hysteresis 4 %, 5 rad/s, `u_thr` 0.6)", OPEN_LOOP),
-    Variant("offset 5 %", play_of(0.05, 0.04)),
-    Variant("offset 10 %", play_of(0.10, 0.04)),
-    Variant("no hysteresis", play_of(0.075, 0.0)),
-    Variant("hysteresis 8 %", play_of(0.075, 0.08)),
-    Variant("motors of 10 rad/s (0.5 s for the stroke)", servo_at("10 rad/s")),
-    Variant("motors of 3 rad/s (1.7 s)", servo_at("3 rad/s")),
-    Variant("motors of 1.4 rad/s (3.5 s, the slowest that paper C names)", servo_at("1.4 rad/s")),
-    Variant("`u_thr` 0.5", OPEN_LOOP | {"control": {"u_thr": 0.5}}),
-    Variant("`u_thr` 0.4", OPEN_LOOP | {"control": {"u_thr": 0.4}}),
-    Variant("`u_thr` 0.7", OPEN_LOOP | {"control": {"u_thr": 0.7}}),
-    Variant(
-        "`alpha_min` 0.5 instead of 0.6", {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "alpha_min": 0.5}}}
-    ),
-    Variant("`K_2` 0", OPEN_LOOP | {"control": {"K_2": "0 s^2/m"}}),
-    Variant("friction of L4593, the largest set", OPEN_LOOP | {"friction": {"library": "L4593"}}),
-)
-
-
-def crane_of(v: Variant) -> Crane:
-    return changed(CRANE, v.changes) if v.changes else CRANE
+def crane_of(v: causes.Variant) -> Crane:
+    """The crane of a variant, motors in open loop with feedback unless it is about that."""
+    return v.on(CRANE if v in CONTROLS else changed(CRANE, OPEN_LOOP))
 
 
 class Found(NamedTuple):
@@ -101,7 +66,7 @@ class Found(NamedTuple):
     motors_full: float
 
 
-def found(v: Variant, period: float, amplitude: float) -> Found:
+def found(v: causes.Variant, period: float, amplitude: float) -> Found:
     run = run_of(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
     return Found(
         run=run,
@@ -121,51 +86,12 @@ def found(v: Variant, period: float, amplitude: float) -> Found:
 AFFECTED = 50.0
 
 
-def setting(v: Variant) -> causes.Alternative:
-    """A row as a setting of every run; how the motors are controlled stays that of the run."""
-    active = v.changes.get("active", {})
-    motor = {k: x for k, x in active.get("motor", {}).items() if k != "variant"}
-    tables = {k: x for k, x in v.changes.items() if k != "active"} | ({"active": {"motor": motor}} if motor else {})
-    return causes.varied(v.label, tables, group="motors" if motor else "u_thr" if "u_thr" in v.label else "")
-
-
 def attribution() -> causes.Attribution:
     """What the printed comparison depends on, both patterns read as amplitudes."""
     named = {"closed": CLOSED, "open": OPEN, "blind": BLIND}
     runs = {f"{name} {T:g}": (crane_of(v), pattern(A, T)) for name, v in named.items() for T, A in PATTERNS}
 
-    def off(a: str, b: str, T: float) -> Any:
-        return lambda r: 100.0 * (r[f"{a} {T:g}"]["e_c_pp"] / r[f"{b} {T:g}"]["e_c_pp"] - 1.0)
-
-    figures = []
-    for T, _ in PATTERNS:
-        figures += [
-            causes.Figure(
-                f"error, open loop over closed, {T:g} s",
-                off("open", "closed", T),
-                most=AFFECTED / 5.0,
-                unit="%",
-                digits=0,
-                printed="not affected",
-            ),
-            causes.Figure(
-                f"without feedback over with, {T:g} s",
-                off("blind", "open", T),
-                AFFECTED,
-                unit="%",
-                digits=0,
-                printed="affected",
-            ),
-            causes.Figure(
-                f"pumps, {T:g} s",
-                lambda r, T=T: 100.0 * r[f"open {T:g}"]["alpha_p_max"],
-                most=100.0 * EASILY,
-                unit="%",
-                digits=0,
-                printed="easily met",
-            ),
-        ]
-    return causes.attribute(runs, figures, [setting(v) for v in ROWS[1:]])
+    return causes.attribute(runs, causes.figures(globals()), [v.alternative() for v in ROWS[1:]])
 
 
 class Followed(NamedTuple):
@@ -177,7 +103,7 @@ class Followed(NamedTuple):
     most: float
 
 
-def followed(v: Variant, period: float) -> Followed:
+def followed(v: causes.Variant, period: float) -> Followed:
     crane = crane_of(v)
     found_ = side_by_side((crane, pattern(v_tip / 60.0 * period / (2.0 * math.pi), period)) for v_tip in SPEEDS)
     full = next(i for i, x in enumerate(found_) if x["saturation_time"] > 0.0)
@@ -190,7 +116,7 @@ Readings = dict[tuple[str, float], tuple[Found, Found]]
 
 def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, Any]:
     """Numbers of the claims."""
-    whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in VARIANTS}
+    whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in CONTROLS}
     half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
     open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))
     least, most = staircase_offsets()
@@ -223,7 +149,7 @@ def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
     return sorted(rows, key=lambda r: [float(x.split()[0]) for x in str(r[0]).split(", ")[:2]], reverse=True)
 
 
-def variant(v: Variant) -> tuple[object, ...]:
+def variant(v: causes.Variant) -> tuple[object, ...]:
     both = [found(v, T, A) for T, A in PATTERNS]
     cells = (
         (
@@ -241,8 +167,8 @@ def variant(v: Variant) -> tuple[object, ...]:
 
 def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
-    runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in VARIANTS}
-    limit = {v.label: followed(v, PATTERNS[0][0]) for v in VARIANTS}
+    runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in CONTROLS}
+    limit = {v.label: followed(v, PATTERNS[0][0]) for v in CONTROLS}
     said = claims(runs, limit)
     limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {

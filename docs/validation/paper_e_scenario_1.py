@@ -7,11 +7,10 @@ from typing import Any
 
 import causes
 import xarray
-from blocks import Blocks, Table, save
-from quay import CRANE, HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, less, numbers, oscillations, runs_of
+from blocks import Blocks, save
+from quay import CRANE, ROWS, WARM, Found, attributions, beside, found, less
 
 from stillhook.analysis.loop_stability.stability import eigenfrequency
-from stillhook.analysis.uncertainty.attribution import Figure
 from stillhook.report.plots.run import four_panels
 from stillhook.thesis.quay import DURATIONS, MODES, PERIOD, WINDOWS, sine
 from stillhook.units import in_display
@@ -22,17 +21,10 @@ MARKED = 0.25  # share by which oscillations must fall to be called markedly red
 
 
 TIP = sine(PERIOD)
-OWN = (
-    Row("**as above** (12 s, 30 m/min, closed loop)"),
-    Row("6 s", tip=sine(6.0)),
-    Row("8 s", tip=sine(8.0)),
-    Row("16 s", tip=sine(16.0)),
-    Row("20 m/min", tip=sine(PERIOD, 20.0 / 60.0)),
-    Row("40 m/min", tip=sine(PERIOD, 40.0 / 60.0)),
-)
+OWN = causes.variants(globals())
 
 
-def three(row: Row) -> dict[str, Found]:
+def three(row: causes.Variant) -> dict[str, Found]:
     return {m: found(row, TIP, m, DURATION) for m in MODES}
 
 
@@ -62,15 +54,6 @@ def claims(f: Mapping[str, Found]) -> dict[str, Any]:
     return locals()
 
 
-def figures(names: Mapping[str, str], least: float, printed: str) -> list[Figure]:
-    """SSC below NS and below HS, in per cent; names: number of the summary -> what it is."""
-    return [
-        causes.lower("ssc", other, name, f"{label}: SSC below {other.upper()}", printed, percent=least)
-        for name, label in names.items()
-        for other in ("ns", "hs")
-    ]
-
-
 def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = three(OWN[0])
@@ -79,29 +62,12 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
         f"{m.upper()} {1.0 / eigenfrequency(CRANE, alpha).period:.2f} Hz"
         for m, alpha in (("ns", CRANE.control.alpha_ns), ("hs", CRANE.control.alpha_hs), ("ssc", 1.0))
     )
-    runs, other = runs_of(TIP, MODES, DURATION), alternatives((*OWN[1:], *ROWS))
     blocks = {
-        "causes": causes.block(
-            causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)
-        ),
-        "causes-oscillation": causes.block(
-            causes.attribute(
-                runs,
-                figures(
-                    {"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"},
-                    100.0 * MARKED,
-                    "clearly: a quarter at least",
-                ),
-                other,
-                pairs=False,
-                evaluate=oscillations,
-            ),
-            "The same for the oscillations, one change at a time.",
-        ),
+        **attributions(globals(), TIP, MODES, DURATION, (*OWN[1:], *ROWS)),
         "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": said,
         "frequencies": {"rings": rings},
-        "numbers": Table(HEAD, [numbers(m, f) for m, f in base.items()]),
+        "numbers": [{"m": m, "f": f} for m, f in base.items()],
         "sensitivity": [(r.label, *beside([*three(r).values()])) for r in (*OWN, *ROWS)],
     }
     return blocks, {m.upper(): f.run for m, f in base.items()}

@@ -4,14 +4,14 @@ and SSC."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import causes
 import xarray
 from blocks import Blocks, save
 
 from stillhook import Sine, Still
-from stillhook.analysis import Alternative, Attribution, Figure
+from stillhook.analysis import Alternative, Attribution
 from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
 from stillhook.thesis.quay import CRANE, DURATIONS, MODES, OPEN_LOOP, PERIOD, case, reduction_left, sine, speed_of_ns
@@ -20,57 +20,23 @@ from stillhook.thesis.quay import run as run_of
 SLOW_PAGE = True
 Runs = dict[str, xarray.Dataset]
 
-OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
-THREE_TIMES_THE_LEAK = {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}
 HS_BY_RULE = 0.48  # 60 % of NS: "30 % of 60 % of the SWL" at the pressure at which NS holds 30 % of it
 
 HS_TABLES = {"control": {"alpha_hs": HS_BY_RULE}, "active": {"motor": {"alpha_min": HS_BY_RULE}}}
+ROWS = causes.variants(globals())
 
 
-class Row(NamedTuple):
-    """One variant: what is changed in the crane, the period [s], HS setting if it is not the library's, sensors."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    period: float = PERIOD
-    alpha_hs: float | None = None
-    sensors: Mapping[str, str] = {}
+def of_mode(tip: Any, mode: str, more: Mapping[str, Any]) -> Any:
+    return case(tip, mode, DURATIONS[2], more)
 
 
-ROWS = (
-    Row("**as above** (12 s, closed loop, HS 0.60)"),
-    Row("8 s", period=8.0),
-    Row("6 s", period=6.0),
-    Row("motors in open loop with feedback", OPEN_LOOP),
-    Row("the same, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
-    Row("motors in open loop without feedback", {"active": {"motor": {"variant": "open-loop"}}}),
-    Row("HS 0.48", alpha_hs=HS_BY_RULE),
-    Row("HS 0.48, 8 s", period=8.0, alpha_hs=HS_BY_RULE),
-    Row("HS 0.48, 6 s", period=6.0, alpha_hs=HS_BY_RULE),
-    Row("HS 0.48, 6 s, open loop with feedback", OPEN_LOOP, 6.0, HS_BY_RULE),
-    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row("friction of L4593, 6 s", {"friction": {"library": "L4593"}}, 6.0),
-    Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
-    Row("lines of 160 L, 6 s", {"active": {"line": {"V": "160 L"}}}, 6.0),
-    Row("motors that leak three times as much", THREE_TIMES_THE_LEAK),
-    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
-    Row("motion signal 0.1 s late", sensors={"delay": "0.1 s"}),
-)
-
-
-def of_mode(tip: Any, mode: str, sensors: Mapping[str, str]) -> Any:
-    return case(tip, mode, DURATIONS[2], {"sensors": dict(sensors)})
-
-
-def run(row: Row) -> tuple[float, Runs]:
+def run(row: causes.Variant) -> tuple[float, Runs]:
     """Peak speed of the tip [m/s] and the three runs."""
-    crane = changed(CRANE, row.changes) if row.changes else CRANE
-    hs = crane
-    if row.alpha_hs is not None:
-        hs = changed(crane, {"control": {"alpha_hs": row.alpha_hs}, "active": {"motor": {"alpha_min": row.alpha_hs}}})
+    crane = row.on(CRANE)
+    hs = changed(crane, HS_TABLES) if "alpha_hs" in row.own else crane
     v = speed_of_ns(crane)
-    one = lambda m: run_of(hs if m == "hs" else crane, of_mode(sine(row.period, v), m, row.sensors))
-    return v, {m: one(m) for m in MODES}
+    tip = sine(row.own.get("period", PERIOD), v)
+    return v, {m: run_of(hs if m == "hs" else crane, of_mode(tip, m, row.more)) for m in MODES}
 
 
 def value(one: xarray.Dataset, name: str) -> float:
@@ -101,30 +67,20 @@ ALTERNATIVES = (
     Alternative("period 6 s", lambda runs: at(runs, 6.0), "period"),
     Alternative("motors in open loop with feedback", open_loop),
 )
-FIGURES = (
-    Figure(
-        "`p_a`, SSC below HS",
-        lambda r: (r["hs"]["p_a_max"] - r["ssc"]["p_a_max"]) / 1e5,
-        120.0,
-        unit="bar",
-        digits=0,
-        printed="more than 120",
-    ),
-    Figure("error of HS", lambda r: 100.0 * r["hs"]["e_c_pp"], 20.0, unit="cm", printed="more than 20"),
-    Figure("error of SSC", lambda r: 100.0 * r["ssc"]["e_c_pp"], most=10.0, unit="cm", printed="within 10"),
-)
 
 
 def attribution() -> Attribution:
     """What brings the printed figures about."""
-    return causes.attribute(at({m: (CRANE, of_mode(Still(), m, {})) for m in MODES}, PERIOD), FIGURES, ALTERNATIVES)
+    return causes.attribute(
+        at({m: (CRANE, of_mode(Still(), m, {})) for m in MODES}, PERIOD), causes.figures(globals()), ALTERNATIVES
+    )
 
 
 def cm(one: xarray.Dataset) -> str:
     return f"{100.0 * value(one, 'e_c_pp'):.1f} cm"
 
 
-def variant(row: Row) -> dict[str, Any]:
+def variant(row: causes.Variant) -> dict[str, Any]:
     v, runs = run(row)
     ssc = runs["ssc"]
     return locals()

@@ -268,31 +268,15 @@ def compute() -> tuple[Blocks, None]:
     audited, linear_rows, through = audit(), linear(), surface()
     found = {
         "claims": claims(free, swung, deep, audited, linear_rows),
-        "transfer": [transfer_row(x) for x in free],
-        "amplitude": [swing_row(x) for x in swung],
-        "depth": [(f"{d:.1f} m", f"{closed / 1e3:.2f} kN", f"{F / 1e3:.2f} kN") for d, F, closed in deep],
-        "steps": [(f"{1e3 * x.h:.3g} ms", f"{x.F / 1e3:.1f} kN", f"{x.t:.3f} s", f"{x.s:.4f} m") for x in stepped],
-        "audit": [(name, f"{lost / 1e3:.1f} kJ", f"{missing:.1e}") for name, lost, missing in audited],
-        "linear": [(name, *(f"{x:.3f} m" for x in row)) for name, *row in linear_rows],
-        "surface": [surface_row(Tp, name, x) for (Tp, name), x in through.items()],
+        "transfer": free,
+        "amplitude": swung,
+        "depth": deep,
+        "steps": stepped,
+        "audit": audited,
+        "linear": linear_rows,
+        "surface": [{"Tp": Tp, "name": name, **x._asdict()} for (Tp, name), x in through.items()],
     }
     return found, None
-
-
-def transfer_row(x: Transfer) -> tuple[str, ...]:
-    above = x.load < 1.0 or x.T < 6.2
-    stroke = 1.0 + x.closed if above else x.closed - 1.0
-    off = f"{100.0 * (x.load / x.closed - 1.0):+.4f} %"
-    return f"{x.T:g} s", f"{x.closed:.5f}", f"{x.load:.5f}", off, f"{stroke:.5f}", f"{x.stroke:.5f}"
-
-
-def swing_row(x: Swing) -> tuple[str, ...]:
-    return f"{x.a:.2f} m", f"{x.perturbation:.5f}", f"{x.ratio:.5f}", f"{x.ratio - x.perturbation:+.5f}"
-
-
-def surface_row(Tp: float, name: str, x: Surface) -> tuple[str, ...]:
-    tensions = (f"{F / 1e3:.0f} kN" for F in (x.F_max, x.F_min))
-    return f"{Tp:g} s", name, *tensions, f"{x.slack} of {SEEDS}", f"{x.stops} of {SEEDS}"
 
 
 def claims(free: list[Transfer], swung: list[Swing], deep: Any, audited: Any, linear_rows: Any) -> dict[str, Any]:

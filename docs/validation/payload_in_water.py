@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table
+from blocks import Blocks
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
@@ -30,15 +30,6 @@ PRISMS = ((1.0, 0.68), (2.0, 0.36), (3.0, 0.24))
 """Height over side and C_A, on the volume, of square prisms that move along their axis. DNV-RP-H103, appendix A."""
 DROPS = {"mud-mat-25t": 12.0, "ventilated-box-30t": 12.0, "suction-anchor-85t": 12.0}
 """Payload -> time that is followed [s]."""
-DROP_HEAD = (
-    "payload",
-    "lowest speed after the entry",
-    "the same, independent",
-    "largest difference",
-    "with smooth volume and drag",
-    "sinks at",
-    "`sqrt(W'/B)`",
-)
 FALL = 1.0  # m, underside above still water
 STILL = Water(*[0.0] * len(Water._fields))
 STEP = 1e-3
@@ -149,14 +140,11 @@ def lowered(name: str) -> Statics:
 def compute() -> tuple[Blocks, None]:
     drops = {name: drop(read_payload(name), duration) for name, duration in DROPS.items()}
     statics = lowered("suction-anchor-85t")
-    plates = [(f"{r:g}", f"{C:.3f}", f"{formula.plate(1.0, 1.0, r) / (math.pi / 4.0 * r):.3f}") for r, C in PLATES]
-    prisms = [(f"{r:g}", f"{C:.2f}", f"{prism(r):.2f}") for r, C in PRISMS]
-    rows = [drop_row(name, d) for name, d in drops.items()]
     return {
         "claims": claims(drops, statics),
-        "plates": plates,
-        "prisms": prisms,
-        "drops": Table(DROP_HEAD, rows),
+        "plates": PLATES,
+        "prisms": PRISMS,
+        "drops": [drop_row(name, d) for name, d in drops.items()],
     }, None
 
 

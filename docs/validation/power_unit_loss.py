@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from batch import Numbers, side_by_side, sine
-from blocks import Blocks, Table, percent, save
+from batch import Numbers, side_by_side
+from blocks import Blocks, percent, save
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.engine.pack.winch import gains, wire_speed_max
+from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
-from stillhook.library import changed
 from stillhook.report.plots.run import four_panels
+from stillhook.thesis.quay import sine
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
@@ -34,10 +34,6 @@ LOAD, WIRE = "100 t", 100.0  # m
 CM = 100.0
 
 
-def crane_of(mode_changes: Mapping[str, Any]) -> Crane:
-    return changed(CRANE, mode_changes) if mode_changes else CRANE
-
-
 def share_left(unit: int, passive: bool = False) -> float:
     """Part of the pumps that is left without this unit."""
     assert CRANE.passive is not None
@@ -48,7 +44,7 @@ def share_left(unit: int, passive: bool = False) -> float:
 def case(v: float, mode: str, loss: Mapping[str, Any] | None, period: float = PERIOD, **more: Any) -> Scenario:
     asked: dict[str, Any] = {"load": LOAD, "s_w": f"{WIRE} m", "warm_up": "40 s", "duration": "82 s", **more}
     losing = {} if loss is None else {"power_loss": dict(loss)}
-    return Scenario(tip=sine(v / 60.0, period), mode=mode, **asked, **losing)
+    return Scenario(tip=sine(period, v / 60.0), mode=mode, **asked, **losing)
 
 
 def losses(unit: int, period: float = PERIOD, **more: str) -> list[dict[str, Any] | None]:
@@ -110,49 +106,16 @@ def ideal_limit(mode: str, unit: int) -> float:
     return 60.0 * left * wire_speed_max(CRANE, alpha, layer_diameter_at(CRANE, WIRE))
 
 
-class Row(NamedTuple):
-    """One variant: of the crane, of the loss (unit 2), of the case."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    loss: Mapping[str, str] = {}
-    period: float = PERIOD
-    more: Mapping[str, str] = {}
-
-
 V_VARIED = 65.0  # m/min: more than NS has left without unit 2, less than HS and SSC have
-K_2 = gains(CRANE).K_2
-ROWS = (
-    Row("**as above** (12 s, known after 0.1 s, flow gone in 0.3 s)"),
-    Row("known at once", loss={"detection": "0 s"}),
-    Row("known after 0.5 s", loss={"detection": "0.5 s"}),
-    Row("known after 2 s", loss={"detection": "2 s"}),
-    Row("known after 5 s", loss={"detection": "5 s"}),
-    Row("never known", loss={"detection": NEVER}),
-    Row("flow gone at once", loss={"run_down": "0 s"}),
-    Row("flow gone in 2 s", loss={"run_down": "2 s"}),
-    Row("6 s", period=6.0),
-    Row("8 s", period=8.0),
-    Row("empty hook", more={"load": "0 t"}),
-    Row("200 t", more={"load": "200 t"}),
-    Row("NS 0.90, HS 0.70", {"control": {"alpha_ns": 0.9, "alpha_hs": 0.7, "alpha_swl": 0.8}}),
-    Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
-    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
-    Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
-    Row("`K_2` doubled", {"control": {"K_2": f"{2.0 * K_2} s^2/m"}}),
-    Row("1500 m of wire out", more={"s_w": "1500 m"}),
-)
+ROWS = causes.variants(globals())
 
 
 def sensitivity() -> list[tuple[object, ...]]:
-    asked = [
-        (
-            crane_of(row.changes),
-            [case(V_VARIED, m, loss, row.period, **row.more) for loss in losses(2, row.period, **row.loss)],
-        )
-        for row in ROWS
-        for m in MODES
-    ]
+    asked = []
+    for row in ROWS:
+        period = row.own.get("period", PERIOD)
+        some = losses(2, period, **row.own.get("loss", {}))
+        asked += [(row.on(CRANE), [case(V_VARIED, m, loss, period, **row.more) for loss in some]) for m in MODES]
     found = outcomes(asked)
     rows = []
     for i, row in enumerate(ROWS):
@@ -163,37 +126,28 @@ def sensitivity() -> list[tuple[object, ...]]:
 
 
 GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to continue
-GROUPS = {
-    "known": "detection",
-    "never": "detection",
-    "flow": "run-down",
-    "6 s": "period",
-    "8 s": "period",
-    "empty": "load",
-    "200 t": "load",
-    "`K_2`": "K_2",
-}
 
 
-def setting(row: Row) -> causes.Alternative:
+def setting(row: causes.Variant) -> causes.Alternative:
     """A row as a setting that may be otherwise; what the loss is like, for the runs in which the PLC learns of it."""
-    group = next((g for begin, g in GROUPS.items() if row.label.startswith(begin)), "")
-    if row.period != PERIOD:
-        return causes.varied(row.label, tip=sine(V_VARIED / 60.0, row.period), group=group)
-    if not row.loss:
-        return causes.varied(row.label, row.changes, more=row.more, group=group)
+    if "loss" not in row.own:
+        return row.alternative()
 
     def change(runs: causes.Runs) -> causes.Runs:
         out = dict(runs)
         for name, (crane, one) in runs.items():
             if name.startswith("loss") and one.power_loss is not None:
-                loss = case(
-                    V_VARIED, "ns", {"time": f"{one.power_loss.time!r} s", "unit": one.power_loss.unit, **row.loss}
-                ).power_loss
+                stop = {"time": f"{one.power_loss.time!r} s", "unit": one.power_loss.unit}
+                loss = case(V_VARIED, "ns", stop | row.own["loss"]).power_loss
                 out[name] = crane, one.model_copy(update={"power_loss": loss})
         return out
 
-    return causes.Alternative(row.label, change, group)
+    return causes.Alternative(row.label, change, row.group)
+
+
+def worst(r: Mapping[str, Numbers], what: str, mode: str) -> float:
+    """Largest error over the moments of the loss [cm]."""
+    return max(CM * r[f"{what} {mode} {i}"]["e_c_max"] for i in range(MOMENTS))
 
 
 def attribution() -> causes.Attribution:
@@ -207,28 +161,7 @@ def attribution() -> causes.Attribution:
             f"never {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(losses(2, detection=NEVER)[1:])
         }
 
-    def worst(r: Mapping[str, Numbers], what: str, m: str) -> float:
-        return max(CM * r[f"{what} {m} {i}"]["e_c_max"] for i in range(MOMENTS))
-
-    def grows(m: str) -> causes.Figure:
-        return causes.Figure(
-            f"{m.upper()}, error grows by",
-            lambda r: worst(r, "loss", m) - CM * r[f"quiet {m}"]["e_c_max"],
-            most=GOES_ON,
-            unit="cm",
-            printed="continues",
-        )
-
-    def needed(m: str) -> causes.Figure:
-        return causes.Figure(
-            f"{m.upper()}, error without reconfiguration over that with",
-            lambda r: worst(r, "never", m) / worst(r, "loss", m),
-            2.0,
-            printed="reconfigured",
-        )
-
-    figures = [f(m) for m in MODES[1:] for f in (grows, needed)]
-    return causes.attribute(runs, figures, [setting(row) for row in ROWS[1:]], pairs=False)
+    return causes.attribute(runs, causes.figures(globals()), [setting(row) for row in ROWS[1:]], pairs=False)
 
 
 def passive() -> list[dict[str, Any]]:
@@ -269,12 +202,6 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     known, never, limit = transients("0.1 s"), transients(NEVER), limits()
     told = claims(known, never, limit)
-    head = (
-        "unit",
-        "m/min",
-        *(f"{m.upper()} {what}" for m in MODES for what in ("quiet", "loss", "not known")),
-        "`p` SSC, bar",
-    )
     speeds = [
         (
             "none" if unit == 0 else f"{unit}, {D * 2e6 * np.pi:.0f} cm³/rev",
@@ -286,12 +213,10 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     blocks = {
         "causes": causes.block(attribution()),
         "claims": told,
-        "speeds": Table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
-        "transients": Table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),
+        "speeds": speeds,
+        "transients": [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS],
         "passive": passive(),
-        "sensitivity": Table(
-            ("variant, unit 2, 65 m/min", *(m.upper() for m in MODES), "`p` NS, bar", "`p` SSC, bar"), sensitivity()
-        ),
+        "sensitivity": sensitivity(),
     }
     loss = {"time": "60 s", "unit": 2}
     runs = {m.upper(): simulate(CRANE, case(V_VARIED, m, loss), every="0.02 s") for m in MODES}

@@ -10,56 +10,13 @@ import causes
 import xarray
 from blocks import percent
 
-from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
-from stillhook.thesis.quay import CRANE, OPEN_LOOP, WARM, case, run
+from stillhook.thesis.quay import CRANE, WARM, case, run
 from stillhook.thesis.ringing import rms_above
 from stillhook.units import in_display
 
 RING = 0.5  # Hz: above the waves (up to 0.17 Hz), below the circuit's eigenfrequency in any mode (1 to 2 Hz)
-OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
-OPEN_LOOP_BLIND = {"active": {"motor": {"variant": "open-loop"}}}
-
-
-class Row(NamedTuple):
-    """One variant: what is changed in the crane (for one mode only where that is named), the tip's motion where it is
-    another one, and the rest of the scenario."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    tip: Motion | None = None
-    more: Mapping[str, Any] = {}
-    only: str = ""
-
-
-def hs_at(alpha: float) -> dict[str, Any]:
-    return {
-        "control": {"alpha_hs": alpha},
-        "active": {"motor": {"alpha_min": min(alpha, CRANE.active.motor.alpha_min)}},
-    }
-
-
-ROWS = (
-    Row("motors in open loop with feedback", OPEN_LOOP),
-    Row("open loop with feedback, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
-    Row("motors in open loop without feedback", OPEN_LOOP_BLIND),
-    Row("NS 0.70", {"control": {"alpha_ns": 0.7}}),
-    Row("NS 0.90", {"control": {"alpha_ns": 0.9}}),
-    Row("HS 0.48, 60 % of NS as in paper C", hs_at(0.48), only="hs"),
-    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
-    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row("dry friction without stick-slip (tanh)", more={"friction": "regularised"}),
-    Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
-    Row("inertia ×1.5", causes.heavier(CRANE, 1.5)),
-    Row(
-        "motors that leak three times as much",
-        {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}},
-    ),
-    Row("`K_2` 0", {"control": {"K_2": "0 s^2/m"}}),
-    Row("`K_p` 0.32 1/m instead of 0.16", {"control": {"K_p": "0.32 1/m"}}),
-    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
-    Row("motion signal 0.1 s late", more={"sensors": {"delay": "0.1 s"}}),
-)
+ROWS = causes.variants(globals())
 
 
 class Found(NamedTuple):
@@ -75,9 +32,8 @@ class Found(NamedTuple):
     alpha_m: float
 
 
-def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
-    crane = changed(CRANE, row.changes) if row.changes and row.only in ("", mode) else CRANE
-    one = run(crane, case(row.tip or tip, mode, duration, row.more))
+def found(row: causes.Variant, tip: Motion, mode: str, duration: float) -> Found:
+    one = run(row.on(CRANE, mode), case(row.tip or tip, mode, duration, row.more))
     return Found(
         run=one,
         v_w=in_display(rms_above(one, "v_w", frequency=RING, start=WARM), "speed"),
@@ -89,69 +45,21 @@ def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
     )
 
 
-GROUPS = {
-    "motors in open loop with feedback": "motor control",
-    "open loop with feedback, 10 % offset and 6 % hysteresis": "motor control",
-    "motors in open loop without feedback": "motor control",
-    "NS 0.70": "NS",
-    "NS 0.90": "NS",
-    "HS 0.70": "HS",
-    "HS 0.48, 60 % of NS as in paper C": "HS",
-    "friction of crane 1": "friction",
-    "friction of L4593, the largest set": "friction",
-}
-"""Rows that exclude each other."""
-
-
-def alternatives(rows: Sequence[Row], group: str = "tip") -> list[causes.Alternative]:
-    """Rows as settings that may be otherwise; those with another tip exclude each other."""
-    return [
-        causes.varied(
-            r.label,
-            r.changes,
-            only=(r.only,) if r.only else (),
-            tip=r.tip,
-            more=r.more,
-            group=GROUPS.get(r.label, group if r.tip else ""),
-        )
-        for r in rows
-    ]
-
-
-def runs_of(tip: Motion, modes: Sequence[str], duration: float) -> dict[str, causes.Pair]:
-    """Crane and scenario of each mode."""
-    return {m: (CRANE, case(tip, m, duration)) for m in modes}
-
-
 def _oscillation(one: xarray.Dataset) -> dict[str, float]:
     return {name: rms_above(one, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")}
 
 
-oscillations = causes.from_series(_oscillation, "0.02 s")
-"""Oscillation above 0.5 Hz of speed and pressure of every run, rms [m/s, Pa]."""
-
-
-HEAD = (
-    "",
-    "`v_w` above 0.5 Hz, rms",
-    "`p_a` above 0.5 Hz, rms",
-    "error p-p",
-    "highest `p_a`",
-    "pumps",
-    "least `alpha_m`",
-)
-
-
-def numbers(mode: str, f: Found) -> tuple[str, ...]:
-    return (
-        mode.upper(),
-        f"{f.v_w:.2f} m/min",
-        f"{f.p_a:.1f} bar",
-        f"{f.e_c_pp:.1f} cm",
-        f"{f.p_a_max:.0f} bar",
-        percent(f.alpha_p),
-        f"{f.alpha_m:.3f}",
-    )
+def attributions(
+    names: Mapping[str, Any], tip: Motion, modes: Sequence[str], duration: float, rows: Sequence[causes.Variant]
+) -> dict[str, str]:
+    """Rankings of a scenario's page: pressure and error; oscillation above 0.5 Hz of speed and pressure, rms [m/s,
+    Pa]."""
+    runs, tried = {m: (CRANE, case(tip, m, duration)) for m in modes}, [row.alternative() for row in rows]
+    series = causes.from_series(_oscillation, "0.02 s")
+    first = causes.attribute(runs, causes.figures(names), tried)
+    second = causes.attribute(runs, causes.figures(names, "oscillation_figure"), tried, pairs=False, evaluate=series)
+    rule = "The same for the oscillations, one change at a time."
+    return {"causes": causes.block(first), "causes-oscillation": causes.block(second, rule)}
 
 
 def beside(all_: Sequence[Found]) -> tuple[str, ...]:

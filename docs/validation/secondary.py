@@ -8,7 +8,9 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
+from batch import jacobian
 from blocks import Blocks
 from scipy.signal import lsim
 
@@ -16,7 +18,6 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.simulate import run_cases, unchanged
-from stillhook.library import changed
 from stillhook.library.write import Item, items
 from stillhook.physics.hydraulics.secondary import largest_speed_gain
 from stillhook.physics.scalar import G
@@ -28,51 +29,17 @@ from stillhook.winches.types import secondary
 
 SLOW_PAGE = True
 NAME = "nov-250t-secondary"
-BASE = {
-    "load": "125 t",
-    "s_w": "200 m",
-    "tip": "sine 1 m 10 s",
-    "mode": "position",
-    "duration": "60 s",
-    "warm_up": "30 s",
-}
-LOSSLESS = {
-    "secondary": {
-        "unit": {
-            "C_1": "0 L/min/bar",
-            "loss": {
-                "X_1": "0 N m s/rad",
-                "X_2": "0 N m s^2/rad^2/(m^3/rad)^3",
-                "X_3": 0.0,
-                "X_4": "0 N m",
-                "X_5": "0 m^5/N",
-            },
-        },
-        "pump": {"C_leak": "0 L/min/bar"},
-        "accumulator": {"R_piston": "0 bar/(L/min)", "C_leak": "0 L/min/bar"},
-    },
-    "friction": {"system": {"Y_1": 0.0, "Y_3": "0 N m", "Y_5": "0 N m s/rad", "Y_6": 0.0}},
-    "control": {"K_acc": "0 1/bar"},
-}
-"""No friction, no leak, and pumps that stand: what the closed forms leave out."""
-FIRST_ORDER = {"secondary": {"unit": {"servo": {"omega_n": "200 rad/s", "zeta": 5.0}}, "drive": {"T_i": "1000 s"}}}
-"""A displacement control that follows as one of first order, 20 rad/s, and no integral."""
+BASE = {"load": "125 t", "s_w": "200 m", "tip": "sine 1 m 10 s", "mode": "position"}
+LOSSLESS, FIRST_ORDER = causes.variants(globals())
 STEPS = (2, 4, 8, 16)
 FINEST = 64
 """Steps per PLC cycle of 10 ms."""
 LOST = ("60 t", "125 t", "250 t")
-AUDITED = {
-    "swell of 1 m, 10 s": {},
-    "swell of 3 m, 8 s: overspeed": {"tip": "sine 3 m 8 s"},
-    "hoisting at 20 m/min": {"operator": "20 m/min"},
-    "hoisting at 55 m/min: the accumulator runs empty": {"operator": "55 m/min"},
-    "lowering at 55 m/min: the accumulator runs full": {"operator": "-55 m/min"},
-}
 
 
 @cache
 def crane(lossless: bool = False) -> Crane:
-    return changed(load_crane(NAME), LOSSLESS) if lossless else load_crane(NAME)
+    return LOSSLESS.on(load_crane(NAME)) if lossless else load_crane(NAME)
 
 
 def case(**changes: Any) -> Scenario:
@@ -82,7 +49,7 @@ def case(**changes: Any) -> Scenario:
         profile = (("0 s", "0 m/min"), ("10 s", speed), ("100 s", speed), ("105 s", "0 m/min"))
         changes = {"mode": "manual", "tip": "still", "s_w": "400 m", "duration": "110 s", "warm_up": "0 s"} | changes
         changes["operator"] = Operator(profile=profile)
-    return Scenario(**(BASE | changes))
+    return Scenario(**({"duration": "60 s", "warm_up": "30 s"} | BASE | changes))
 
 
 def run_one(of: Crane, scenario: Scenario, n_sub: int) -> ScenarioRun:
@@ -120,16 +87,7 @@ def poles(p: Any) -> np.ndarray:
     """Eigenvalues of setting, its rate, integral and speed at 50 rad/s, from differences of the twin's own rates."""
     x, q, u, geo = moving(p, 50.0)
     steps = {"alpha_s": 1e-6, "alpha_s_dot": 1e-6, "T_I": 1.0, "omega_m": 1e-4}
-
-    def rate(x: Any) -> np.ndarray:
-        found = secondary.rates(secondary.circuit(x, q, u, geo, p), x, q, u, geo, p)
-        return np.array([getattr(found, name) for name in steps])
-
-    columns = []
-    for name, h in steps.items():
-        up, down = (rate(x._replace(**{name: getattr(x, name) + sign * h})) for sign in (1.0, -1.0))
-        columns.append((up - down) / (2.0 * h))
-    return np.linalg.eigvals(np.array(columns).T)
+    return np.linalg.eigvals(jacobian(secondary, x, q, u, geo, p, steps))
 
 
 def worst_pole() -> float:
@@ -143,7 +101,7 @@ def worst_pole() -> float:
 
 def natural_frequency() -> tuple[float, float]:
     """sqrt(K_alpha D p omega_swash/J), and the twin's own [rad/s]."""
-    p = pack(changed(crane(True), FIRST_ORDER), case(load="0 t", gas_held=True)).params
+    p = pack(FIRST_ORDER.on(crane(True)), case(load="0 t", gas_held=True)).params
     x, q, u, geo = moving(p, 50.0)
     u_s = [secondary.circuit(x, q, u._replace(omega_ref=50.0 + d), geo, p).u_s for d in (0.0, 0.1)]
     D, dp = p.rail.settings.D_m_max, p.rail.settings.p_set - p.rail.settings.p_lp
@@ -285,10 +243,10 @@ def steps() -> list[tuple[str, str, str]]:
 
 def audit() -> list[tuple[str, str, str]]:
     rows = []
-    for name, changes in AUDITED.items():
-        result = run_one(crane(), case(**changes), 5)
+    for row in causes.variants(globals(), "audited"):
+        result = run_one(crane(), case(**row.more), 5)
         passed = ", ".join(crane().plant.type.limits_passed(result.stats)) or "none"
-        rows.append((name, f"{abs(result.energy_unaccounted):.0e}", passed))
+        rows.append((row.label, f"{abs(result.energy_unaccounted):.0e}", passed))
     return rows
 
 

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import causes
 import numpy as np
-from batch import Numbers, side_by_side, sine
-from blocks import Blocks, Table, percent
+from batch import Numbers, side_by_side
+from blocks import Blocks, percent
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.steady.steady_state import reduction_lead
-from stillhook.engine.pack.winch import gains
-from stillhook.library import changed
+from stillhook.thesis.offshore import with_threshold as at
+from stillhook.thesis.quay import sine
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
@@ -26,12 +26,7 @@ LOADS = (("100 t", "100 m"), ("0 t", "100 m"))  # load, wire out
 V_WORST, T_WORST = 110.0, 6.0  # m/min, s: paper E's worst case, and the shortest period that the crane was to handle
 TRIED, PREFERRED = 0.4, 0.6
 BETTER = 2.0  # %: from which one threshold is called better than another
-K_2 = gains(CRANE).K_2
 FloatArray = NDArray[np.float64]
-
-
-def at(crane: Crane, u_thr: float) -> Crane:
-    return changed(crane, {"control": {"u_thr": u_thr}})
 
 
 def lead(u_thr: float, v: float, period: float) -> float:
@@ -47,7 +42,7 @@ def at_full(u_thr: float, v: float) -> float:
 
 def case(load: str, s_w: str, v: float, period: float, mode: str = "ssc") -> Scenario:
     asked: dict[str, Any] = {"load": load, "s_w": s_w, "warm_up": "40 s", "duration": "82 s", "mode": mode}
-    return Scenario(tip=sine(v / 60.0, period), **asked)
+    return Scenario(tip=sine(period, v / 60.0), **asked)
 
 
 class Grid(NamedTuple):
@@ -73,50 +68,14 @@ def grid(
     return Grid(dict(zip(keys, found, strict=True)))
 
 
-class Row(NamedTuple):
-    """One variant of the crane, the load or the law."""
-
-    label: str
-    changes: Mapping[str, Any] = {}
-    load: tuple[str, str] = LOADS[0]
-    mode: str = "ssc"
-
-
-def servo(circuit: str, omega_n: str) -> dict[str, Any]:
-    return {"active": {circuit: {"servo": {"omega_n": omega_n}}}}
-
-
-ROWS = (
-    Row("**as above**"),
-    Row("empty hook", load=LOADS[1]),
-    Row("motors at 3 rad/s instead of 5", servo("motor", "3 rad/s")),
-    Row("motors at 10 rad/s", servo("motor", "10 rad/s")),
-    Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
-    Row("pumps three times as fast, 93 rad/s", servo("pump", "93 rad/s")),
-    Row("motors that do not leak", {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}}}),
-    Row(
-        "smallest displacement 0.70 instead of 0.60",
-        {"active": {"motor": {"alpha_min": 0.7}}, "control": {"alpha_hs": 0.7}},
-    ),
-    Row("cubic law", mode="ssc-cubic"),
-    Row("friction of L4593", {"friction": {"library": "L4593"}}),
-    Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
-    Row("`K_2` doubled", {"control": {"K_2": f"{2.0 * K_2} s^2/m"}}),
-    Row("1500 m of wire out", load=("100 t", "1500 m")),
-)
+ROWS = causes.variants(globals())
 FEW_THRESHOLDS, FEW_SPEEDS, FEW_PERIODS = (0.4, 0.6, 0.8), (50.0, 80.0, 100.0), (6.0, 8.0, 12.0)
 CM, BAR = 100.0, 1e-5
 
 
-def variant(row: Row) -> tuple[object, ...]:
-    found = grid(
-        changed(CRANE, row.changes) if row.changes else CRANE,
-        row.load,
-        FEW_THRESHOLDS,
-        FEW_SPEEDS,
-        FEW_PERIODS,
-        row.mode,
-    )
+def variant(row: causes.Variant) -> tuple[object, ...]:
+    load, mode = (row.more.get("load", "100 t"), row.more.get("s_w", "100 m")), row.more.get("mode", "ssc")
+    found = grid(row.on(CRANE), load, FEW_THRESHOLDS, FEW_SPEEDS, FEW_PERIODS, mode)
     slow, usual, fast = (
         [CM * found.of("e_c_pp", u, (v,), FEW_PERIODS).mean() for u in FEW_THRESHOLDS] for v in FEW_SPEEDS
     )
@@ -124,12 +83,10 @@ def variant(row: Row) -> tuple[object, ...]:
     return (row.label, *(f"{e:.1f}" for e in (*slow, *usual, *fast, *worst)))
 
 
-def setting(row: Row) -> causes.Alternative:
-    """A row as a setting that may be otherwise."""
-    more = {} if row.load == LOADS[0] else {"load": row.load[0], "s_w": row.load[1]}
-    more |= {} if row.mode == "ssc" else {"mode": row.mode}
-    group = next((g for g in ("motors at", "`K_2`") if row.label.startswith(g)), "load" if "load" in more else "")
-    return causes.varied(row.label, row.changes, more=more, group=group)
+def over(r: Mapping[str, Numbers], new: float, old: float, speeds: Sequence[float]) -> float:
+    """Error with one threshold over that with another, mean over speeds and periods [%]."""
+    a, b = (np.mean([r[f"{u} {v:g} {T:g}"]["e_c_pp"] for v in speeds for T in FEW_PERIODS]) for u in (new, old))
+    return 100.0 * (float(a) / float(b) - 1.0)
 
 
 def attribution() -> causes.Attribution:
@@ -138,32 +95,7 @@ def attribution() -> causes.Attribution:
     keys = [(u, v, T) for u in FEW_THRESHOLDS for v in FEW_SPEEDS for T in FEW_PERIODS]
     runs = {f"{u} {v:g} {T:g}": (cranes[u], case(*LOADS[0], v, T)) for u, v, T in keys}
 
-    def change(new: float, old: float, speeds: Sequence[float]) -> Any:
-        def mean(r: Mapping[str, Numbers], u: float) -> float:
-            return float(np.mean([r[f"{u} {v:g} {T:g}"]["e_c_pp"] for v in speeds for T in FEW_PERIODS]))
-
-        return lambda r: 100.0 * (mean(r, new) / mean(r, old) - 1.0)
-
-    low, usual, high = FEW_THRESHOLDS
-    v = FEW_SPEEDS[-1]
-    figures = [
-        causes.Figure(
-            f"error, {usual} over {low}",
-            change(usual, low, FEW_SPEEDS),
-            most=-BETTER,
-            unit="%",
-            printed="better: by 2 at least",
-        ),
-        causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=-BETTER, unit="%", printed="the same"),
-        causes.Figure(
-            f"error, {high} over {usual}, {v:g} m/min",
-            change(high, usual, (v,)),
-            0.0,
-            unit="%",
-            printed="not examined; here worse",
-        ),
-    ]
-    return causes.attribute(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
+    return causes.attribute(runs, causes.figures(globals()), [r.alternative() for r in ROWS[1:]], pairs=False)
 
 
 def saturated(g: Grid, u_thr: float) -> float:
@@ -230,17 +162,11 @@ def compute() -> tuple[Blocks, None]:
     found = {load: grid(CRANE, (load, s_w), THRESHOLDS, SPEEDS, PERIODS) for load, s_w in LOADS}
     loaded, empty = found.values()
     told = claims(loaded, empty)
-    speeds = [f"{v:g}" for v in SPEEDS]
-    head_varied = (
-        "variant",
-        *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS),
-        *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS),
-    )
     blocks = {
         "causes": causes.block(attribution()),
         "claims": told,
         "times": times(loaded),
-        "errors": Table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
-        "sensitivity": Table(head_varied, [variant(r) for r in ROWS]),
+        "errors": errors(found),
+        "sensitivity": [variant(r) for r in ROWS],
     }
     return blocks, None

@@ -1,6 +1,8 @@
 """Closed circuits: the pure active winch, and the active/passive winch with its passive circuit."""
 
-from sheet import LINES, Sheet
+from collections.abc import Sequence
+
+from sheet import LINES, Point, Sheet
 from symbols import (
     Accumulator,
     Brake,
@@ -21,13 +23,18 @@ from symbols import (
 )
 
 
+def drain(s: Sheet, *points: Point, kind: str = "tank") -> None:
+    """A line through points, and the tank that it ends in."""
+    s.pipe(kind, *points)
+    s.add(Tank(), points[-1])
+
+
 def external_leak(s: Sheet, x: float, y_a: float, y_b: float, y: float) -> None:
     """Leakage of pumps and motors from line A (above) and line B (below) to their housings, at height y to the tank."""
     s.pipe("leak", (x, y_a), (x, y_b))
     s.add(Restrictor(), (x, y_a - 2.2))
     s.add(Restrictor(), (x, y_b + 2.2))
-    s.pipe("leak", (x, y), (x + 0.9, y), (x + 0.9, y - 0.5))
-    s.add(Tank(), (x + 0.9, y - 0.5))
+    drain(s, (x, y), (x + 0.9, y), (x + 0.9, y - 0.5), kind="leak")
     s.join("leak", (x, y))
     s.join("a", (x, y_a))
     s.join("b", (x, y_b))
@@ -52,12 +59,10 @@ def boost(s: Sheet, x: float, y_a: float, y_b: float, y: float) -> None:
     s.add(pump(variable=False, both=False), (left, y - 1.85))
     s.shaft((left - 1.25, y - 1.85), (left - 0.75, y - 1.85))
     s.add(PrimeMover(), (left - 1.85, y - 1.85))
-    s.pipe("tank", (left, y - 2.6), (left, y - 3.1))
-    s.add(Tank(), (left, y - 3.1))
+    drain(s, (left, y - 2.6), (left, y - 3.1))
     s.add(Relief(), (mid, y - 1.85), theta=180)
     s.pipe("boost", (mid, y), (mid, y - 1.05))
-    s.pipe("tank", (mid, y - 2.65), (mid, y - 3.1))
-    s.add(Tank(), (mid, y - 3.1))
+    drain(s, (mid, y - 2.65), (mid, y - 3.1))
     s.join("boost", (mid, y), (x, y))
     s.letter("p_boost", (left + 0.1, y + 0.35), "start", LINES["boost"]["color"])
     s.pipe("boost", (x, y), (x, y_a))
@@ -77,8 +82,7 @@ def reliefs(s: Sheet, x: float, y_a: float, y_b: float, y: float) -> None:
     s.pipe("tank", (x, y_a - 3.2), (x, y_b + 3.2))
     s.add(Relief(), (x, y_b + 2.4))
     s.pipe("b", (x, y_b), (x, y_b + 1.7))
-    s.pipe("tank", (x, y), (x + 0.9, y), (x + 0.9, y - 0.5))
-    s.add(Tank(), (x + 0.9, y - 0.5))
+    drain(s, (x, y), (x + 0.9, y), (x + 0.9, y - 0.5))
     s.join("tank", (x, y))
     s.join("a", (x, y_a))
     s.join("b", (x, y_b))
@@ -106,8 +110,7 @@ def relief_to_tank(s: Sheet, x: float, y: float, letter: str, tank: float = 4.0)
     """A relief valve from a line at height y to a tank, which stands `tank` lower."""
     s.pipe("a", (x, y), (x, y - 1.6))
     s.add(Relief(), (x, y - 2.4), theta=180)
-    s.pipe("tank", (x, y - 3.2), (x, y - tank))
-    s.add(Tank(), (x, y - tank))
+    drain(s, (x, y - 3.2), (x, y - tank))
     s.join("a", (x, y))
     s.flow(letter, (x + 0.25, y - 0.9), "down", kind="a")
 
@@ -133,8 +136,7 @@ def flushing(s: Sheet, x: float, y_a: float, y_b: float, y: float) -> None:
     s.join("b", (left, y_b), (left, y - 2.3))
     s.pipe("tank", (x + 0.475, y), (out, y), (out, y - 0.5))
     s.add(Relief(), (out, y - 1.3), theta=180)
-    s.pipe("tank", (out, y - 2.1), (out, y - 2.5))
-    s.add(Tank(), (out, y - 2.5))
+    drain(s, (out, y - 2.1), (out, y - 2.5))
     s.flow("Q_flush_a", (left + 0.25, y_a - 0.8), "down", kind="a")
     s.flow("Q_flush_b", (left + 0.25, y_b + 0.8), "up", kind="b")
 
@@ -199,26 +201,38 @@ def shaft_line(s: Sheet, left: float, y: float, right: float) -> None:
     s.add(Pinion(), (right, y))
 
 
+def pumped(
+    s: Sheet, y_h: float, y_l: float, top: Point, bottom: Point, letters: str, notes: Sequence[str], dx: float = 0.0
+) -> None:
+    """Pumps between a line at height y_h and one at y_l, which end at the ports top and bottom. letters: setting of the
+    pumps, share that runs, flow, pressures of both lines; dx: shift of the first two, of pumps whose speed and power
+    are beside others."""
+    alpha, share, flow, p_h, p_l = letters.split()
+    y = 0.5 * (y_h + y_l)
+    s.add(pump(), (2.6, y))
+    s.add(PrimeMover(), (0.4, y))
+    s.shaft((1.0, y), (1.85, y))
+    if not dx:
+        s.turning("omega_p", (1.42, y))
+        s.letter("P_hpu", (0.4, y - 1.0))
+    s.letter(alpha, (4.0 + dx, y + 0.85))
+    s.letter(share, (3.75 + dx, y - 0.75))
+    s.pipe("a", (2.6, y + 0.75), (2.6, y_h), (top[0], y_h), top)
+    s.pipe("b", (2.6, y - 0.75), (2.6, y_l), (bottom[0], y_l), bottom)
+    s.flow(flow, (2.35, y_h - 1.2), "up", "left", "a")
+    for kind, name, note, height in (("a", p_h, notes[0], y_h + 0.35), ("b", p_l, notes[1], y_l - 0.38)):
+        s.letter(name, (9.4, height), "end", LINES[kind]["color"])
+        s.note(note, (9.6, height), "start")
+
+
 def closed_circuit(
     s: Sheet, y_a: float, y_b: float, right: float, top: float, bottom: float, cross: bool = False
 ) -> None:
     """Pumps and lines A and B with everything on them, to ports at (right, top) and (right, bottom). cross: the relief
     valves open into the other line, not to the tank."""
     y = 0.5 * (y_a + y_b)
-    s.add(pump(), (2.6, y))
-    s.add(PrimeMover(), (0.4, y))
-    s.shaft((1.0, y), (1.85, y))
-    s.turning("omega_p", (1.42, y))
-    s.letter("P_hpu", (0.4, y - 1.0))
-    s.letter("alpha_p", (4.0, y + 0.85))
-    s.letter("f_pump", (3.75, y - 0.75))
-    s.pipe("a", (2.6, y + 0.75), (2.6, y_a), (right, y_a), (right, top))
-    s.pipe("b", (2.6, y - 0.75), (2.6, y_b), (right, y_b), (right, bottom))
-    s.flow("Q_p", (2.35, y_a - 1.2), "up", "left", "a")
-    s.letter("p_a", (9.4, y_a + 0.35), "end", LINES["a"]["color"])
-    s.note("line A, hoisting side", (9.6, y_a + 0.35), "start")
-    s.letter("p_b", (9.4, y_b - 0.38), "end", LINES["b"]["color"])
-    s.note("line B, lowering side", (9.6, y_b - 0.38), "start")
+    sides = ("line A, hoisting side", "line B, lowering side")
+    pumped(s, y_a, y_b, (right, top), (right, bottom), "alpha_p f_pump Q_p p_a p_b", sides)
     internal_leak(s, 5.0, y_a, y_b)
     external_leak(s, 6.8, y_a, y_b, y + 1.2)
     s.note("leakage of the units", (6.2, y_b - 0.38))
@@ -264,19 +278,8 @@ def active_passive() -> Sheet:
     shaft_line(s, right + 0.75, y_m, 29.8)
 
     y_h, y_l = 9.4, 0.6
-    y_p = 0.5 * (y_h + y_l)
-    s.add(pump(), (2.6, y_p))
-    s.add(PrimeMover(), (0.4, y_p))
-    s.shaft((1.0, y_p), (1.85, y_p))
-    s.letter("alpha_pp", (4.1, y_p + 0.85))
-    s.letter("f_passive", (3.85, y_p - 0.75))
-    s.pipe("a", (2.6, y_p + 0.75), (2.6, y_h), (right, y_h), (right, y_pm + 0.75))
-    s.pipe("b", (2.6, y_p - 0.75), (2.6, y_l), (right, y_l), (right, y_pm - 0.75))
-    s.flow("Q_pp", (2.35, y_h - 1.2), "up", "left", "a")
-    s.letter("p_hp", (9.4, y_h + 0.35), "end", LINES["a"]["color"])
-    s.note("high side", (9.6, y_h + 0.35), "start")
-    s.letter("p_lp", (9.4, y_l - 0.38), "end", LINES["b"]["color"])
-    s.note("low side, its pressure is held", (9.6, y_l - 0.38), "start")
+    sides, ports = ("high side", "low side, its pressure is held"), ((right, y_pm + 0.75), (right, y_pm - 0.75))
+    pumped(s, y_h, y_l, *ports, "alpha_pp f_passive Q_pp p_hp p_lp", sides, 0.1)
     passive_lines(s, y_h, y_l)
     s.add(motor(), (right, y_pm))
     s.letter("alpha_pm", (right + 1.4, y_pm + 0.85))

@@ -3,12 +3,14 @@
 from closed_circuits import (
     accumulator,
     closed_circuit,
+    drain,
     external_leak,
     hang,
     internal_leak,
     leak_to_tank,
     load_path,
     passive_lines,
+    pumped,
     relief_to_tank,
     reliefs,
     shaft_line,
@@ -35,7 +37,6 @@ from symbols import (
     Sheave,
     ShuttleValve,
     Switch,
-    Tank,
     motor,
     pump,
     secondary_unit,
@@ -60,8 +61,7 @@ def open_circuit() -> Sheet:
     s.pipe("a", (x_v - 0.28, y_s), (x_v - 0.28, y_v - 0.55))
     s.pipe("tank", (x_v + 0.28, y_v - 0.55), (x_v + 0.28, y_t - 0.4))
     s.add(Check(spring=True), (x_v + 0.28, y_t - 1.0), theta=180)
-    s.pipe("tank", (x_v + 0.28, y_t - 1.6), (x_v + 0.28, y_t - 1.9))
-    s.add(Tank(), (x_v + 0.28, y_t - 1.9))
+    drain(s, (x_v + 0.28, y_t - 1.6), (x_v + 0.28, y_t - 1.9))
 
     a, b, bend = x_v - 0.28, x_v + 0.28, 15.2
     s.pipe("a", (a, y_v + 0.55), (a, 10.6))
@@ -105,8 +105,7 @@ def supply(s: Sheet, y_p: float, y_s: float, right: float) -> None:
     s.letter("P_hpu", (0.4, y_p - 1.0))
     s.letter("alpha_p", (4.1, y_p + 0.55))
     s.letter("f_pump", (3.9, y_p - 0.75))
-    s.pipe("tank", (2.6, y_p - 0.75), (2.6, y_p - 1.3))
-    s.add(Tank(), (2.6, y_p - 1.3))
+    drain(s, (2.6, y_p - 0.75), (2.6, y_p - 1.3))
     s.pipe("a", (2.6, y_p + 0.75), (2.6, y_s), (right, y_s))
     s.flow("Q_p", (2.35, y_s - 0.7), "up", "left", "a")
     s.letter("p_s", (2.6, y_s + 0.35), "middle", LINES["a"]["color"])
@@ -138,20 +137,8 @@ def secondary() -> Sheet:
     )
     y_h, y_l, right = 10.0, 1.0, 25.6
     y = 0.5 * (y_h + y_l)
-    s.add(pump(), (2.6, y))
-    s.add(PrimeMover(), (0.4, y))
-    s.shaft((1.0, y), (1.85, y))
-    s.turning("omega_p", (1.42, y))
-    s.letter("P_hpu", (0.4, y - 1.0))
-    s.letter("alpha_rp", (4.0, y + 0.85))
-    s.letter("f_pump", (3.75, y - 0.75))
-    s.pipe("a", (2.6, y + 0.75), (2.6, y_h), (right, y_h), (right, y + 0.75))
-    s.pipe("b", (2.6, y - 0.75), (2.6, y_l), (right, y_l), (right, y - 0.75))
-    s.flow("Q_rp", (2.35, y_h - 1.2), "up", "left", "a")
-    s.letter("p_r", (9.4, y_h + 0.35), "end", LINES["a"]["color"])
-    s.note("rail", (9.6, y_h + 0.35), "start")
-    s.letter("p_lp", (9.4, y_l - 0.38), "end", LINES["b"]["color"])
-    s.note("low side, its pressure is held", (9.6, y_l - 0.38), "start")
+    sides = ("rail", "low side, its pressure is held")
+    pumped(s, y_h, y_l, (right, y + 0.75), (right, y - 0.75), "alpha_rp f_pump Q_rp p_r p_lp", sides)
     passive_lines(s, y_h, y_l, relief="Q_relief", low="")
     s.add(secondary_unit(), (right, y))
     s.letter("alpha_s", (right + 1.3, y + 0.85))
@@ -230,8 +217,8 @@ def cylinder() -> Sheet:
     )
     y_a, y_b, y_p, x_c, x_p, mid = 10.0, 1.0, 17.0, 28.3, 30.9, 7.0
     closed_circuit(s, y_a, y_b, 26.3, mid + 1.45, mid - 1.45, cross=True)
-    s.add(Cylinder(port=-1.0, through=True), (x_c, mid), theta=-90)
-    s.add(Plunger(port=1.0), (x_p, mid), theta=-90)
+    s.add(Cylinder(through=True), (x_c, mid), theta=-90)
+    s.add(Plunger(), (x_p, mid), theta=-90)
     s.ground((x_c - 0.8, mid + 1.8), (x_c - 0.2, mid + 1.8))
     s.ground((x_c + 0.2, mid + 1.8), (x_p + 0.8, mid + 1.8))
     s.pipe("a", (26.3, mid + 1.45), (x_c - 0.55, mid + 1.45))
@@ -252,8 +239,7 @@ def carrying_line(s: Sheet, y: float) -> None:
     s.add(pump(variable=False, both=False), (x, y - 2.15))
     s.shaft((x - 1.25, y - 2.15), (x - 0.75, y - 2.15))
     s.add(PrimeMover(), (x - 1.85, y - 2.15))
-    s.pipe("tank", (x, y - 2.9), (x, y - 3.4))
-    s.add(Tank(), (x, y - 3.4))
+    drain(s, (x, y - 2.9), (x, y - 3.4))
     s.flow("Q_make_up", (x - 0.25, y - 0.7), "up", "left", "a")
     leak_to_tank(s, 14.6, y, "Q_leak")
     relief_to_tank(s, 17.4, y, "Q_relief_p")
@@ -332,7 +318,7 @@ def phc() -> Sheet:
     s.note("hook", (x - 0.4, 12.05), "end")
     s.surface(5.2, 7.9, 13.1)
     s.surface(9.1, 17.2, 13.1)
-    s.add(Cylinder(port=1.0), (x, mid), theta=-90)
+    s.add(Cylinder(), (x, mid), theta=-90)
     s.note("empty", (x, mid + 1.0), size=7.5)
     s.letter("A", (x - 0.33, mid - 0.9))
     s.letter("F_f", (x - 0.7, mid - 1.7), "end")

@@ -123,7 +123,14 @@ def width(name: str, size: float) -> float:
 
 
 class Symbol(Element):
-    """An element whose lines are thin and black unless told otherwise."""
+    """An element whose lines are thin and black unless told otherwise; `strokes` draws it."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__()
+        self.strokes(*args, **options)
+
+    def strokes(self) -> None:
+        """Nothing, before lines are added."""
 
     def line(self, *points: Point, **style: Any) -> None:
         """A line through points."""

@@ -1,19 +1,17 @@
 """Symbols of ISO 1219-1 as elements of schemdraw, and those of the winch and of an electric drive.
 
 A symbol's origin is its centre unless its docstring says otherwise; lengths are units of the sheet. Flow through a
-valve goes from its anchor `inlet`, below, to `outlet`, above, before it is turned.
+valve goes from below to above before it is turned.
 """
 
 import math
-from typing import Any
 
 from schemdraw.segments import SegmentArc, SegmentPoly
 from sheet import BLACK, GREY, THICK, THIN, WHITE, Symbol
 
 
 class Machine(Symbol):
-    """Pump, motor or both: a circle with a triangle for each direction of flow, ports `top` and `bottom`, shaft ends
-    `left` and `right`. `variable`: an arrow through it.
+    """Pump, motor or both: a circle with a triangle for each direction of flow. `variable`: an arrow through it.
 
     `triangles` names each triangle's port and direction: ("top", "out") is a pump that delivers at the top, ("top",
     "in") a motor that is fed there.
@@ -21,8 +19,7 @@ class Machine(Symbol):
 
     R = 0.75
 
-    def __init__(self, *triangles: tuple[str, str], variable: bool = False, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, *triangles: tuple[str, str], variable: bool = False) -> None:
         both = len({port for port, _ in triangles}) < len(triangles)
         R, size = self.R, 0.36 if both else 0.42
         self.circle(0.0, 0.0, R)
@@ -35,7 +32,6 @@ class Machine(Symbol):
                 self.triangle((0.0, s * (edge - size)), (0.0, -s), size)
         if variable:
             self.arrow((-1.0, -0.82), (1.0, 0.82))
-        self.anchors = {"top": (0, R), "bottom": (0, -R), "left": (-R, 0), "right": (R, 0), "case": (0.53, -0.53)}
 
 
 def pump(variable: bool = True, both: bool = True) -> Machine:
@@ -55,20 +51,17 @@ def secondary_unit() -> Machine:
 
 
 class PrimeMover(Symbol):
-    """An electric motor that drives pumps, or any prime mover; shaft at `right`."""
+    """An electric motor that drives pumps, or any prime mover."""
 
-    def __init__(self, text: str = "M", **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, text: str = "M") -> None:
         self.circle(0.0, 0.0, 0.6)
         self.text(0.0, 0.0, text)
-        self.anchors = {"left": (-0.6, 0), "right": (0.6, 0), "top": (0, 0.6), "bottom": (0, -0.6)}
 
 
 class Relief(Symbol):
     """Relief valve, closed at rest, opened by the pressure at its inlet."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.box(-0.42, -0.42, 0.84, 0.84)
         self.arrow((-0.15, -0.42), (-0.15, 0.42))
         self.line((0.0, -0.8), (0.0, -0.42))
@@ -76,14 +69,12 @@ class Relief(Symbol):
         self.line((0.0, -0.65), (-0.68, -0.65), (-0.68, 0.0), (-0.42, 0.0), lw=0.8, ls="3,2")
         self.spring((0.42, 0.0), (0.95, 0.0))
         self.arrow((0.5, -0.3), (0.9, 0.32), lw=0.8)
-        self.anchors = {"inlet": (0, -0.8), "outlet": (0, 0.8)}
 
 
 class Check(Symbol):
     """Check valve; `spring`: one that needs a cracking pressure."""
 
-    def __init__(self, spring: bool = False, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, spring: bool = False) -> None:
         r, leg = 0.17, 0.26
         v = -r * math.sqrt(2.0)
         self.circle(0.0, 0.0, r)
@@ -95,14 +86,12 @@ class Check(Symbol):
             self.line((0.0, 0.5), (0.0, 0.6))
         else:
             self.line((0.0, r), (0.0, 0.6))
-        self.anchors = {"inlet": (0, -0.6), "outlet": (0, 0.6)}
 
 
 class Restrictor(Symbol):
     """A restriction that depends on viscosity: two arcs about a line. Laminar leakage is drawn by it."""
 
-    def __init__(self, adjustable: bool = False, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, adjustable: bool = False) -> None:
         for s in (-1.0, 1.0):
             start = 130.0 if s > 0 else -50.0
             self.segments.append(
@@ -111,25 +100,21 @@ class Restrictor(Symbol):
         self.line((0.0, -0.4), (0.0, 0.4), lw=0.8)
         if adjustable:
             self.arrow((-0.45, -0.4), (0.45, 0.4), lw=0.8)
-        self.anchors = {"inlet": (0, -0.4), "outlet": (0, 0.4)}
 
 
 class Orifice(Symbol):
     """A restriction that does not depend on viscosity: its loss rises with the square of the flow."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         for s in (-1.0, 1.0):
             self.line((s * 0.34, 0.3), (s * 0.09, 0.0), (s * 0.34, -0.3))
         self.line((0.0, -0.4), (0.0, 0.4), lw=0.8)
-        self.anchors = {"inlet": (0, -0.4), "outlet": (0, 0.4)}
 
 
 class Tank(Symbol):
     """Reservoir at ambient pressure; origin where the line ends in it."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.line((-0.38, 0.0), (-0.38, -0.32), (0.38, -0.32), (0.38, 0.0), lw=THICK)
         self.line((0.0, 0.0), (0.0, -0.2))
 
@@ -145,44 +130,36 @@ def capsule(symbol: Symbol, w: float, h: float) -> None:
 class PressureTank(Symbol):
     """A reservoir at a held pressure, which takes and gives oil; origin at its top."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         w, h = 0.7, 0.36
         arc = [(w + h * math.sin(math.radians(t)), -h + h * math.cos(math.radians(t))) for t in range(0, 181, 10)]
         outline = arc + [(-x, -2.0 * h - y) for x, y in arc]
         self.segments.append(SegmentPoly(outline, color=BLACK, lw=THIN, fill=WHITE))
-        self.anchors = {"port": (0, 0)}
 
 
 class Accumulator(Symbol):
-    """Piston accumulator: gas above, oil below; anchors `gas`, `oil`, `side` at the piston."""
+    """Piston accumulator: gas above, oil below."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         capsule(self, 1.0, 2.4)
         self.line((-0.5, 0.1), (0.5, 0.1))
         self.line((-0.5, -0.1), (0.5, -0.1))
         self.triangle((0.0, 0.35), (0.0, -1.0), 0.36, fill=WHITE)
-        self.anchors = {"gas": (0, 1.2), "oil": (0, -1.2), "side": (0.5, 0.0), "left": (-0.5, 0.0)}
 
 
 class GasVessel(Symbol):
-    """A bottle of gas; port below."""
+    """A bottle of gas, its neck below."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         capsule(self, 0.9, 1.9)
         self.triangle((0.0, -0.18), (0.0, -1.0), 0.36, fill=WHITE)
-        self.anchors = {"gas": (0, -0.95), "side": (0.45, 0.0)}
 
 
 class Shuttle(Symbol):
     """Flushing shuttle: a 3/3 valve, centred and closed by springs, moved by the pressures of its lines to connect the
-    one with the lower pressure with `T`. Ports `A` and `B` on the left, `T` on the right; pilots `pilot_a` and
-    `pilot_b`."""
+    one with the lower pressure, on the left, with the tank, on the right."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         s = 0.95
         for i in (-1, 0, 1):
             self.box(-0.5 * s, (i - 0.5) * s, s, s)
@@ -202,21 +179,13 @@ class Shuttle(Symbol):
         for sign in (-1.0, 1.0):
             self.spring((0.22, sign * top), (0.22, sign * (top + 0.45)), turns=2)
             self.triangle((-0.2, sign * top), (0.0, -sign), 0.2)
-        self.anchors = {
-            "A": (left, port),
-            "B": (left, -port),
-            "T": (right, 0.0),
-            "pilot_a": (-0.2, top + 0.2),
-            "pilot_b": (-0.2, -top - 0.2),
-        }
 
 
 class Proportional43(Symbol):
     """Proportional 4/3 directional valve, closed in its centre. Left box: P to A, B to T (hoisting). Ports A, B above
     and P, T below the centre box."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         s, q = 1.1, 0.28
         for i in (-1, 0, 1):
             self.box((i - 0.5) * s, -0.5 * s, s, s)
@@ -237,15 +206,13 @@ class Proportional43(Symbol):
             self.line((end + sign * 0.15, -0.4), (end + sign * 0.5, 0.05), lw=0.8)
             self.arrow((end + sign * 0.1, -0.58), (end + sign * 0.72, 0.2), lw=0.8)
         y = 0.5 * s
-        self.anchors = {"A": (-q, y), "B": (q, y), "P": (-q, -y), "T": (q, -y), "left": (-1.5 * s, 0)}
 
 
 class Counterbalance(Symbol):
     """Counterbalance valve between a motor's port `load`, above, and the directional valve's `valve`, below: a free
     check towards the load; from the load it opens by that pressure and by `pilot`, on the right."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.box(-0.45, -0.45, 0.9, 0.9)
         self.arrow((0.15, 0.45), (0.15, -0.45))
         self.line((0.0, 1.5), (0.0, 0.45))
@@ -263,30 +230,23 @@ class Counterbalance(Symbol):
         for y in (-1.1, 1.1):
             self.circle(0.0, y, 0.06, fill=BLACK)
         self.box(-1.95, -1.3, 3.0, 2.6, fill="none", lw=0.8, ls="9,3,2,3", color=GREY)
-        self.anchors = {"load": (0, 1.5), "valve": (0, -1.5), "pilot": (1.3, -0.18)}
 
 
 class ShuttleValve(Symbol):
     """The higher of two pressures, from `left` and `right`, goes to `out` below."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.box(-0.5, -0.28, 1.0, 0.56)
         self.circle(0.24, 0.0, 0.15)
         for s in (-1.0, 1.0):
             self.line((s * 0.5, 0.0), (s * 0.42, 0.0))
             self.line((s * 0.22, 0.22), (s * 0.42, 0.0), (s * 0.22, -0.22), lw=0.8)
-        self.anchors = {"left": (-0.5, 0), "right": (0.5, 0), "out": (0, -0.28)}
 
 
 class Cylinder(Symbol):
-    """Double-acting cylinder with a rod to the right (`through`: and to the left); ports `cap` and `rod_side` below,
-    `eye` at the rod's end, `base` at the other."""
+    """Double-acting cylinder with a rod to the right (`through`: and to the left); x = 0 at mid length."""
 
-    def __init__(
-        self, length: float = 3.6, place: float = 0.5, port: float = -1.0, through: bool = False, **params: Any
-    ) -> None:
-        super().__init__(**params)
+    def strokes(self, length: float = 3.6, place: float = 0.5, through: bool = False) -> None:
         h, half = 0.55, 0.5 * length
         x = -half + place * length
         self.box(-half, -h, length, 2.0 * h)
@@ -294,99 +254,79 @@ class Cylinder(Symbol):
         self.box(x + 0.12, -0.14, half - x + 1.2, 0.28)
         if through:
             self.box(-half - 0.7, -0.14, half + x + 0.58, 0.28)
-        self.anchors = {
-            "cap": (-half + 0.35, port * h),
-            "rod_side": (half - 0.35, port * h),
-            "eye": (half + 1.32, 0.0),
-            "base": (-half, 0.0),
-            "piston": (x, h),
-        }
 
 
 class Plunger(Symbol):
-    """Single-acting cylinder that pushes its rod out to the right; port `cap`, rod end `eye`."""
+    """Single-acting cylinder that pushes its rod out to the right."""
 
-    def __init__(self, length: float = 3.6, place: float = 0.5, port: float = -1.0, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, length: float = 3.6, place: float = 0.5) -> None:
         h, half = 0.45, 0.5 * length
         x = -half + place * length
         self.line((half, -h), (-half, -h), (-half, h), (half, h))
         self.line((half, -h), (half, -0.28))
         self.line((half, h), (half, 0.28))
         self.box(x, -0.28, half - x + 1.32, 0.56)
-        self.anchors = {"cap": (-half + 0.3, port * h), "eye": (half + 1.32, 0.0), "base": (-half, 0.0)}
 
 
 class Capacitor(Symbol):
     """Store on a DC link; ports above and below."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         for s in (-1.0, 1.0):
             self.line((-0.45, s * 0.1), (0.45, s * 0.1), lw=THICK)
             self.line((0.0, s * 0.1), (0.0, s * 0.5))
-        self.anchors = {"top": (0, 0.5), "bottom": (0, -0.5)}
 
 
 class Resistor(Symbol):
     """A resistor; ports above and below."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.box(-0.22, -0.6, 0.44, 1.2)
-        self.anchors = {"top": (0, 0.6), "bottom": (0, -0.6)}
 
 
 class Earth(Symbol):
     """The other pole of the DC link, drawn as a bar; origin where the line ends."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.line((-0.3, 0.0), (0.3, 0.0), lw=THICK)
 
 
 class Switch(Symbol):
     """An electronic switch or a circuit breaker in a horizontal line."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.line((-0.5, 0.0), (-0.3, 0.0))
         self.line((-0.3, 0.0), (0.3, 0.32))
         self.line((0.3, 0.0), (0.5, 0.0))
         for s in (-1.0, 1.0):
             self.line((0.3 - 0.1, -s * 0.1), (0.3 + 0.1, s * 0.1), lw=0.8)
-        self.anchors = {"left": (-0.5, 0), "right": (0.5, 0)}
 
 
 class Brake(Symbol):
     """Spring-applied holding brake on a shaft that runs through it: a disc between two shoes."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.box(-0.08, -0.75, 0.16, 1.5)
         for s in (-1.0, 1.0):
             self.box(-0.38, 0.45 if s > 0 else -0.75, 0.26, 0.3, fill=BLACK)
             self.box(0.12, 0.45 if s > 0 else -0.75, 0.26, 0.3, fill=BLACK)
             self.spring((0.38, s * 0.6), (0.8, s * 0.6), turns=2, width=0.1)
             self.line((0.8, s * 0.45), (0.8, s * 0.75))
-        self.anchors = {"top": (0, 0.75), "bottom": (0, -0.75)}
 
 
 class Pinion(Symbol):
     """A toothed wheel seen from the side: a box about the shaft."""
 
-    def __init__(self, w: float = 0.4, h: float = 0.8, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, w: float = 0.4, h: float = 0.8) -> None:
         self.box(-0.5 * w, -0.5 * h, w, h)
         for s in (-1.0, 1.0):
             self.line((-0.5 * w, s * (0.5 * h - 0.1)), (0.5 * w, s * (0.5 * h - 0.1)), lw=0.6)
 
 
 class Drum(Symbol):
-    """A drum seen from the side: gear rim on the left, wire up from `wire`; origin in the middle of its axis."""
+    """A drum seen from the side: gear rim on the left, origin in the middle of its axis."""
 
-    def __init__(self, rim: float = 1.3, r: float = 0.62, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, rim: float = 1.3, r: float = 0.62) -> None:
         w, flange = 2.0, r + 0.4
         self.line((-1.9, 0.0), (1.7, 0.0), lw=THICK)
         self.box(-0.5 * w, -r, w, 2.0 * r)
@@ -401,39 +341,32 @@ class Drum(Symbol):
                 self.line((-1.6, s * (rim - 0.1)), (-1.2, s * (rim - 0.1)), lw=0.6)
         for x in (-1.9, 1.7):
             self.line((x - 0.2, -0.22), (x, 0.0), (x + 0.2, -0.22), (x - 0.2, -0.22))
-        self.anchors = {"wire": (0.55, r), "rim": (-1.4, rim), "rim_low": (-1.4, -rim)}
 
 
 class Sheave(Symbol):
-    """A sheave; the wire touches it at `left`, `right` and `top`."""
+    """A sheave."""
 
     R = 0.5
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         self.circle(0.0, 0.0, self.R, lw=1.2)
         self.circle(0.0, 0.0, 0.07, fill=BLACK)
-        self.anchors = {"left": (-self.R, 0), "right": (self.R, 0), "top": (0, self.R)}
 
 
 class Payload(Symbol):
     """Hook, sling and payload; origin where the wire ends."""
 
-    def __init__(self, text: str = "", **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, text: str = "") -> None:
         self.box(-0.22, -0.5, 0.44, 0.5)
         self.line((-0.75, -1.4), (0.0, -0.5), (0.75, -1.4), lw=0.8)
         self.box(-0.85, -2.4, 1.7, 1.0, fill="#e8e8e8")
-        self.anchors = {"middle": (0, -1.9)}
 
 
 class Block(Symbol):
     """A box with a text, as in single-line diagrams: converter, store, resistor."""
 
-    def __init__(self, text: str = "", w: float = 1.4, h: float = 1.4, diagonal: bool = False, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self, text: str = "", w: float = 1.4, h: float = 1.4, diagonal: bool = False) -> None:
         self.box(-0.5 * w, -0.5 * h, w, h)
         if diagonal:
             self.line((-0.5 * w, -0.5 * h), (0.5 * w, 0.5 * h))
         self.text(0.0, 0.0, text)
-        self.anchors = {"left": (-0.5 * w, 0), "right": (0.5 * w, 0), "top": (0, 0.5 * h), "bottom": (0, -0.5 * h)}
