@@ -115,8 +115,8 @@ def read_leaks(
         notes.append("columns not used: " + ", ".join(quote(h) for h in table.unused))
     if SYNTHETIC in " ".join((table.source, *table.table.comments)).lower():
         notes.insert(0, "SYNTHETIC table: made by a formula, measured on no unit")
-    arrays = (None if x is None else x[keep] for x in (D, omega, dp, leak, case))
-    return LeakData(unit, *arrays, full, table.source, tuple(notes))  # type: ignore[arg-type]
+    dp, case = (None if x is None else x[keep] for x in (dp, case))
+    return LeakData(unit, D[keep], omega[keep], dp, leak[keep], case, full, table.source, tuple(notes))
 
 
 def _leak(table: Columns, unit: Unit, notes: list[str]) -> tuple[FloatArray, FloatArray | None]:
