@@ -87,16 +87,11 @@ class VesselTip(Motion):
         fold: Rows = (),
         unit: MotionUnit | None = None,
     ) -> None:
-        given = {"heave": heave, "roll": roll, "pitch": pitch, "surge": surge, "sway": sway, "yaw": yaw}
-        motions = {
-            name: parse_motion(motion, name, SIZES[name]) if isinstance(motion, str) else motion
-            for name, motion in given.items()
-        }
-        rows = {"slew": slew, "luff": luff, "fold": fold}
+        motions = zip(SIZES, (heave, roll, pitch, surge, sway, yaw), strict=True)
         self._fill(
             boom=parse_boom(boom) if isinstance(boom, str) else boom,
-            **motions,
-            **{name: _moves(name, each) for name, each in rows.items()},
+            **{name: parse_motion(x, name, SIZES[name]) if isinstance(x, str) else x for name, x in motions},
+            **{name: _moves(name, rows) for name, rows in zip(ANGLES, (slew, luff, fold), strict=True)},
             unit=unit or MotionUnit(),
         )
 
@@ -114,15 +109,11 @@ class VesselTip(Motion):
     ) -> Self:
         """The tip of a ship that moves as logged; every: as in `stillhook.sea.vessel.ship_motion.tip_motion`. The log
         is taken as the true motion, so that a unit's heave filter comes on top of the logging one's."""
-        columns = {name: getattr(ship, name) for name in ("heave", "roll", "pitch")}
-        for name, column in columns.items():
-            if column is None:
-                raise MotionError(
-                    f"{ship.report.source}: has no {name}, which the tip of a boom needs. Log it as well."
-                )
-        motions = {}
-        for name, column in columns.items():
-            motion = Recorded(ship.t, column, source=ship.report.source, report=ship.report.describe())
+        motions, source = {}, ship.report.source
+        for name in ("heave", "roll", "pitch"):
+            if (column := getattr(ship, name)) is None:
+                raise MotionError(f"{source}: has no {name}, which the tip of a boom needs. Log it as well.")
+            motion = Recorded(ship.t, column, source=source, report=ship.report.describe())
             often = every is not None and np.median(np.diff(ship.t)) <= parse(every, "time", "every") / 2.0
             motions[name] = motion.thinned(every) if often and every is not None else motion
         return cls(boom, **motions, slew=slew, luff=luff, fold=fold, unit=unit)
@@ -234,13 +225,11 @@ class VesselTip(Motion):
         that do not turn with the ship [m]; exact rotations in the order yaw, pitch, roll."""
         time = np.asarray(t, dtype=np.float64)
         turn = {name: getattr(self, name).sample(time)[0] for name in SIZES}
-        x, y, z = (jet.x for jet in lever(self._pose(time), lengths(self.boom)))
-        y, z = y * np.cos(turn["roll"]) - z * np.sin(turn["roll"]), y * np.sin(turn["roll"]) + z * np.cos(turn["roll"])
-        x, z = (
-            x * np.cos(turn["pitch"]) - z * np.sin(turn["pitch"]),
-            x * np.sin(turn["pitch"]) + z * np.cos(turn["pitch"]),
-        )
-        x, y = x * np.cos(turn["yaw"]) - y * np.sin(turn["yaw"]), x * np.sin(turn["yaw"]) + y * np.cos(turn["yaw"])
+        at: list[Any] = [jet.x for jet in lever(self._pose(time), lengths(self.boom))]
+        for name, i, k in (("roll", 1, 2), ("pitch", 0, 2), ("yaw", 0, 1)):
+            c, s = np.cos(turn[name]), np.sin(turn[name])
+            at[i], at[k] = at[i] * c - at[k] * s, at[i] * s + at[k] * c
+        x, y, z = at
         return np.stack([turn["surge"] + x, turn["sway"] + y, turn["heave"] + z])
 
     def describe(self) -> str:
