@@ -27,6 +27,7 @@ from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, 
 from stillhook.plan.definition.weights import Weight
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
+from stillhook.sea.steady_flow import Current, Wind
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import RelativeMotion
@@ -128,7 +129,7 @@ class Environment(Record):
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
     for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system besides
-    the wind sea whose height the table limits.
+    the wind sea whose height the table limits. current and wind: steady, the same in every cell.
     """
 
     wave: Literal["jonswap", "pm", "torsethaugen"] = "jonswap"
@@ -139,6 +140,8 @@ class Environment(Record):
     spread: Number | None = Field(default=None, ge=1.0, le=200.0)
     heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi / 2.0)
     swell: Swell | None = None
+    current: Current | None = None
+    wind: Wind | None = None
 
     @field_validator("Hs", "Tp", "headings", mode="before")
     @classmethod
@@ -149,6 +152,11 @@ class Environment(Record):
     @classmethod
     def _in_order(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         return ordered(values, str(info.field_name))
+
+    def inputs(self) -> dict[str, Any]:
+        """What results follow from, as plain data."""
+        without = {name for name in ("swell", "current", "wind") if getattr(self, name) is None}
+        return self.model_dump(mode="json", exclude=without)
 
     def spectrum(self, Hs: float, Tp: float) -> WaveSpectrum:
         """Spectrum of a height [m] and a peak period [s]."""
@@ -399,13 +407,19 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
 
 
 def check_wire(plan: LiftPlan) -> None:
-    """The crane may carry the payload, and has wire for the deepest phase."""
+    """The crane may carry the payload, and has wire for the deepest phase; the current is known down to the seabed."""
     deepest = min(plan.phases, key=lambda phase: min(phase.z_start or 0.0, phase.z_end or 0.0))
     z = max(min(deepest.z_start or 0.0, deepest.z_end or 0.0), -plan.depth + CLOSE)
     try:
         check_lift(plan.crane, plan.hanging(z))
     except LiftError as e:
         raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None
+    profile = () if plan.environment.current is None else plan.environment.current.depth
+    if len(profile) > 1 and profile[-1] < plan.depth * (1.0 - 1e-9):
+        end, bottom = show(profile[-1], "length"), show(plan.depth, "length")
+        raise PlanError(
+            f"environment.current.depth: the profile ends at {end}, the seabed is at {bottom}. Give the speed there."
+        )
 
 
 def described(phase: Phase) -> dict[str, Any]:
