@@ -70,7 +70,7 @@ class WireShape:
         """Angle of the wire to the vertical (2,) [rad], towards the load; at the tip, or at the hook (0)."""
         flat = -self.T[end, :2]
         size = float(np.hypot(*flat))
-        return flat * (math.atan2(size, float(self.T[end, 2])) / size) if size > 0.0 else np.zeros(2)
+        return np.asarray(flat * (math.atan2(size, float(self.T[end, 2])) / max(size, 1e-300)))
 
 
 def wire_shape(line: Line, velocity: Velocity) -> WireShape | None:
@@ -168,8 +168,8 @@ class Chain:
         by_tip = omega[:, None] ** 2 * self.m - 1j * omega[:, None] * self.c
         by_force = np.zeros((len(omega), n), dtype=complex)
         by_force[:, -1] = 1.0
-        r = np.linalg.solve(system, np.stack((by_tip, by_force), axis=-1))
-        return Swing(r[:, 0, 0] / self.l[0], r[:, 0, 1] / self.l[0], 1.0 + r[:, -1, 0])
+        r = np.asarray(np.linalg.solve(system, np.stack((by_tip, by_force), axis=-1)), dtype=np.complex128)
+        return Swing(r[:, 0, 0] / self.l[0], r[:, 0, 1] / self.l[0], r[:, -1, 0] + 1.0)
 
 
 class Swing(NamedTuple):

@@ -116,7 +116,7 @@ class Wind(Spec):
 
         Source: DNV-RP-C205, power law and its change with averaging time; check against your edition.
         """
-        return self.speed * ((max(z, 1.0) / H_MEAN) ** self.exponent - GUST * math.log(T / T_MEAN))
+        return self.speed * (math.pow(max(z, 1.0) / H_MEAN, self.exponent) - GUST * math.log(T / T_MEAN))
 
     def force(self, z: float, T: float = T_MEAN) -> FloatArray:
         r"""Force (2,) on what it meets at z [m] with the wind averaged over T [s], 1/2 rho C_S A U^2 [N]."""

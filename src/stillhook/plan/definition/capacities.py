@@ -111,6 +111,16 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
     }
 
 
+DEPTHS = 5
+"""Heights of a phase's way at which its wire is looked at."""
+
+
+def along(phase: Phase) -> tuple[float, ...]:
+    """Heights of the underside along a phase's way, rising [m]."""
+    z = places(phase)
+    return tuple(np.unique(np.linspace(min(z), max(z), DEPTHS)).tolist())
+
+
 LEADS = ("off_lead", "side_lead")
 """Quantities that are the lead of the wire."""
 
@@ -187,7 +197,7 @@ def still_leads(plan: LiftPlan, phase: Phase) -> dict[str, float]:
     psi = None if plan.load_chart is None else plan.load_chart.direction_of(tip)
     if psi is None or (plan.environment.wind is None and plan.environment.current is None):
         return still
-    flows = [in_boom(flow_lead(plan, phase, z), psi) for z in places(phase)]
+    flows = [in_boom(flow_lead(plan, phase, z), psi) for z in along(phase)]
     return {name: still[name] + max(flow[name] for flow in flows) for name in LEADS}
 
 

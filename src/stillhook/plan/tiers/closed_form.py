@@ -20,6 +20,7 @@ from stillhook.engine.pack.programme import hanging, payload_weight, wire_streng
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import (
     LEADS,
+    along,
     jerk,
     off_other_vessel,
     places,
@@ -377,14 +378,9 @@ def leads(
 def _answers(plan: LiftPlan, phase: Phase, tip: TipPoint, omega: FloatArray) -> Sequence[Answer]:
     """What the wire's angle answers with at omega (k,), along a phase's way."""
     if phase.kind not in IN_AIR:
-        return answers(plan, phase, np.unique(np.linspace(*_ends(phase), LENGTHS)), omega)
+        return answers(plan, phase, along(phase), omega)
     assert plan.load_chart is not None
     return [in_air(float(L), plan.load_chart.swing_damping, omega) for L in _lengths(plan, phase, tip)]
-
-
-def _ends(phase: Phase) -> tuple[float, float]:
-    z = places(phase)
-    return min(z), max(z)
 
 
 def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:

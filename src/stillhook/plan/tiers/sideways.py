@@ -33,12 +33,13 @@ class Answer(NamedTuple):
 def in_air(L: float, zeta: float, omega: FloatArray) -> Answer:
     """Of a pendulum of L [m] with damping zeta, part of critical."""
     omega_0 = math.sqrt(G / L)
-    return Answer(omega**2 / (omega_0**2 - omega**2 + 2.0j * zeta * omega_0 * omega) / L, None)
+    swing: ComplexArray = omega**2 / (omega_0**2 - omega**2 + 2.0j * zeta * omega_0 * omega) / L
+    return Answer(swing, None)
 
 
-def answers(plan: LiftPlan, phase: Phase, z: FloatArray, omega: FloatArray) -> Sequence[Answer]:
+def answers(plan: LiftPlan, phase: Phase, z: Sequence[float], omega: FloatArray) -> Sequence[Answer]:
     """Of the payload under water with its underside at each z [m]."""
-    return [_under_water(plan, phase, float(each), tuple(omega.tolist())) for each in z]
+    return [_under_water(plan, phase, each, tuple(omega.tolist())) for each in z]
 
 
 @remembered
