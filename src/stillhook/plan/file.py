@@ -257,6 +257,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_cases(plan),
         *_doubts(plan),
+        *(flow.describe() for flow in (file.environment.current, file.environment.wind) if flow is not None),
         *(() if chart is None else chart.notes(phases, file.environment.current, file.environment.wind)),
     )
     plan = replace(plan, notes=notes)

@@ -109,7 +109,7 @@ def _slope(T: FloatArray, flow: FloatArray, w: float, B: float) -> FloatArray:
     across = flow - (flow @ T) / (size * size) * T
     force = -B * math.sqrt(float(across @ across)) * across
     force[2] += w
-    return force * (size / T[2])
+    return np.asarray(force * (size / T[2]))
 
 
 def raised(line: Line, velocity: Velocity) -> float | None:
@@ -152,6 +152,12 @@ class Chain:
     def periods(self) -> FloatArray:
         r"""Natural periods (n,), longest first [s]: of :math:`\det(K - \omega^2 M) = 0`, K tridiagonal of T/l."""
         return np.asarray(2.0 * math.pi / self._modes()[0])
+
+    @property
+    def damping(self) -> FloatArray:
+        """Damping of each mode (n,), part of critical, drag in water included."""
+        frequencies, shapes = self._modes()
+        return np.asarray(self.zeta + self.c @ shapes**2 / (2.0 * frequencies))
 
     def swing(self, omega: FloatArray) -> Swing:
         r"""Answer to the tip's sideways motion X and to a force F on the lowest mass, at omega (k,).

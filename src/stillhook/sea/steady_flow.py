@@ -92,7 +92,7 @@ class Current(Spec):
 
     def describe(self) -> str:
         """The current in words and units."""
-        speeds = [u.show(v, "speed", 3) for v in dict.fromkeys((self.speed[0], self.speed[-1]))]
+        speeds = [u.show(v, "wind_speed", 3) for v in dict.fromkeys((self.speed[0], self.speed[-1]))]
         turns = [u.show(a, "angle", 4) for a in dict.fromkeys((self.direction[0], self.direction[-1]))]
         ways = " at the surface to ".join(speeds), " to ".join(turns)
         return f"current of {ways[0]}{' at the seabed' * (len(speeds) > 1)}, {self.sense.replace('-', ' ')} {ways[1]}"
@@ -126,5 +126,5 @@ class Wind(Spec):
 
     def describe(self) -> str:
         """The wind in words and units."""
-        U, to = u.show(self.speed, "speed", 3), u.show(self.direction, "angle", 4)
+        U, to = u.show(self.speed, "wind_speed", 3), u.show(self.direction, "angle", 4)
         return f"wind of {U} (10 min, 10 m), {self.sense.replace('-', ' ')} {to}"

@@ -37,6 +37,8 @@ NAME, TITLE, EXPECTED = "sideways", "Current, wind and swing of the load", 0.5
 BAND = 0.6, 1.3
 """Periods of a sea about its peak period, parts of it, in which its waves have nearly all of their energy."""
 FREQUENCIES = 400
+PEAK = 1.0 / math.sqrt(2.0)
+"""Damping, part of critical, from which on a mode has no peak."""
 LINEAR = math.radians(10.0)
 """Lead up to which the pendulum is linear: the sine is then right to 0.5 %."""
 
@@ -101,15 +103,10 @@ def _pendulum(plan: LiftPlan, phase: Phase, z: float) -> dict[str, Any]:
     low, high = BAND[0] * min(Tp), BAND[1] * max(Tp)
     T = np.geomspace(low, high, FREQUENCIES)
     load = np.abs(chain.swing(2.0 * math.pi / T).load)
-    periods = chain.periods[:2].tolist()
-    return {
-        "phase": phase.name,
-        "z": z,
-        "periods": periods,
-        "in_waves": [low <= each <= high for each in periods],
-        "load_per_tip": float(load.max()),
-        "T": float(T[int(np.argmax(load))]),
-    }
+    periods, damping = chain.periods[:2].tolist(), chain.damping[:2].tolist()
+    resonant = [low <= each <= high and zeta < PEAK for each, zeta in zip(periods, damping, strict=True)]
+    row = {"phase": phase.name, "z": z, "periods": periods, "damping": damping, "in_waves": resonant}
+    return row | {"load_per_tip": float(load.max()), "T": float(T[int(np.argmax(load))])}
 
 
 def _leads(plan: LiftPlan, phase: Phase) -> Iterator[dict[str, Any]]:
@@ -181,10 +178,11 @@ def _wind(wind: Mapping[str, Any]) -> list[Part]:
 
 
 def _periods(of: Mapping[str, Any]) -> list[Part]:
-    head = ("phase", "underside [m]", "natural periods [s]", "in the waves", "payload per tip", "at [s]")
+    head = ("phase", "underside [m]", "natural periods [s]", "damping", "in the waves", "payload per tip", "at [s]")
     rows = [
         [
             *(row["phase"], f"{row['z']:.0f}", ", ".join(f"{T:.1f}" for T in row["periods"])),
+            ", ".join(f"{x:.2g}" for x in row["damping"]),
             ", ".join(f"RESONANCE {T:.1f} s" for T in _excited(row)) or "no",
             *(f"{row['load_per_tip']:.2f}", f"{row['T']:.1f}"),
         ]
@@ -247,10 +245,11 @@ WIND = (
 )
 PENDULUM = (
     "Peak periods of the table are {low} to {high}; a period counts as in the waves from 0.6 of the lowest to 1.3 of"
-    " the highest. Payload per tip is the largest sideways motion of the payload over that of the tip in that range."
+    " the highest, unless its mode is damped by 0.7 of critical or more. Payload per tip is the largest sideways motion of"
+    " the payload over that of the tip in that range."
 )
 CHART = (
     "At rest: heel, trim, and wind or current. In the lowest and highest Hs of the table [deg]: worst heading and"
-    " period, at the level of the rule. * more than 10 deg: beyond linear theory, which shows that it is too much, not how"
-    " much."
+    " period, at the level of the rule, the inertia force of waves on the payload included, their drag not. * more than"
+    " 10 deg: beyond linear theory, which shows that it is too much, not how much."
 )

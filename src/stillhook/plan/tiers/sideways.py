@@ -33,8 +33,8 @@ class Answer(NamedTuple):
 def in_air(L: float, zeta: float, omega: FloatArray) -> Answer:
     """Of a pendulum of L [m] with damping zeta, part of critical."""
     omega_0 = math.sqrt(G / L)
-    swing: ComplexArray = omega**2 / (omega_0**2 - omega**2 + 2.0j * zeta * omega_0 * omega) / L
-    return Answer(swing, None)
+    swing = omega**2 / (omega_0**2 - omega**2 + 2.0j * zeta * omega_0 * omega) / L
+    return Answer(np.asarray(swing, dtype=np.complex128), None)
 
 
 def answers(plan: LiftPlan, phase: Phase, z: Sequence[float], omega: FloatArray) -> Sequence[Answer]:
@@ -86,11 +86,11 @@ def chain_at(plan: LiftPlan, phase: Phase, z: float) -> Chain:
     below = plan.rigging.height + 0.5 * plan.payload.height
     c = np.zeros(PIECES + 1)
     current = plan.environment.current
-    if current is not None and still.wet > 0.0:
+    if current is not None and covered:
         h_tip = plan.tip_of(phase).z or plan.h_tip
         line = wire_line(plan, phase, z)
         U = np.linalg.norm(current.velocity(np.append(h_tip - s, line.z_load)), axis=-1)
-        c = U * np.append(line.B * share, line.B_load * covered)
+        c = U * np.append(line.B * share, line.B_load)
     zeta = SWING_DAMPING if plan.load_chart is None else plan.load_chart.swing_damping
     T_sling = still.F_hook - crane.hook_mass * G
     return Chain(np.append(m, load), np.append(T, T_sling), np.append(np.full(PIECES, l), below), c, zeta)
