@@ -32,6 +32,7 @@ from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import toml_text
+from stillhook.plan.definition.capacities import flow_notes
 from stillhook.plan.definition.holds import Holds, holds_off, with_holds
 from stillhook.plan.definition.lift_plan import (
     Environment,
@@ -257,7 +258,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_cases(plan),
         *_doubts(plan),
-        *(flow.describe() for flow in (file.environment.current, file.environment.wind) if flow is not None),
+        *flow_notes(plan),
         *(() if chart is None else chart.notes(phases, file.environment.current, file.environment.wind)),
     )
     plan = replace(plan, notes=notes)

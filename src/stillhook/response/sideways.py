@@ -80,7 +80,8 @@ def wire_shape(line: Line, velocity: Velocity) -> WireShape | None:
               \mathbf u_n = \mathbf u - (\mathbf u\cdot\mathbf t)\,\mathbf t, \quad
               \mathbf T_0 = (-\mathbf F_D, F_{hook})
 
-    Drag of the velocity across the wire (DNV-RP-C205 section 6, cross-flow principle). velocity: (n, 2) at heights.
+    Drag of the velocity across the wire: cross-flow principle, as in DNV-RP-C205 (not compared with the printed text).
+    velocity: (n, 2) at heights.
     """
     z = np.union1d(np.linspace(line.z, line.h_tip, STEPS + 1), [0.0] if line.z < 0.0 < line.h_tip else [])
     at_load = velocity(np.array([line.z_load]))[0]

@@ -19,12 +19,12 @@ from stillhook.base.arrays import FloatArray
 from stillhook.tables.table import Number, Spec
 
 RHO_AIR = 1.226
-"""Density of air at 15 deg C [kg/m^3]. Source: DNV-RP-C205; check against your edition."""
+"""Density of air at 15 deg C [kg/m^3]. Source: DNV-RP-C205, not compared with the printed text."""
 T_MEAN, H_MEAN = 600.0, 10.0
 """Averaging time [s] and height [m] of the mean wind speed."""
 GUST = 0.047
 """Growth of the wind speed, part of the mean at 10 m, per natural logarithm by which it is averaged over less time.
-Source: DNV-RP-C205 (2.3.2.12 of the edition 2010); check against your edition."""
+Source: DNV-RP-C205, not compared with the printed text."""
 
 
 def _several(value: object) -> object:
@@ -114,7 +114,7 @@ class Wind(Spec):
 
         .. math:: U = U_{10}\left[(z/10)^\alpha - 0.047 \ln(T/600)\right]
 
-        Source: DNV-RP-C205, power law and its change with averaging time; check against your edition.
+        Source: DNV-RP-C205, power law and its change with averaging time, not compared with the printed text.
         """
         return self.speed * (math.pow(max(z, 1.0) / H_MEAN, self.exponent) - GUST * math.log(T / T_MEAN))
 

@@ -245,8 +245,8 @@ WIND = (
 )
 PENDULUM = (
     "Peak periods of the table are {low} to {high}; a period counts as in the waves from 0.6 of the lowest to 1.3 of"
-    " the highest, unless its mode is damped by 0.7 of critical or more. Payload per tip is the largest sideways motion of"
-    " the payload over that of the tip in that range."
+    " the highest, unless its mode is damped by 0.7 of critical or more. Payload per tip is the largest sideways motion"
+    " of the payload over that of the tip in that range."
 )
 CHART = (
     "At rest: heel, trim, and wind or current. In the lowest and highest Hs of the table [deg]: worst heading and"

@@ -157,6 +157,24 @@ def in_current(plan: LiftPlan, phase: Phase, z: float) -> WireShape:
     return shape
 
 
+def flow_notes(plan: LiftPlan) -> tuple[str, ...]:
+    """Current and wind of a plan in words. Errors: PlanError for a current that is not known down to the seabed, or too
+    strong for a wire."""
+    current, wind = plan.environment.current, plan.environment.wind
+    if current is not None:
+        if len(current.depth) > 1 and current.depth[-1] < plan.depth * (1.0 - 1e-9):
+            end, bottom = show(current.depth[-1], "length"), show(plan.depth, "length")
+            raise PlanError(
+                f"environment.current.depth: the profile ends at {end}, the seabed is at {bottom}. Give the speed"
+                " there."
+            )
+        for case in (plan, plan.low or plan):
+            for phase in plan.phases:
+                for z in along(phase) if phase.kind in UNDER_WATER else ():
+                    in_current(case, phase, z)
+    return tuple(flow.describe() for flow in (current, wind) if flow is not None)
+
+
 def wind_lead(plan: LiftPlan, phase: Phase, z: float, *, gust: bool = True) -> FloatArray:
     """Angle of the wire (2,) [rad] in the plan's wind, towards the load, underside at z [m]: at rest in the mean, or
     the largest of the swing in a gust."""

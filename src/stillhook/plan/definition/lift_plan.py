@@ -407,19 +407,13 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
 
 
 def check_wire(plan: LiftPlan) -> None:
-    """The crane may carry the payload, and has wire for the deepest phase; the current is known down to the seabed."""
+    """The crane may carry the payload, and has wire for the deepest phase."""
     deepest = min(plan.phases, key=lambda phase: min(phase.z_start or 0.0, phase.z_end or 0.0))
     z = max(min(deepest.z_start or 0.0, deepest.z_end or 0.0), -plan.depth + CLOSE)
     try:
         check_lift(plan.crane, plan.hanging(z))
     except LiftError as e:
         raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None
-    profile = () if plan.environment.current is None else plan.environment.current.depth
-    if len(profile) > 1 and profile[-1] < plan.depth * (1.0 - 1e-9):
-        end, bottom = show(profile[-1], "length"), show(plan.depth, "length")
-        raise PlanError(
-            f"environment.current.depth: the profile ends at {end}, the seabed is at {bottom}. Give the speed there."
-        )
 
 
 def described(phase: Phase) -> dict[str, Any]:
