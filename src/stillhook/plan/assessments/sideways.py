@@ -70,10 +70,11 @@ def _in_current(plan: LiftPlan, light: LiftPlan, phase: Phase, z: float) -> dict
     assert current is not None
     line, F = wire_line(light, phase, z), in_current(plan, phase, z).tension
     capacity = CAPACITIES["SWL_tip"].find(plan, phase, Alternative.NONE)
+    U, v = float(np.linalg.norm(current.velocity(line.z_load))), phase.speed or 0.0
     return {
         "phase": phase.name,
         "z": z,
-        "speed": float(np.linalg.norm(current.velocity(line.z_load))),
+        "speed": U,
         "offset": shape.offset.tolist(),
         "way": float(np.hypot(*shape.xy.T).max()),
         "extra": shape.extra,
@@ -83,6 +84,7 @@ def _in_current(plan: LiftPlan, light: LiftPlan, phase: Phase, z: float) -> dict
         "F_tip": F,
         "more": F / at_rest(plan, phase, z).F_tip - 1.0,
         "used": None if capacity is None else F / capacity.value,
+        "F_vertical": plan.payload.drag(plan.rho) * v * (math.hypot(U, v) - v),
     }
 
 
@@ -162,7 +164,11 @@ def _wire(current: Mapping[str, Any]) -> list[Part]:
         ]
         for row in current["rows"]
     ]
-    return [Text(f"{_begin(current['text'])}. {CURRENT}"), Table(head, rows, "The wire at rest in the current")]
+    more = max((row["F_vertical"] for row in current["rows"]), default=0.0) / 1e3
+    return [
+        Text(f"{_begin(current['text'])}. {CURRENT.format(more=more)}"),
+        Table(head, rows, "The wire at rest in the current"),
+    ]
 
 
 def _wind(wind: Mapping[str, Any]) -> list[Part]:
@@ -237,7 +243,8 @@ def _begin(text: str) -> str:
 LOW = "Angles and offsets are those of the low weight case, tensions of the high one."
 CURRENT = (
     "Drag of the velocity across the wire and on the side of the payload; bending, stretch and vortex shedding are left"
-    " out. The twin's vertical drag on the payload does not count the current: it would damp the vertical motion."
+    " out. No tier counts the current in the vertical drag of the payload: it adds damping, and a drag along the wire"
+    " of at most {more:.1f} kN at the planned speeds."
 )
 WIND = (
     "Steady mean and the largest swing of an undamped pendulum in a gust of any length that begins and ends at once;"
