@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import xarray
 from blocks import Blocks
-from trials.ringing import Ringing, ringing
 
 from stillhook import Scenario, Sine, load_crane, metrics, simulate
 from stillhook.analysis.loop_stability.stability import eigenfrequency
@@ -17,6 +16,7 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Sum
 from stillhook.spec.crane import Crane, wire_capacity
 from stillhook.spec.scenario import Operator
+from stillhook.thesis.ringing import Ringing, ringing
 from stillhook.units import from_display, in_display
 
 CC, BAR = from_display(1.0, "displacement"), from_display(1.0, "pressure")
