@@ -74,6 +74,8 @@ SLOWEST_SAMPLING = 0.5
 """Largest product of natural frequency and sampling time [-]: above, a log does not show the response."""
 LATE = 0.005
 """Residual without the dead time that is reported, of full displacement [-]."""
+LEAST_PLAY = 0.002
+"""Half width of the hysteresis from which its form is of weight [-]."""
 CALM = 0.02
 """Offset and hysteresis below which a motor's control counts as closed-loop [-]."""
 
@@ -243,9 +245,20 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
         f" {twin.values.zeta:.3g}, residual {percent_fixed(twin.rms, 2)} of full displacement"
         f" ({percent_fixed(fit.rms, 2)} with both)"
     )
+    late = estimates["dead_time"]
+    if late.low > 0.0:
+        notes.append(
+            f"dead time {1e3 * late.value:.3g} ms: no key of a crane file carries it; the crane file's omega_n and"
+            " zeta are those of the fit without it"
+        )
     if twin.rms > max(1.5 * fit.rms, LATE):
         notes.append(
             "the dead time is not small against the response: the twin's control reacts too early and then slower"
+        )
+    if estimates["half_width"].low > LEAST_PLAY:
+        notes.append(
+            "hysteresis is taken as play in front of the plate: as dry friction of the plate it raises omega_n, zeta"
+            " and dead_time by up to a tenth, beyond their intervals"
         )
     changes, more = _changes(log.unit, settings, twin, estimates)
     return Component(
