@@ -15,7 +15,7 @@ from closed_circuits import (
     reliefs,
     shaft_line,
 )
-from sheet import BLACK, LINES, Point, Sheet, Symbol
+from sheet import BLACK, LINES, Sheet, Symbol
 from symbols import (
     Accumulator,
     Block,
@@ -138,16 +138,14 @@ def secondary() -> Sheet:
     )
     y_h, y_l, right = 10.0, 1.0, 25.6
     y = 0.5 * (y_h + y_l)
-<<<<<<< HEAD
     sides = ("rail", "low side, its pressure is held")
     pumped(s, y_h, y_l, (right, y + 0.75), (right, y - 0.75), "alpha_rp f_pump Q_rp p_r p_lp", sides)
-=======
-    rail(s, y_h, y_l, [(right, y_h), (right, y + 0.75)], [(right, y_l), (right, y - 0.75)])
     s.add(secondary_unit(), (right, y))
     s.letter("alpha_s", (right + 1.3, y + 0.85))
     s.flow("D_s omega_m", (right + 0.25, y_h - 1.2), "down", kind="a")
     shaft_line(s, right + 0.75, y, 29.8)
     load_path(s, 31.2, y - 1.7, y_h)
+    passive_lines(s, y_h, y_l, relief="Q_relief", low="")
     return s
 
 
@@ -161,8 +159,9 @@ def digital() -> Sheet:
     y_h, y_l, y, first, apart = 10.0, 1.0, 3.2, 26.6, 4.2
     low, valve, mid = y_h - 1.2, y_h - 2.1, y + 2.77
     last = first + apart
-    low_side = [(first - 2.6, y_l), (first - 2.6, low), (last + 0.95, low), (last + 0.95, valve + 0.25)]
-    rail(s, y_h, y_l, [(last - 0.95, y_h), (last - 0.95, valve + 0.25)], low_side)
+    sides = ("rail", "low side, its pressure is held")
+    pumped(s, y_h, y_l, (last - 0.95, valve + 0.25), (first - 2.6, low), "alpha_rp f_pump Q_rp p_r p_lp", sides)
+    s.pipe("b", (first - 2.6, low), (last + 0.95, low), (last + 0.95, valve + 0.25))
     s.shaft((first - 1.2, y), (last + 1.8, y))
     for x, throw in ((first, 0.12), (last, -0.12)):
         for side, kind in ((-0.95, "a"), (0.95, "b")):
@@ -189,28 +188,8 @@ def digital() -> Sheet:
     s.note("one unit: cylinders evenly on its shaft, two drawn", (first - 2.2, y - 1.25), "start")
     shaft_line(s, last + 1.8, y, last + 5.2)
     load_path(s, last + 6.6, y - 1.7, y_h)
-    return s
-
-
-def rail(s: Sheet, y_h: float, y_l: float, to_high: list[Point], to_low: list[Point]) -> None:
-    """Pumps on a rail at height y_h, its low side at y_l, what is on both, and the ways on to the units."""
-    y = 0.5 * (y_h + y_l)
-    s.add(pump(), (2.6, y))
-    s.add(PrimeMover(), (0.4, y))
-    s.shaft((1.0, y), (1.85, y))
-    s.turning("omega_p", (1.42, y))
-    s.letter("P_hpu", (0.4, y - 1.0))
-    s.letter("alpha_rp", (4.0, y + 0.85))
-    s.letter("f_pump", (3.75, y - 0.75))
-    s.pipe("a", (2.6, y + 0.75), (2.6, y_h), *to_high)
-    s.pipe("b", (2.6, y - 0.75), (2.6, y_l), *to_low)
-    s.flow("Q_rp", (2.35, y_h - 1.2), "up", "left", "a")
-    s.letter("p_r", (9.4, y_h + 0.35), "end", LINES["a"]["color"])
-    s.note("rail", (9.6, y_h + 0.35), "start")
-    s.letter("p_lp", (9.4, y_l - 0.38), "end", LINES["b"]["color"])
-    s.note("low side, its pressure is held", (9.6, y_l - 0.38), "start")
->>>>>>> h2-figures
     passive_lines(s, y_h, y_l, relief="Q_relief", low="")
+    return s
 
 
 def electric() -> Sheet:
