@@ -92,6 +92,15 @@ def test_a_current_has_leads_judged_under_water_and_lowers_their_limit(tmp_path)
     assert (limits_in(strong, demand).Hs["off-lead"] == 0.0).all()  # in every sea state, calm included
 
 
+def test_in_still_water_the_wire_hangs_as_that_of_a_plan_without_a_current(tmp_path):
+    of = lift(tmp_path, CURRENT.replace("1.0 m/s", "0 m/s").replace("0.2 m/s", "0 m/s"))
+    for phase in (of.phase("down"), of.phase("landing")):
+        shape = in_current(of, phase, phase.z_end)
+        assert shape.tension == pytest.approx(at_rest(of, phase, phase.z_end).F_tip, rel=1e-12)
+        assert shape.extra == pytest.approx(0.0, abs=1e-9)
+        assert not shape.lead().any()
+
+
 def test_without_either_nothing_of_a_plan_changes(tmp_path):
     bare = lift(tmp_path, "")
     assert "current" not in bare.environment.inputs()

@@ -131,9 +131,8 @@ def wire_line(plan: LiftPlan, phase: Phase, z: float) -> Line:
     assert current is not None
     h_tip, w = plan.tip_of(phase).z or plan.h_tip, wire.mass_per_length * G
     _, steel = wire_strength(plan.crane)
-    hook = h_tip - (still.s_w + still.stretch - still.F_tip * wire.L_0 / wire_strength(plan.crane)[0])
     return Line(
-        z=hook,
+        z=h_tip - still.s_w - still.stretch,
         h_tip=h_tip,
         F_hook=still.F_hook,
         w=w - plan.rho * steel * G,

@@ -69,8 +69,8 @@ def chain_at(plan: LiftPlan, phase: Phase, z: float) -> Chain:
     """Wire, hook and payload with the underside at z [m]: added mass and drag of the current across its direction of
     what is under water; half of that along it."""
     crane, still, rho = plan.crane, at_rest(plan, phase, z), plan.rho
-    EA, steel = wire_strength(crane)
-    length = still.s_w + still.stretch - still.F_tip * crane.wire.L_0 / EA
+    _, steel = wire_strength(crane)
+    length = still.s_w + still.stretch
     l = length / PIECES
     s = l * np.arange(1, PIECES + 1)  # nodes from the tip down, the last is the hook
     dry = length - still.wet
