@@ -109,14 +109,14 @@ def gain_limits() -> Drawing:
 BLOCKS = {
     "tip": (0.0, 2.0, "crane tip\nv_tip, a_tip"),
     "feedforward": (2.6, 2.0, "feedforward\n−(K_1 v + K_2 a) K_wire α_m"),
-    "sum": (4.9, 2.0, "+"),
-    "pumps": (6.4, 2.0, "pumps\nwith swash servo"),
-    "winch": (8.8, 2.0, "circuit, motors,\nwinch, wire"),
+    "sum": (5.3, 2.0, "+"),
+    "pumps": (7.2, 2.0, "pumps\nwith swash servo"),
+    "winch": (9.7, 2.0, "circuit, motors,\nwinch, wire"),
     "least": (2.6, 0.0, "least displacement\nmax(absMin, calcMin(F))"),
-    "reduction": (4.9, 0.0, "reduction\n1 − k_red (1 − α_min)"),
-    "motors": (7.2, 0.0, "motors\nwith swash servo"),
+    "reduction": (5.3, 0.0, "reduction\n1 − k_red (1 − α_min)"),
+    "motors": (7.9, 0.0, "motors\nwith swash servo"),
     "error": (2.6, 3.8, "control error\ne = ∫ (v_tip + v_w) dt"),
-    "gain": (4.9, 3.8, "−K_p"),
+    "gain": (5.3, 3.8, "−K_p"),
 }
 """Blocks of the controller: place and text."""
 ARROWS = (
@@ -146,7 +146,7 @@ def _diagram() -> Figure:
         ax.annotate("", (x_2, y_2), (x_1, y_1), arrowprops=style | {"connectionstyle": f"arc3,rad={bend}"})
         x, y = 0.5 * (x_1 + x_2) + 0.5 * bend * (y_2 - y_1), 0.5 * (y_1 + y_2) - 0.5 * bend * (x_2 - x_1)
         ax.text(x, y, text, fontsize=9, ha="center", va="bottom", bbox={"facecolor": "white", "lw": 0, "pad": 1.0})
-    ax.set(xlim=(-1.2, 10.2), ylim=(-0.8, 5.0))
+    ax.set(xlim=(-1.2, 11.0), ylim=(-0.8, 5.0))
     ax.axis("off")
     return figure
 

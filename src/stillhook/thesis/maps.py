@@ -104,9 +104,13 @@ def profile() -> Drawing:
     """The tip's velocity of a cell of the map (E6)."""
     cells = cells_of(CRANE, ("ssc",))
     t = np.arange(0.0, 30.0, 0.05)
-    curve = Curve("highest speed of the map", t, cells.cases[-1].tip.sample(t)[1])
+    curve = Curve("", t, cells.cases[-1].tip.sample(t)[1])
     note = "Ours: a sine of 12 s; the profile itself is not printed."
-    return Drawing("Tip velocity", [Panel(Axis("time", "time"), Axis("tip velocity", "speed"), [curve])], note=note)
+    return Drawing(
+        "Tip velocity, highest speed of the map",
+        [Panel(Axis("time", "time"), Axis("tip velocity", "speed"), [curve])],
+        note=note,
+    )
 
 
 def settling_test() -> Drawing:
@@ -118,7 +122,8 @@ def settling_test() -> Drawing:
     start = float(run["time"][moved[-1]]) - 3.0
     panel = over_time({"SSC": run}, ("v_w",), start, start + 10.0)
     t, end = panel.curves[0].x, v + dv
-    band = [Curve("2 % of the step", t, np.full_like(t, end + k * 0.02 * dv), "--") for k in (1.0, -1.0)]
+    sides = {"2 % of the step, above": 1.0, "2 % of the step, below": -1.0}
+    band = [Curve(side, t, np.full_like(t, end + k * 0.02 * dv), "--") for side, k in sides.items()]
     wanted = Curve("commanded", t, run.sel(time=slice(start, start + 10.0))["v_op"].values, ":")
     return Drawing(
         f"Step of {in_display(dv, 'speed'):.0f} m/min at {in_display(v, 'speed'):.0f} m/min, 150 t",

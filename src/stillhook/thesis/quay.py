@@ -176,7 +176,7 @@ def motor_steps() -> Drawing:
     lead = reduction_lead(CRANE, 110.0 / 60.0, 6.0)
     return Drawing(
         "Motors of nov-250t at standstill, open loop with feedback: steps of the command",
-        [_command("at standstill, steps of the command", *stroke(changed(CRANE, OPEN_LOOP), STEPS, HOLD))],
+        [_command("", *stroke(changed(CRANE, OPEN_LOOP), STEPS, HOLD))],
         printed=(
             Printed("offset of the displacement", "5 to 10 %", f"{100.0 * least:.1f} to {100.0 * most:.1f} %"),
             Printed("change within a second", "sufficient", f"{100.0 * done_in_a_second():.0f} % of it"),
