@@ -33,7 +33,7 @@ def thesis(
 
     Example: stillhook thesis E19 e19
     """
-    from stillhook.thesis.gallery import Drawing, drawing, item
+    from stillhook.thesis.gallery import drawing, item
 
     if number is None:
         _list(json)
@@ -44,7 +44,7 @@ def thesis(
     elif one.state != "no data" and not json:
         _nothing(one)
         return
-    _show(one, drawing(number) if one.function else Drawing(""), out, json=json)
+    _show(one, drawing(number) if one.function else None, out, json=json)
 
 
 def _nothing(one: Item) -> None:
@@ -69,35 +69,49 @@ def _list(json: bool) -> None:
     present(answer, lambda: print_table(head, cells, left=4), brief=brief, json=json)
 
 
-def _show(one: Item, drawn: Drawing, out: Path | None, *, json: bool) -> None:
-    tables = drawn.data()
-    answer: dict[str, Any] = {**one._asdict(), "title": drawn.title, "printed": [p._asdict() for p in drawn.printed]}
-    answer |= {"note": drawn.note, "data": {name: table._asdict() for name, table in tables.items()}}
-    head, cells = ("", "printed", "ours"), [list(p) for p in drawn.printed]
-    tails = [f"Not given by the thesis: {one.missing}."] * bool(one.missing) + [drawn.note] * bool(drawn.note)
-    listed = [] if drawn.pictured else [(t.head, [list(map(str, row)) for row in t.rows]) for t in tables.values()]
+def _show(one: Item, drawn: Drawing | None, out: Path | None, *, json: bool) -> None:
+    answer: dict[str, Any] = {**one._asdict(), "title": "", "printed": [], "note": "", "data": {}}
+    if drawn is not None:
+        tables = drawn.data()
+        data = {name: {"head": list(t.head), "rows": [list(r) for r in t.rows]} for name, t in tables.items()}
+        rows = [p._asdict() for p in drawn.printed]
+        answer |= {"title": drawn.title, "printed": rows, "note": drawn.note, "data": data}
+    head, cells = ("", "printed", "ours"), [list(p) for p in drawn.printed] if drawn else []
+    tails = [f"Not given by the thesis: {one.missing}."] if one.missing else []
+    tails += [drawn.note] if drawn and drawn.note else []
 
     def brief() -> Answer:
-        lines = [drawn.title] * bool(one.function)
-        if cells:
-            lines += columns(head, cells, left=(0, 1, 2))
-        for heads, rows in [] if cells else listed:
-            lines += columns(heads, rows, left=range(len(heads)), most=MOST_LINES - 4)
-        step = f"stillhook thesis {one.number} OUT" if one.function and out is None else ""
-        return Answer(f"{one.number}: {one.caption}", [*lines, *tails], step)
+        lines = [drawn.title] if drawn else []
+        lines += columns(head, cells, left=(0, 1, 2)) if cells else _first(drawn)
+        lines += tails
+        step = f"stillhook thesis {one.number} OUT" if drawn and out is None else ""
+        return Answer(f"{one.number}: {one.caption}", lines, step)
 
     def in_full() -> None:
         print(f"{one.number}: {one.caption}")
-        for heads, rows in listed:
-            print_table(list(heads), rows, left=len(heads))
+        for table in drawn.data().values() if drawn and not drawn.pictured else ():
+            print_table(list(table.head), [list(map(str, row)) for row in table.rows], left=len(table.head))
         if cells:
             print_table(list(head), cells, left=3)
         print(*tails, sep="\n")
 
     files: dict[str, Any] | None = None
-    if one.function:
-        files = {f"{name}.csv": table.csv() for name, table in tables.items()}
+    if drawn is not None:
+        files = {f"{name}.csv": table.csv() for name, table in drawn.data().items()}
         files |= {f"{one.number}.svg": drawn.svg} if drawn.svg else {}
         files["summary.json"] = {k: v for k, v in answer.items() if k != "data"}
-    pictures = (lambda: {f"{one.number}.png": drawn.figure()}) if drawn.pictured else None
+    pictures = (lambda: {f"{one.number}.png": drawn.figure()}) if drawn and drawn.pictured else None
     present(answer, in_full, out, files, brief=brief, json=json, pictures=pictures)
+
+
+def _first(drawn: Drawing | None) -> list[str]:
+    """The first rows of an item that is a table."""
+    if drawn is None or drawn.pictured:
+        return []
+    return [
+        line
+        for table in drawn.tables.values()
+        for line in columns(
+            table.head, [list(map(str, r)) for r in table.rows], left=range(len(table.head)), most=MOST_LINES - 4
+        )
+    ]
