@@ -21,13 +21,14 @@ from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.words import parse_motion
 from stillhook.sea.vessel.motion_unit import MotionUnit
-from stillhook.sea.vessel.vessel_tip import SIZES, VesselTip
+from stillhook.sea.vessel.vessel_tip import ANGLES, SIZES, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Share, Spec, Text, first_problem
 from stillhook.units import Length, Speed, quote
 
 Read = TypeVar("Read")
+Checked = TypeVar("Checked", bound=Spec)
 FASTEST = 10.0
 """Wire speed that a drive may be sized for at most [m/s]: some five times that of fast winches."""
 _ADDRESS = re.compile(r"\S+:[0-9]+|inproc://\S+")
@@ -220,7 +221,8 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     if isinstance(tip, str):
         return parse_motion(tip, "tip")
     if isinstance(tip, dict) and set(tip) == {"profile"}:
-        return Profile(_pairs(tip["profile"]))
+        pairs = 'give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].'
+        return Profile(_rows(tip["profile"], 2, f"tip.profile: {pairs}"))
     if isinstance(tip, dict) and "boom" in tip:
         return _vessel_tip(tip, folder)
     if not isinstance(tip, dict) or "file" not in tip:
@@ -228,10 +230,7 @@ def read_tip(tip: Any, folder: Path) -> Motion:
             'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] } or { boom = ...,'
             ' roll = ... }, or a velocity profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
-    try:
-        source = TipFile.model_validate(tip)
-    except ValidationError as e:
-        raise ScenarioError(first_problem(e, TipFile, tip, "tip").line) from None
+    source = _checked(TipFile, tip, "tip")
     options = {key: value for key, value in tip.items() if key != "file"}
     stored = stored_motion(folder / source.file)
     if stored is not None:
@@ -239,25 +238,34 @@ def read_tip(tip: Any, folder: Path) -> Motion:
             key = next(iter(options))
             raise ScenarioError(f"tip.{key}: {source.file} holds a tip's motion and takes no options. Leave it out.")
         return stored
-    position, mapping = options.pop("position", None), options.pop("mapping", None)
-    rows = corrections(None if mapping is None else folder / mapping) | dict(options.pop("columns", {}))
-    return read_tip_motion(
-        folder / source.file, tip=tuple(position) if isinstance(position, list) else position, columns=rows, **options
-    )
+    position = tuple(source.position) if isinstance(source.position, list) else source.position
+    options = {key: value for key, value in options.items() if key not in ("position", "mapping", "columns")}
+    return read_tip_motion(folder / source.file, tip=position, columns=_columns(source, folder), **options)
+
+
+def _checked(model: type[Checked], data: Any, where: str) -> Checked:
+    """A table of the file. Errors: ScenarioError of one line."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as e:
+        raise ScenarioError(first_problem(e, model, data, where).line) from None
+
+
+def _columns(table: TipFile | VesselTable, folder: Path) -> dict[str, Any]:
+    """Columns of a log, those of the table before those of its mapping file."""
+    return corrections(None if table.mapping is None else folder / table.mapping) | dict(table.columns)
 
 
 def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
     """Motion of a tip from that of the vessel."""
-    try:
-        table = VesselTable.model_validate(tip)
-    except ValidationError as e:
-        raise ScenarioError(first_problem(e, VesselTable, tip, "tip").line) from None
-    try:
-        UnitTable.model_validate(table.unit)
-    except ValidationError as e:
-        raise ScenarioError(first_problem(e, UnitTable, table.unit, "tip.unit").line) from None
+    table = _checked(VesselTable, tip, "tip")
+    _checked(UnitTable, table.unit, "tip.unit")
     unit = MotionUnit(**table.unit)
-    moves: dict[str, Any] = {name: _rows(name, tip[name]) for name in ("slew", "luff", "fold") if name in tip}
+    moves: dict[str, Any] = {
+        name: _rows(tip[name], 3, f"tip.{name}: give rows of first time, last time and angle reached, such as {MOVES}.")
+        for name in ANGLES
+        if name in tip
+    }
     motions = {name: tip[name] for name in SIZES if name in tip}
     log = {name: tip[name] for name in ("time", "max_gap", "start", "duration") if name in tip}
     if table.file is None:
@@ -272,25 +280,18 @@ def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
     sign = motions.pop("heave", None)
     if motions:
         raise ScenarioError(f"tip.{next(iter(motions))}: {table.file} holds the motion of the vessel. Leave it out.")
-    rows = corrections(None if table.mapping is None else folder / table.mapping) | dict(table.columns)
-    ship = read_ship_motion(folder / table.file, heave=sign, columns=rows, **log)
+    ship = read_ship_motion(folder / table.file, heave=sign, columns=_columns(table, folder), **log)
     return VesselTip.from_log(ship, table.boom, **moves, unit=unit)
 
 
 EXAMPLES = {"length": '"sine 1 m 14 s"', "angle": '"sine 2 deg 12 s"'}
 
 
-def _rows(name: str, rows: Any) -> list[tuple[str, str, str]]:
-    if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 3 for row in rows):
-        raise ScenarioError(
-            f'tip.{name}: give rows of first time, last time and angle reached, such as [["30 s", "90 s", "180 deg"]].'
-        )
-    return [(row[0], row[1], row[2]) for row in rows]
+MOVES = '[["30 s", "90 s", "180 deg"]]'
 
 
-def _pairs(rows: Any) -> list[tuple[str, str]]:
-    if not isinstance(rows, list) or not all(isinstance(r, list) and len(r) == 2 for r in rows):
-        raise ScenarioError(
-            'tip.profile: give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].'
-        )
-    return [(r[0], r[1]) for r in rows]
+def _rows(rows: Any, n: int, refusal: str) -> Any:
+    """Rows of n entries each. Errors: ScenarioError of this line."""
+    if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == n for row in rows):
+        raise ScenarioError(refusal)
+    return [tuple(row) for row in rows]

@@ -15,7 +15,7 @@ from stillhook.errors import LogError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, read_columns
 from stillhook.identify.motor.map import SETTINGS as MOTOR_SETTINGS
-from stillhook.identify.motor.map import SYNTHETIC, in_range
+from stillhook.identify.motor.map import SYNTHETIC, in_range, without
 from stillhook.units import quote, show
 
 FEWEST_ROWS = 3
@@ -91,14 +91,9 @@ def read_leaks(
     D, omega = values["D_m"], np.abs(values["omega_m"])
     leak, dp = _leak(table, unit, notes)
     case = values.get("Q_case")
-    keep = np.isfinite(D + omega + leak + (0.0 if dp is None else dp))
-    reasons = {"an empty cell": ~keep, "standstill": omega == 0.0, "a negative leak": leak < 0.0}
-    reasons["no pressure"] = np.zeros(len(D), dtype=bool) if dp is None else dp <= 0.0
-    keep = ~np.any(list(reasons.values()), axis=0)
-    for reason, bad in reasons.items():
-        if bad.any():
-            rows = f"row {table.numbers[int(np.argmax(bad))]}{', ...' if bad.sum() > 1 else ''}"
-            notes.append(f"{int(bad.sum())} rows left out for {reason} ({rows})")
+    empty = ~np.isfinite(D + omega + leak + (0.0 if dp is None else dp))
+    reasons = [(empty, "an empty cell"), (omega == 0.0, "standstill"), (leak < 0.0, "a negative leak")]
+    keep = without(table, reasons if dp is None else [*reasons, (dp <= 0.0, "no pressure")], notes)
     if keep.sum() < max(FEWEST_ROWS, MOST_LEFT_OUT * len(keep)):
         why = f" ({notes[-1]})" if not keep.all() and notes else ""
         raise LogError(

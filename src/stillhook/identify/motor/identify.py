@@ -280,6 +280,10 @@ def avoid(s: Statement, threshold: float) -> str:
     )
 
 
+OF_CARD = ("title", "author", "year", "equation", "validity", "sees_displacement")
+"""What a model's card says of it in the numbers of a result."""
+
+
 def to_dict(result: MotorLoss) -> dict[str, Any]:
     """Everything in SI, ready for JSON."""
     m, r = result.map, result.ranking
@@ -310,21 +314,11 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "models": [
             {
                 "model": x.model.value,
-                "title": x.fit.card.title,
-                "author": x.fit.card.author,
-                "year": x.fit.card.year,
-                "equation": x.fit.card.equation,
-                "validity": x.fit.card.validity,
-                "sees_displacement": x.fit.card.sees_displacement,
-                "eligible": x.eligible,
-                "reason": x.reason,
-                "cv": x.cv,
+                **{name: getattr(x.fit.card, name) for name in OF_CARD},
+                **{name: getattr(x, name) for name in ("eligible", "reason", "cv")},
                 "cv_by_axis": dict(x.cv_by_axis),
                 "normalised_fixed": None if x.fixed is None else x.fixed.normalised,
-                "normalised": x.fit.normalised,
-                "rms": x.fit.rms,
-                "rms_share": x.fit.rms_share,
-                "aicc": x.fit.aicc,
+                **{name: getattr(x.fit, name) for name in ("normalised", "rms", "rms_share", "aicc")},
                 "at_bound": list(x.fit.at_bound),
                 "confounded": [list(g) for g in x.fit.confounded],
                 "parameters": {

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -282,7 +282,6 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
 
 def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
     """Rows that hold a loss of a running, driving motor; why the others are left out is added to the notes."""
-    keep = np.ones(len(loss), dtype=bool)
     D, n, dp = (table.values[w.name] for w in SETTINGS)
     reasons = [
         (~np.isfinite(D + n + dp + loss), "an empty cell"),
@@ -296,18 +295,24 @@ def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
             (eta > 1.0, "an efficiency above 100 %"),
             (eta <= 0.0, "an efficiency of 0 or below"),
         ]
-    reasons.append((loss < 0.0, "a negative loss"))
+    keep = without(table, [*reasons, (loss < 0.0, "a negative loss")], notes)
+    if keep.sum() < (1.0 - MAX_EXCLUDED) * len(keep):
+        raise LogError(
+            f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {notes[-1]}. Check columns and"
+            " units."
+        )
+    return keep
+
+
+def without(table: Columns, reasons: Sequence[tuple[BoolArray, str]], notes: list[str]) -> BoolArray:
+    """Rows to which none of these reasons applies; how many each takes away is added to the notes."""
+    keep = np.ones(len(reasons[0][0]), dtype=bool)
     for bad, reason in reasons:
         new = bad & keep
         if new.any():
             at = ", ".join(str(table.numbers[i]) for i in np.flatnonzero(new)[:3])
             notes.append(f"{int(new.sum())} rows left out for {reason} (row {at}{', ...' if new.sum() > 3 else ''})")
             keep &= ~bad
-    if keep.sum() < (1.0 - MAX_EXCLUDED) * len(keep):
-        raise LogError(
-            f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {notes[-1]}. Check columns and"
-            " units."
-        )
     return keep
 
 
