@@ -161,6 +161,8 @@ def _depth(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None
     ax.plot(t, z, color=STEEL, lw=1.2, label="underside of the payload")
     if z.min() < -0.9 * lift.depth:
         ax.axhline(-lift.depth, color=SEABED, lw=2, label="seabed")
+    if "z_deck" in run:
+        ax.plot(t, run["z_deck"].values, color=SEABED, lw=1.0, label="deck")
     kit.axis(ax, y="height above\nstill water [m]")
 
 
