@@ -4,8 +4,9 @@ A page's script computes numbers. What is said of them is data: the claims of th
 shown, when it is reproduced), its sentences, rows of its tables where they are templates, and the variants that it
 tries stand in `claims/<script>.toml`; the head of a table stands in the page itself. Templates are as those of
 `format`, with expressions of the numbers that the script gives: `{lead:.2f} s`. Formats beside Python's: `%`, `.1%`
-or `+%` makes a part a percentage, `27 %`, `27.3 %` or `−27 %`; `;` or `|` at the end is for each of several values,
-which a comma or the next cell parts; `−` prints a minus as it is set; a unit may follow, `{x:.1f mm|}`.
+or `+%` makes a part a percentage, `27 %`, `27.3 %` or `−27 %`; `;`, `|` or `/` at the end is for each of several
+values, which a comma, the next cell or a slash parts; `−` prints a minus as it is set; a unit may follow, `{x:.1f
+mm|}`. A colon that is no format stands in brackets.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ FIGURES = HERE / "figures"
 CLAIMS = HERE / "claims"
 DPI = 90
 COLOURS = 64
-JOINTS = {";": ", ", "|": " | "}
+JOINTS = {";": ", ", "|": " | ", "/": " / "}
 CLAIM = ("claim", "theirs", "ours", "verdict")
 
 Rows = Iterable[Any]

@@ -154,16 +154,6 @@ def attribution() -> causes.Attribution:
     return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=evaluate)
 
 
-def variant(row: causes.Variant) -> tuple[object, ...]:
-    f = found(row)
-    return (
-        row.label,
-        *(f"{f[D].linear.period:.2f} / {f[D].ring.period:.2f}" for D in THEIRS),
-        seconds([f[D].thrown.decay for D in THEIRS], 1),
-        ", ".join(f"{100.0 * f[D].swing:.0f}" for D in THEIRS),
-    )
-
-
 def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = found(ROWS[0])
@@ -177,7 +167,7 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
         "constant": ({"inertia": inertia, "least": least, "line": line, "most": most}),
         "periods": periods(base),
         "effects": periods(base),
-        "sensitivity": [variant(r) for r in ROWS],
+        "sensitivity": [{"label": row.label, "f": found(row)} for row in ROWS],
     }
     return blocks, {D: f.run for D, f in base.items()}
 

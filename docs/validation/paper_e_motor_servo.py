@@ -12,7 +12,7 @@ import causes
 import numpy as np
 import xarray
 from batch import side_by_side
-from blocks import Blocks, percent, save
+from blocks import Blocks, save
 
 from stillhook import Crane
 from stillhook.analysis.steady.steady_state import reduction_lead
@@ -90,7 +90,6 @@ def attribution() -> causes.Attribution:
     """What the printed comparison depends on, both patterns read as amplitudes."""
     named = {"closed": CLOSED, "open": OPEN, "blind": BLIND}
     runs = {f"{name} {T:g}": (crane_of(v), pattern(A, T)) for name, v in named.items() for T, A in PATTERNS}
-
     return causes.attribute(runs, causes.figures(globals()), [v.alternative() for v in ROWS[1:]])
 
 
@@ -136,33 +135,13 @@ def _reading(amplitude: Sequence[bool], height: Sequence[bool]) -> str:
     }[all(amplitude), all(height)]
 
 
-def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
-    rows = []
-    for (label, T), both in runs.items():
-        for share, f in zip((1.0, HALF), both, strict=True):
-            name = f"{T:g} s, {share * dict(PATTERNS)[T]:g} m, {label}"
-            speeds, motors = (
-                (f"{f.v_tip:.0f}", f"{f.v_w:.0f}"),
-                (f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}"),
-            )
-            rows.append((name, *speeds, f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), *motors))
-    return sorted(rows, key=lambda r: [float(x.split()[0]) for x in str(r[0]).split(", ")[:2]], reverse=True)
-
-
-def variant(v: causes.Variant) -> tuple[object, ...]:
-    both = [found(v, T, A) for T, A in PATTERNS]
-    cells = (
-        (
-            f"{f.e_c_pp:.1f}",
-            percent(f.alpha_p),
-            percent(f.pumps_full),
-            f"{f.alpha_m:.2f}",
-            f"{f.bottom:.0f}",
-            f"{f.above:.0f}",
-        )
-        for f in both
-    )
-    return (v.label, *(" / ".join(pair) for pair in zip(*cells, strict=True)))
+def pattern_rows(runs: Readings) -> list[dict[str, Any]]:
+    rows = [
+        {"label": label, "T": T, "share": share, "f": f}
+        for (label, T), both in runs.items()
+        for share, f in zip((1.0, HALF), both, strict=True)
+    ]
+    return sorted(rows, key=lambda r: (r["T"], r["share"]), reverse=True)
 
 
 def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
@@ -170,13 +149,12 @@ def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
     runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in CONTROLS}
     limit = {v.label: followed(v, PATTERNS[0][0]) for v in CONTROLS}
     said = claims(runs, limit)
-    limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {
         "causes": causes.block(attribution()),
         "claims": said,
         "patterns": pattern_rows(runs),
-        "limits": limits,
-        "sensitivity": [variant(r) for r in ROWS],
+        "limits": [{"name": name, "x": x} for name, x in limit.items()],
+        "sensitivity": [{"label": r.label, "both": [found(r, T, A) for T, A in PATTERNS]} for r in ROWS],
     }
     shown = {(T, share): runs[OPEN.label, T][i].run for T, _ in PATTERNS for i, share in enumerate((1.0, HALF))}
     return blocks, shown

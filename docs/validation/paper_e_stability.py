@@ -8,7 +8,7 @@ from typing import Any
 
 import causes
 import numpy as np
-from blocks import Blocks, Rows, Table, save
+from blocks import Blocks, Rows, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -49,43 +49,24 @@ from stillhook.units import in_display
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
 SPEEDS = (0.0, 40.0, 60.0, 80.0, 100.0, 120.0)  # m/min
-POINTS = (
-    (0.0, 15.0, 1.0),
-    (0.0, 15.0, 10.0),
-    (0.0, 15.0, 60.0),
-    (100e3, 15.0, 1.0),
-    (100e3, 15.0, 5.0),
-    (100e3, 15.0, 20.0),
-    (100e3, 15.0, 60.0),
-    (100e3, 100.0, 5.0),
-    (100e3, 100.0, 60.0),
-    (100e3, 1000.0, 5.0),
-    (100e3, 1000.0, 60.0),
-)
+LOADED = ((15.0, (1.0, 5.0, 20.0, 60.0)), (100.0, (5.0, 60.0)), (1000.0, (5.0, 60.0)))
+POINTS = (*((0.0, 15.0, v) for v in (1.0, 10.0, 60.0)), *((100e3, s_w, v) for s_w, speeds in LOADED for v in speeds))
 """Load [kg], wire out [m], wire speed [m/min] of the comparison."""
 SLOW = (100e3, 15.0, 5.0)
 """Load, wire out and speed at which the limit is looked for in runs."""
 DAMPED = changed(CRANE, {"wire": causes.WIRE})
 """The crane with the wire's damping that paper C assumes."""
 SLOW_RUNS = (
-    (CRANE, "hs", 0.04),
-    (CRANE, "hs", 0.16),
-    (CRANE, "hs", 0.40),
-    (CRANE, "ssc", 0.16),
-    (CRANE, "ssc", 0.50),
-    (DAMPED, "hs", 0.16),
-    (DAMPED, "hs", 0.20),
-    (DAMPED, "hs", 0.35),
-    (DAMPED, "hs", 0.40),
-    (DAMPED, "ssc", 0.16),
-    (DAMPED, "ssc", 0.50),
+    *((CRANE, mode, K_p) for mode, gains in (("hs", (0.04, 0.16, 0.40)), ("ssc", (0.16, 0.50))) for K_p in gains),
+    *(
+        (DAMPED, mode, K_p)
+        for mode, gains in (("hs", (0.16, 0.20, 0.35, 0.40)), ("ssc", (0.16, 0.50)))
+        for K_p in gains
+    ),
 )
 """Crane, mode and K_p [1/m] of those runs: below and above the limit of HS."""
 DISPLACEMENTS = (1075, 860, 645, 215, 75, 40)
-
-
-def digits(x: float) -> str:
-    return f"{x:.6f}"
+NAMES = {"ssc": "SSC, least", "full": "SSC, at rest"}
 
 
 def or_swings(K_p: float) -> str:
@@ -101,34 +82,20 @@ def four_ways() -> Rows:
         by_routh = gain_limit_by_routh(*closed_loop_polynomial(CRANE, a))
         by_poles, (by_response, _) = gain_limit_by_poles(loop.closed_poles), gain_limit_of(loop)
         plc, _ = gain_limit_of(sampled(loop, CRANE.control.t_cycle, CRANE.control.computing))
-        rows.append(
-            (D, *(digits(v) for v in (closed.K_p_ms, by_routh, by_poles, by_response, plc)), f"{closed.omega_c:.3f}")
-        )
+        rows.append({**locals()})
     return rows
 
 
 def margin_rows() -> Rows:
-    rows = []
-    for mode, (alpha, _) in {**range_of_modes(CRANE), "full": (1.0, 1.0)}.items():
-        for delay in (0.0, 0.05):
-            s = stability(CRANE, alpha, delay=delay)
-            rows.append(
-                (
-                    {"ssc": "SSC, least", "full": "SSC, at rest"}.get(mode, mode.upper()),
-                    f"{alpha:g}",
-                    f"{1e3 * delay:g} ms",
-                    f"{s.gain_margin:.2f}",
-                    f"{s.gain_margin_plc:.2f}",
-                    f"{math.degrees(s.phase_margin_plc):.1f}°",
-                    f"{s.delay_margin_plc:.2f} s",
-                    f"{s.sensitivity_peak_plc:.3f}",
-                    f"{s.K_p_strong:.3f}",
-                )
-            )
-    return rows
+    modes = {**range_of_modes(CRANE), "full": (1.0, 1.0)}
+    pairs = [(mode, alpha, delay) for mode, (alpha, _) in modes.items() for delay in (0.0, 0.05)]
+    return [
+        {"mode": mode, "alpha": alpha, "delay": delay, "s": stability(CRANE, alpha, delay=delay)}
+        for mode, alpha, delay in pairs
+    ]
 
 
-def holding_rows() -> Table:
+def holding_rows() -> Rows:
     """The one margin on the crane's own wire, and on that of paper C, for every mode and length of wire."""
     rows = []
     for mode in (Mode.NS, Mode.HS, Mode.SSC):
@@ -138,15 +105,7 @@ def holding_rows() -> Table:
             )
             own, paper_c = (governing(crane, mode, wires=(s_w,)) for crane in (CRANE, DAMPED))
             rows.append({**locals()})
-    cells = ("oscillates at any `K_p`", "limit beyond", "`K_p` kept")
-    head = (
-        "mode",
-        "wire out",
-        "limit published",
-        *(f"{cell}, own wire (0.01)" for cell in cells),
-        *(f"{cell}, paper C's (0.95)" for cell in cells),
-    )
-    return Table(head, rows)
+    return rows
 
 
 def _margin_cells(found: Governing) -> tuple[str, str, str]:
@@ -167,17 +126,7 @@ def ssc_rows() -> Rows:
         p = motor_poles(CRANE, v / 60.0)[0]
         whole = np.linalg.eigvals(full_matrices(CRANE, at)[0])
         swing = max((q for q in whole if q.imag > 0.0), key=lambda q: q.real)
-        limit = gain_limit(CRANE, at.alpha_m).K_p_ms
-        rows.append(
-            (
-                f"{v:g}",
-                f"{at.alpha_m:.3f}",
-                f"{limit:.4f}",
-                f"{abs(p):.2f}",
-                f"{-p.real / abs(p):.3f}",
-                f"{swing:.3f}".replace("j", "i"),
-            )
-        )
+        rows.append({**locals()})
     return rows
 
 
@@ -204,16 +153,9 @@ def slow_rows() -> Rows:
     load, s_w, v = SLOW
     rows = []
     for crane, mode, K_p in SLOW_RUNS:
-        case = Scenario(
-            load=f"{load} kg",
-            s_w=f"{s_w} m",
-            tip=f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s",
-            mode=mode,
-            warm_up="270 s",
-            duration="330 s",
-            ramp="20 s",
-            gas_held=True,
-        )
+        tip = f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s"
+        times = {"warm_up": "270 s", "duration": "330 s", "ramp": "20 s"}
+        case = Scenario(load=f"{load} kg", s_w=f"{s_w} m", tip=tip, mode=mode, gas_held=True, **times)
         run = simulate(changed(crane, {"control": {"K_p": f"{K_p} 1/m"}}), case, every="0.05 s")
         counted = run.sel(time=slice(270.0, None))
         alpha = float(counted["alpha_m"].mean())
