@@ -17,21 +17,8 @@ from blocks import Blocks, save
 from stillhook import Crane
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.library import changed
-from stillhook.thesis.quay import (
-    CRANE,
-    D_ONE,
-    DURATION,
-    HALF,
-    OPEN_LOOP,
-    PATTERNS,
-    WARM,
-    done_in_a_second,  # noqa: F401  # in the claims
-    motor_patterns,
-    motor_steps,
-    pattern,
-    staircase_offsets,
-)
-from stillhook.thesis.quay import run as run_of
+from stillhook.thesis import quay
+from stillhook.thesis.quay import CRANE, D_ONE, DURATION, HALF, OPEN_LOOP, PATTERNS, WARM, pattern
 
 SLOW_PAGE = True
 PICTURE = "paper-e-motor-servo.png"
@@ -67,7 +54,7 @@ class Found(NamedTuple):
 
 
 def found(v: causes.Variant, period: float, amplitude: float) -> Found:
-    run = run_of(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
+    run = quay.run(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
     return Found(
         run=run,
         v_tip=60.0 * float(run["v_tip_max"]),
@@ -118,7 +105,7 @@ def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, Any]:
     whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in CONTROLS}
     half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
     open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))
-    least, most = staircase_offsets()
+    least, most = quay.staircase_offsets()
     lead = reduction_lead(CRANE, 110.0 / 60.0, 6.0)
     same = all(abs(a.e_c_pp / b.e_c_pp - 1.0) < 0.1 for a, b in zip(open_, closed, strict=True))
     u_04 = found(next(r for r in ROWS if r.label == "`u_thr` 0.4"), *PATTERNS[0]).motors_full
@@ -162,5 +149,5 @@ def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
 
 def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
     """Steps at standstill (figure 13) above the two patterns in both readings (figure 14)."""
-    steps, patterns = motor_steps(), motor_patterns(runs)
+    steps, patterns = quay.motor_steps(), quay.motor_patterns(runs)
     save(replace(patterns, panels=(*steps.panels, *patterns.panels)).figure(), PICTURE)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import paper_c_90t
 import paper_e_scenario_2
 import xarray
-from blocks import HERE, Blocks, Table, percent, save
+from blocks import HERE, Blocks, Table, save
 
 from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
@@ -83,18 +83,13 @@ def at_values(run: xarray.Dataset, mode: str) -> Mapping[str, float]:
     return found
 
 
-def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
-    rows: list[tuple[object, ...]] = []
+def differences(looked: Sequence[Looked]) -> list[dict[str, Any]]:
+    rows = []
     for one in looked:
         new = one.modes[-1]
         for other in one.modes[:-1]:
-            row: list[object] = [one.name, f"{new} against {other}"]
-            for name in ("e_c_pp", "p_max"):
-                pair = paired_difference(one.run, new, other, name)
-                b = pair.relative
-                low, high = percent(b.low, sign=True), percent(b.high, sign=True)
-                row += [percent(b.median, sign=True), f"{low} to {high}", percent(pair.lower.value)]
-            rows.append(tuple(row))
+            pairs = [paired_difference(one.run, new, other, name) for name in ("e_c_pp", "p_max")]
+            rows.append({"one": one, "new": new, "other": other, "pairs": pairs})
     return rows
 
 

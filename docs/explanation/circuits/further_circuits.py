@@ -110,6 +110,13 @@ def secondary() -> Sheet:
     return s
 
 
+def converter(s: Sheet, x: float, y: float, left: str, right: str) -> None:
+    """A converter about (x, y) between two currents."""
+    s.add(iso.Block(diagonal=True), (x, y))
+    s.note(left, (x - 0.35, y + 0.35), color=BLACK, size=12)
+    s.note(right, (x + 0.35, y - 0.35), color=BLACK, size=12)
+
+
 def electric() -> Sheet:
     """Single-line diagram: grid, converter, DC link with store and braking resistor, inverter, motors."""
     s = Sheet(
@@ -124,16 +131,12 @@ def electric() -> Sheet:
     s.add(iso.Switch(), (2.0, y))
     s.pipe("electric", (2.5, y), (4.3, y))
     s.flow("P_el", (3.3, y + 0.3), "right", "above")
-    s.add(iso.Block(diagonal=True), (5.0, y))
-    s.note("~", (4.65, y + 0.35), color="#111111", size=12)
-    s.note("=", (5.35, y - 0.35), color="#111111", size=12)
+    converter(s, 5.0, y, "~", "=")
     s.note("active\nfront end", (5.0, y - 1.3))
     s.pipe("electric", (5.7, y), (15.3, y))
     s.note("DC link", (7.6, y + 0.4))
     s.pipe("electric", (9.0, y), (9.0, y - 0.9))
-    s.add(iso.Block(diagonal=True), (9.0, y - 1.6))
-    s.note("=", (8.65, y - 1.25), color="#111111", size=12)
-    s.note("=", (9.35, y - 1.95), color="#111111", size=12)
+    converter(s, 9.0, y - 1.6, "=", "=")
     s.note("chopper", (8.1, y - 1.6), "end")
     s.pipe("electric", (9.0, y - 2.3), (9.0, y - 2.7))
     s.add(iso.Resistor(), (9.0, y - 3.3))
@@ -153,9 +156,7 @@ def electric() -> Sheet:
     s.flow("P_store", (12.75, y - 0.8), "down")
     s.join("electric", (9.0, y), (12.5, y))
     s.flow("P_dc", (14.2, y + 0.3), "right", "above")
-    s.add(iso.Block(diagonal=True), (16.0, y))
-    s.note("=", (15.65, y + 0.35), color="#111111", size=12)
-    s.note("~", (16.35, y - 0.35), color="#111111", size=12)
+    converter(s, 16.0, y, "=", "~")
     s.note("inverters", (16.0, y - 1.1))
     s.pipe("electric", (16.7, y), (19.0, y))
     for i in range(3):
