@@ -12,6 +12,7 @@ from blocks import Blocks, Rows, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.analysis.loop_stability import sweeps, transfer
 from stillhook.analysis.loop_stability.governing import Governing, governing
 from stillhook.analysis.loop_stability.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.loops import sampled
@@ -25,19 +26,6 @@ from stillhook.analysis.loop_stability.stability import (
     least_limit,
     range_of_modes,
     stability,
-)
-from stillhook.analysis.loop_stability.sweeps import (
-    bode_figure,
-    motor_pole_figure,
-    sweep,
-    sweep_figure,
-)
-from stillhook.analysis.loop_stability.transfer import (
-    about,
-    closed_loop_polynomial,
-    full_matrices,
-    motor_poles,
-    position_loop,
 )
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
@@ -78,8 +66,8 @@ def four_ways() -> Rows:
     rows = []
     for D in DISPLACEMENTS:
         a = D / 1075
-        loop, closed = position_loop(CRANE, a), gain_limit(CRANE, a)
-        by_routh = gain_limit_by_routh(*closed_loop_polynomial(CRANE, a))
+        loop, closed = transfer.position_loop(CRANE, a), gain_limit(CRANE, a)
+        by_routh = gain_limit_by_routh(*transfer.closed_loop_polynomial(CRANE, a))
         by_poles, (by_response, _) = gain_limit_by_poles(loop.closed_poles), gain_limit_of(loop)
         plc, _ = gain_limit_of(sampled(loop, CRANE.control.t_cycle, CRANE.control.computing))
         rows.append({**locals()})
@@ -122,9 +110,9 @@ def _margin_cells(found: Governing) -> tuple[str, str, str]:
 def ssc_rows() -> Rows:
     rows = []
     for v in SPEEDS:
-        at = about(CRANE, v / 60.0)
-        p = motor_poles(CRANE, v / 60.0)[0]
-        whole = np.linalg.eigvals(full_matrices(CRANE, at)[0])
+        at = transfer.about(CRANE, v / 60.0)
+        p = transfer.motor_poles(CRANE, v / 60.0)[0]
+        whole = np.linalg.eigvals(transfer.full_matrices(CRANE, at)[0])
         swing = max((q for q in whole if q.imag > 0.0), key=lambda q: q.real)
         rows.append({**locals()})
     return rows
@@ -179,21 +167,21 @@ def afloat() -> float:
 def _apart(crane: Crane, v_tip: float) -> float:
     """How far the limit of the whole controller about a tip speed is from that of the position loop alone,
     relatively."""
-    at = about(crane, v_tip)
-    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(full_matrices(crane, at, K_p=K_p)[0]))
+    at = transfer.about(crane, v_tip)
+    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(transfer.full_matrices(crane, at, K_p=K_p)[0]))
     return abs(whole / gain_limit(crane, at.alpha_m).K_p_ms - 1.0)
 
 
 def speed_response(crane: Crane, s: complex) -> complex:
     """V_w / V_tip with the tip about rest (paper E eq. 21), A_tip = s V_tip; -1 is perfect compensation."""
-    A, B, C, D = full_matrices(crane, about(crane, 0.0))
+    A, B, C, D = transfer.full_matrices(crane, transfer.about(crane, 0.0))
     return complex((C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)[0] @ (1.0, s))
 
 
 def claims() -> dict[str, Any]:
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s", "zeta": 0.5}}}})
     same = max(_apart(c, v) for c in (CRANE, lazy) for v in (0.0, 1.0, 1.6))
-    zeta = [-p.real / abs(p) for p in (motor_poles(CRANE, v / 60.0)[0] for v in (40.0, 120.0))]
+    zeta = [-p.real / abs(p) for p in (transfer.motor_poles(CRANE, v / 60.0)[0] for v in (40.0, 120.0))]
     full, least = gain_limit(CRANE).K_p_ms, gain_limit(CRANE, 0.6).K_p_ms
     without = changed(CRANE, {"control": {"K_2": "0 s^2/m"}})
     errors = [abs(1.0 + speed_response(c, 2j * math.pi / 12.0)) for c in (CRANE, without)]
@@ -231,7 +219,7 @@ def compute() -> tuple[Blocks, Any]:
 
 def draw(_: Any) -> None:
     save(gain_limits().figure(), "paper-e-gain-limit.png")
-    save(motor_pole_figure(CRANE), "paper-e-motor-poles.png")
-    save(bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
+    save(sweeps.motor_pole_figure(CRANE), "paper-e-motor-poles.png")
+    save(sweeps.bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
     over = ("layer", "leakage", "damping", "bulk_modulus", "delay")
-    save(sweep_figure(CRANE, [sweep(CRANE, o, alpha_m=0.6) for o in over]), "paper-e-limit-sweeps.png")
+    save(sweeps.sweep_figure(CRANE, [sweeps.sweep(CRANE, o, alpha_m=0.6) for o in over]), "paper-e-limit-sweeps.png")
