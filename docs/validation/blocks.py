@@ -11,6 +11,7 @@ mm|}`. A colon that is no format stands in brackets.
 
 from __future__ import annotations
 
+import math
 import re
 import string
 import tomllib
@@ -21,6 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -75,8 +77,8 @@ def minus(text: str) -> str:
 class Template(string.Formatter):
     """Texts with expressions of names."""
 
-    def __init__(self, names: dict[str, Any]) -> None:
-        self.names = names
+    def __init__(self, names: Mapping[str, Any]) -> None:
+        self.names = {"math": math, "np": np, "percent": percent, **names}
 
     def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> tuple[Any, str]:
         return eval(field_name, self.names), field_name
@@ -103,8 +105,8 @@ def claims(script: str, numbers: Mapping[str, Any], names: Mapping[str, Any] | N
     """Claim, theirs, ours, verdict of every claim of a page. holds: when it counts as reproduced; otherwise: what is
     said where not; verdict: what is said of a claim that has no such criterion; cells: an expression of theirs, ours
     and verdict."""
-    values = {**(names or {}), **numbers}
-    fill = Template(values).format
+    template = Template({**(names or {}), **numbers})
+    values, fill = template.names, template.format
     rows = []
     for claim in sayings(script)["claim"]:
         if "cells" in claim:

@@ -181,9 +181,7 @@ def compute() -> tuple[Blocks, dict[str, Any]]:
 
 def draw(shown: Mapping[str, Any]) -> None:
     keep(shown["all"], shown["cases"])
-    save(
-        report.band_figure(shown["two"], f"scenario 2, nov-250t, empty hook: {DRAWS} draws"),
-        "uncertainty-scenario-2.png",
-    )
+    title = f"scenario 2, nov-250t, empty hook: {DRAWS} draws"
+    save(report.band_figure(shown["two"], title), "uncertainty-scenario-2.png")
     save(report.band_figure(shown["ninety"], f"90 t, nov-150t: {DRAWS} draws"), "uncertainty-90t.png")
     save(report.index_figure(shown["indices"], "scenario 2: where the spread comes from"), "uncertainty-indices.png")
