@@ -97,6 +97,7 @@ def test_a_winch_that_is_not_built_is_marked(pair):
         "deep-250t",
         "nov-100t-cylinder",
         "nov-100t-electric",
+        "nov-250t-digital",
         "nov-250t-secondary",
         "utility-20t-open-circuit",
     ]

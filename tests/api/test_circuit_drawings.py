@@ -22,8 +22,6 @@ NET = {"Q_a", "Q_b", "Q_s"}  # sums into a volume: no line of their own
 DRAWN_STATE = re.compile(r"(p|V|alpha|x)_\w+(?<!_dot)|omega_m|E|i|theta")
 ELEMENT = "phc"  # hangs below any winch, is none
 SVG = "{http://www.w3.org/2000/svg}"
-DRAWN_AS = {"digital": "secondary"}
-"""Winch types that have the circuit of another."""
 
 
 def modules() -> list[ModuleType]:
@@ -35,7 +33,7 @@ def modules() -> list[ModuleType]:
 
 def letters(name: str) -> set[str]:
     """Letters of the code in a drawing."""
-    root = ElementTree.parse(FOLDER / f"{DRAWN_AS.get(name, name)}.svg").getroot()
+    root = ElementTree.parse(FOLDER / f"{name}.svg").getroot()
     titles = [node.findtext(f"{SVG}title") for node in root.iter(f"{SVG}text")]
     return {letter for title in titles if title for letter in title.split()}
 
@@ -104,11 +102,7 @@ def test_the_page_shows_every_drawing():
 def test_the_functions_that_the_page_names_exist(module):
     code = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES.rglob("*.py"))
     defined = set(re.findall(r"^def (\w+)\(", code, flags=re.MULTILINE))
-    rows = [
-        row.split("|")
-        for row in sections()[DRAWN_AS.get(module.NAME, module.NAME)].splitlines()
-        if row.startswith("| ")
-    ]
+    rows = [row.split("|") for row in sections()[module.NAME].splitlines() if row.startswith("| ")]
     named = {name for row in rows for name in re.findall(r"`(\w+)`", row[3]) if not re.match(r"[QpV]_", name)}
     assert named, module.NAME
     assert named - defined == set()

@@ -169,21 +169,20 @@ def test_a_motion_unit_that_fails_for_a_moment_goes_on_at_its_last_speed():
     assert used.s_tip == pytest.approx(0.198 + 10 * 0.01 * 0.2)
 
 
-def test_a_load_cell_that_stays_bad_counts_as_the_safe_working_load():
-    block = block_of(CLOSED, "ssc")
-    reference = Reference(block)
-    for _ in range(10):
-        reference.step(seen(F=1e5))
-    reference.step(seen(F=INF))
-    assert reference.laws.guard.g.used.F == 1e5
-    for _ in range(30):
+def test_a_load_cell_that_is_bad_leaves_the_filtered_load_where_it_is():
+    reference = Reference(block_of(CLOSED, "ssc"))
+    for k in range(200):
+        reference.step(seen(F=1e5 + 1e4 * math.sin(0.05 * k)))
+    before = reference.m.F
+    assert abs(before - 1e5) < 5e3
+    for _ in range(6000):
         out = reference.step(seen(F=INF))
-    assert reference.laws.guard.g.used.F == pytest.approx(1.0 / block.plc.motors.i_F_swl)
+    assert reference.laws.guard.g.used.F == reference.m.F == pytest.approx(before)
     assert out.state == 1.0
 
 
-@pytest.mark.parametrize("signal", ["dp", "dp_load"])
-def test_a_closed_brake_stays_closed_on_bad_pressures(signal):
+@pytest.mark.parametrize("signal", ["dp", "dp_load", "F"])
+def test_a_closed_brake_stays_closed_on_bad_pressures_and_a_bad_load_cell(signal):
     block = block_of(CLOSED, "ssc")
     for bad, moves in ((1.0, True), (0.0, False)):
         reference = Reference(block)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.engine.lifts import deep_lift, in_sea
 from tests.export.plc.cases import bits
 from tests.export.plc.structured_text import Machine
 
@@ -242,6 +243,24 @@ def test_every_kind_of_fault_and_every_setting_is_described() -> None:
 
 
 # --- on a PLC -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_alarms_are_numbers_of_a_lowering_too_alone_in_a_batch_and_in_a_store(tmp_path) -> None:
+    frozen = {"sensors": {"s_w": {"faults": [{"time": "10 s", "kind": "frozen"}]}}}
+    lifts = [in_sea(deep_lift(**more), Hs=2.0) for more in (frozen, {})]
+    plain, crane_of = stillhook.simulate(crane(), lifts[0]), guarded()
+    one = stillhook.simulate(crane_of, lifts[0])
+    several = stillhook.simulate(crane_of, lifts, store=tmp_path / "store")
+    again = stillhook.simulate(crane_of, lifts, store=tmp_path / "store")
+    assert float(one.alarms) >= 1.0
+    assert 10.0 < float(one.alarm_first) < 15.0
+    assert "alarms of the PLC on what it reads: " in str(one.notes.item())
+    for runs in (several, again):
+        assert runs.alarms.values.tolist() == [float(one.alarms), 0.0]
+        assert runs.alarm_first.values[0] == float(one.alarm_first)
+        assert math.isnan(runs.alarm_first.values[1])
+    assert "alarms" not in plain
 
 
 def rows_with_faults(block):

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete, dlsim
 from tests.engine.runs import run_one
 
@@ -182,6 +183,51 @@ def test_dead_time_offset_hysteresis_and_rates_by_direction_are_told_apart(tmp_p
     motor = crane_with(result, load_crane("nov-250t")).active.motor
     assert motor.servo.rate_down == pytest.approx(0.35, rel=0.03)
     assert (motor.variant, motor.hysteresis) == ("open-loop-feedback", pytest.approx(0.04, abs=0.006))
+
+
+DRY = 0.1
+"""Part by which dry friction of the plate may raise omega_n, zeta and dead time, as the report's note says."""
+
+
+def with_dry_friction(u, h, omega_n, zeta, dead_time, half, offset):
+    """Displacement by the continuous law with a true delay and dry friction of the plate, which is not the fit's play:
+    x'' = omega_n^2 (u(t - dead_time) + offset - x - half tanh(x'/v)) - 2 zeta omega_n x'."""
+    t, v = h * np.arange(len(u)), 0.002
+    starts = np.r_[0, np.flatnonzero(np.diff(u)) + 1]
+    x, out = [u[0] + offset, 0.0], np.full(len(u), u[0] + offset)
+    for k, end in zip(starts, [*(t[starts[1:]] + dead_time), t[-1] + h], strict=True):
+        a, wanted = (0.0 if k == 0 else t[k] + dead_time), u[k] + offset
+
+        def rates(_, y, wanted=wanted):
+            pull = omega_n**2 * (wanted - y[0] - half * np.tanh(y[1] / v))
+            return [y[1], pull - 2.0 * zeta * omega_n * y[1]]
+
+        inside = np.flatnonzero((t >= a - 1e-12) & (t < end - 1e-12))
+        solved = solve_ivp(rates, (a, end), x, t_eval=[*t[inside], end], method="Radau", rtol=1e-6, atol=1e-8)
+        out[inside], x = solved.y[0, :-1], solved.y[:, -1]
+    return out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("unit", "omega_n", "zeta", "dead_time", "offset", "half", "ends"),
+    [
+        ("pump", 31.0, 0.9, 0.02, 0.0, 0.0, (-0.9, 0.9)),
+        ("motor", 5.0, 1.0, 0.06, 0.07, 0.0, (0.3, 0.9)),
+        ("motor", 5.0, 1.0, 0.06, 0.07, 0.02, (0.3, 0.9)),
+    ],
+    ids=["pump of C 10 and F 6, late", "motor, late, with the offset of E 13", "the same with dry friction"],
+)
+def test_a_servo_integrated_apart_is_met(tmp_path, unit, omega_n, zeta, dead_time, offset, half, ends):
+    u = steps(*ends, n=6000)
+    noise = np.random.default_rng(7).normal(0.0, 0.002, len(u))
+    alpha = with_dry_friction(u, 0.01, omega_n, zeta, dead_time, half, offset) + noise
+    result = identify_component("servo", swivel_log(tmp_path, unit, u, alpha))
+    for name, true in {"omega_n": omega_n, "zeta": zeta, "dead_time": dead_time, "offset": offset}.items():
+        estimate, form = result[name], DRY * true if half else 0.0
+        assert estimate.low - form <= true <= estimate.high + form, name
+    assert any("no key of a crane file carries it" in note for note in result.notes)
+    assert any("dry friction of the plate" in note for note in result.notes) == bool(half)
 
 
 def with_lines(name, R_1="0.002 bar/(L/min)", R_2="4e-6 bar/(L/min)^2"):

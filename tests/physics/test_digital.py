@@ -20,7 +20,7 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.winches.types import digital
 
 NAME = "nov-250t-digital"
-STROKES_ALONE = Servo(0.0, 0.0, -1.0, 1.0, 1e30)
+STROKES_ALONE = Servo(0.0, 0.0, -1.0, 1.0, 1e30, 1e30)
 """No partial strokes: what follows at standstill is nothing."""
 MOMENTS = 2e-3
 """Lag and spread of the response, relative: steps of a thousandth of a revolution."""
@@ -190,5 +190,5 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(changes, words):
 
 def test_units_with_another_loss_model_are_refused():
     other = {"secondary": {"unit": {"loss_model": {"law": "mj2", "C": [1.0, 1e-2, 1e-2, 1e-2, 1e-15]}}}}
-    with pytest.raises(SpecError, match="told from MJ4 alone"):
+    with pytest.raises(SpecError, match="that of MJ4"):
         pack(changed(crane(), other), Scenario(**BASE))

@@ -23,6 +23,7 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_in, limits_of, utilisation
 from stillhook.plan.planning import plan as planned
 from stillhook.plan.tiers.closed_form import closed_form, leads
+from stillhook.plan.tiers.sideways import in_air
 from stillhook.plan.weather.spectral import spectral_persistence
 from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates
@@ -324,7 +325,8 @@ class TestLeads:
 
         lift, L, zeta = self.lift(tmp_path, [0, 1, 0, 0.004, 0, 0]), 28.0, 0.05
         tip = lift.tip_of(lift.phases[0])
-        transfer = _transfer(lift, lift.load_chart, tip, np.array([omega]), np.array([math.pi]), L)["off_lead"][0, 0]
+        at, head_sea = np.array([omega]), np.array([math.pi])
+        transfer = _transfer(lift, lift.load_chart, tip, at, head_sea, in_air(L, zeta, at))["off_lead"][0, 0]
         sway, roll = 1.0 - 36.0 * 0.004, 0.004
 
         def swing(t, y):

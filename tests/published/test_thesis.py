@@ -42,6 +42,7 @@ def test_an_item_says_what_it_is(one):
     assert bool(one.function) == (one.state in ("drawn", "numbers", "circuit"))
     assert one.missing or one.state != "no data"
     assert not one.page or (PAGES / one.page).is_file()
+    assert not one.differs or one.page in {path.name for path in PAGES.glob("*.md")}
 
 
 @pytest.mark.thorough

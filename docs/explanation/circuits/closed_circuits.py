@@ -185,11 +185,18 @@ def shaft_line(s: Sheet, left: float, y: float, right: float) -> None:
 
 
 def pumped(
-    s: Sheet, y_h: float, y_l: float, top: Point, bottom: Point, letters: str, notes: Sequence[str], dx: float = 0.0
+    s: Sheet,
+    y_h: float,
+    y_l: float,
+    to_high: Sequence[Point],
+    to_low: Sequence[Point],
+    letters: str,
+    notes: Sequence[str],
+    dx: float = 0.0,
 ) -> None:
-    """Pumps between a line at height y_h and one at y_l, which end at the ports top and bottom. letters: setting of the
-    pumps, share that runs, flow, pressures of both lines; dx: shift of the first two, of pumps whose speed and power
-    are beside others."""
+    """Pumps between a line at height y_h and one at y_l, and the ways of both lines to the units. letters: setting of
+    the pumps, share that runs, flow, pressures of both lines; dx: shift of the first two, of pumps whose speed and
+    power are beside others."""
     alpha, share, flow, p_h, p_l = letters.split()
     y = 0.5 * (y_h + y_l)
     s.add(iso.pump(), (2.6, y))
@@ -200,8 +207,8 @@ def pumped(
         s.letter("P_hpu", (0.4, y - 1.0))
     s.letter(alpha, (4.0 + dx, y + 0.85))
     s.letter(share, (3.75 + dx, y - 0.75))
-    s.pipe("a", (2.6, y + 0.75), (2.6, y_h), (top[0], y_h), top)
-    s.pipe("b", (2.6, y - 0.75), (2.6, y_l), (bottom[0], y_l), bottom)
+    s.pipe("a", (2.6, y + 0.75), (2.6, y_h), *to_high)
+    s.pipe("b", (2.6, y - 0.75), (2.6, y_l), *to_low)
     s.flow(flow, (2.35, y_h - 1.2), "up", "left", "a")
     for kind, name, note, height in (("a", p_h, notes[0], y_h + 0.35), ("b", p_l, notes[1], y_l - 0.38)):
         s.letter(name, (9.4, height), "end", LINES[kind]["color"])
@@ -215,7 +222,8 @@ def closed_circuit(
     valves open into the other line, not to the tank."""
     y = 0.5 * (y_a + y_b)
     sides = ("line A, hoisting side", "line B, lowering side")
-    pumped(s, y_a, y_b, (right, top), (right, bottom), "alpha_p f_pump Q_p p_a p_b", sides)
+    to_a, to_b = [(right, y_a), (right, top)], [(right, y_b), (right, bottom)]
+    pumped(s, y_a, y_b, to_a, to_b, "alpha_p f_pump Q_p p_a p_b", sides)
     internal_leak(s, 5.0, y_a, y_b)
     external_leak(s, 6.8, y_a, y_b, y + 1.2)
     s.note("leakage of the units", (6.2, y_b - 0.38))
@@ -261,8 +269,9 @@ def active_passive() -> Sheet:
     shaft_line(s, right + 0.75, y_m, 29.8)
 
     y_h, y_l = 9.4, 0.6
-    sides, ports = ("high side", "low side, its pressure is held"), ((right, y_pm + 0.75), (right, y_pm - 0.75))
-    pumped(s, y_h, y_l, *ports, "alpha_pp f_passive Q_pp p_hp p_lp", sides, 0.1)
+    sides = ("high side", "low side, its pressure is held")
+    to_high, to_low = [(right, y_h), (right, y_pm + 0.75)], [(right, y_l), (right, y_pm - 0.75)]
+    pumped(s, y_h, y_l, to_high, to_low, "alpha_pp f_passive Q_pp p_hp p_lp", sides, 0.1)
     passive_lines(s, y_h, y_l)
     s.add(iso.motor(), (right, y_pm))
     s.letter("alpha_pm", (right + 1.4, y_pm + 0.85))

@@ -18,6 +18,7 @@ DRAWINGS: dict[str, Callable[[], Sheet]] = {
     "active-passive": closed_circuits.active_passive,
     "open-circuit": further_circuits.open_circuit,
     "secondary": further_circuits.secondary,
+    "digital": further_circuits.digital,
     "cylinder": further_circuits.cylinder,
     "electric": further_circuits.electric,
     "phc": further_circuits.phc,

@@ -2,7 +2,7 @@
 
 import closed_circuits as parts
 import symbols as iso
-from sheet import BLACK, LINES, Sheet, Symbol
+from sheet import BLACK, LINES, Point, Sheet, Symbol
 
 
 def open_circuit() -> Sheet:
@@ -99,15 +99,61 @@ def secondary() -> Sheet:
     )
     y_h, y_l, right = 10.0, 1.0, 25.6
     y = 0.5 * (y_h + y_l)
-    sides = ("rail", "low side, its pressure is held")
-    parts.pumped(s, y_h, y_l, (right, y + 0.75), (right, y - 0.75), "alpha_rp f_pump Q_rp p_r p_lp", sides)
-    parts.passive_lines(s, y_h, y_l, relief="Q_relief", low="")
+    rail(s, y_h, y_l, [(right, y_h), (right, y + 0.75)], [(right, y_l), (right, y - 0.75)])
     s.add(iso.secondary_unit(), (right, y))
     s.letter("alpha_s", (right + 1.3, y + 0.85))
     s.flow("D_s omega_m", (right + 0.25, y_h - 1.2), "down", kind="a")
     parts.shaft_line(s, right + 0.75, y, 29.8)
     parts.load_path(s, 31.2, y - 1.7, y_h)
     return s
+
+
+def digital() -> Sheet:
+    """Units whose cylinders are joined to a rail or to the low side, by electric valves, stroke by stroke."""
+    s = Sheet(
+        "Digital displacement winch",
+        "Constant-pressure rail as in secondary control. Two of the cylinders of a unit, each with an electric valve to"
+        " the rail and one to the low side; a controller enables it for a stroke or leaves it idle.",
+    )
+    y_h, y_l, y, first, apart = 10.0, 1.0, 3.2, 26.6, 4.2
+    low, valve, mid = y_h - 1.2, y_h - 2.1, y + 2.77
+    last = first + apart
+    low_side = [(first - 2.6, y_l), (first - 2.6, low), (last + 0.95, low), (last + 0.95, valve + 0.25)]
+    rail(s, y_h, y_l, [(last - 0.95, y_h), (last - 0.95, valve + 0.25)], low_side)
+    s.shaft((first - 1.2, y), (last + 1.8, y))
+    for x, throw in ((first, 0.12), (last, -0.12)):
+        for side, kind in ((-0.95, "a"), (0.95, "b")):
+            s.pipe("pilot", (x + side - 0.9, valve + 0.16), (x + side - 0.9, y_h + 1.4))
+            s.add(iso.OnOffValve(), (x + side, valve))
+            s.pipe("thin", (x + side, valve - 0.25), (x + side, valve - 0.65), (x, valve - 0.65))
+            if x == first:
+                top = y_h if kind == "a" else low
+                s.pipe(kind, (x + side, top), (x + side, valve + 0.25))
+                s.join(kind, (x + side, top))
+        s.pipe("thin", (x, valve - 0.65), (x, mid + 0.75 + throw))
+        s.join("thin", (x, valve - 0.65))
+        crank = Symbol()
+        crank.circle(0.0, 0.0, 0.7)
+        s.add(crank, (x, y + throw))
+        s.add(iso.Plunger(length=1.5), (x, mid + throw), theta=-90)
+        s.join("thin", (x, y))
+    s.add(iso.Block(w=last - first + 3.4, h=1.1), (0.5 * (first + last) - 0.2, y_h + 1.95))
+    s.note("controller of the units: enables a cylinder for a\nstroke or leaves it idle", (first + 1.9, y_h + 1.95))
+    s.letter("alpha_s", (last + 2.0, y_h + 1.95), "start")
+    s.flow("D_s omega_m", (23.4, y_h + 0.3), "right", "above", "a")
+    s.note("...", (0.5 * (first + last), mid), size=14.0)
+    s.frame((first - 2.3, y - 0.95), (last + 1.8, low - 0.15))
+    s.note("one unit: cylinders evenly on its shaft, two drawn", (first - 2.2, y - 1.25), "start")
+    parts.shaft_line(s, last + 1.8, y, last + 5.2)
+    parts.load_path(s, last + 6.6, y - 1.7, y_h)
+    return s
+
+
+def rail(s: Sheet, y_h: float, y_l: float, to_high: list[Point], to_low: list[Point]) -> None:
+    """Pumps on a rail at height y_h, its low side at y_l, what is on both, and the ways on to the units."""
+    sides = ("rail", "low side, its pressure is held")
+    parts.pumped(s, y_h, y_l, to_high, to_low, "alpha_rp f_pump Q_rp p_r p_lp", sides)
+    parts.passive_lines(s, y_h, y_l, relief="Q_relief", low="")
 
 
 def converter(s: Sheet, x: float, y: float, left: str, right: str) -> None:

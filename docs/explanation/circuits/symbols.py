@@ -362,6 +362,22 @@ class Payload(Symbol):
         self.box(-0.85, -2.4, 1.7, 1.0, fill="#e8e8e8")
 
 
+class OnOffValve(Symbol):
+    """Electric valve of one cylinder, closed at rest by a spring; its coil is on the left."""
+
+    def strokes(self) -> None:
+        s = 0.5
+        for x in (-s, 0.0):
+            self.box(x - 0.5 * s, -0.5 * s, s, s)
+        self.arrow((-s, -0.5 * s), (-s, 0.5 * s), lw=0.8)
+        for sign in (-1.0, 1.0):
+            self.line((0.0, sign * 0.5 * s), (0.0, sign * 0.13))
+            self.line((-0.1, sign * 0.13), (0.1, sign * 0.13))
+        self.box(-1.5 * s - 0.3, -0.16, 0.3, 0.32)
+        self.line((-1.5 * s - 0.24, -0.16), (-1.5 * s - 0.06, 0.16), lw=0.8)
+        self.spring((0.5 * s, 0.0), (0.5 * s + 0.35, 0.0), turns=2, width=0.1)
+
+
 class Block(Symbol):
     """A box with a text, as in single-line diagrams: converter, store, resistor."""
 

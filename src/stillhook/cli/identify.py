@@ -5,7 +5,7 @@ fro in steps."""
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -102,13 +102,10 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     from stillhook.identify.motor.figures import figures
     from stillhook.identify.motor.identify import loss_set, map_table, report, to_dict
     from stillhook.library.parameter_sets import set_toml
-    from stillhook.report.html import html
-    from stillhook.report.kit import draw_if_possible, pngs
 
     chosen, page, numbers = MOTOR_FILES[:3]
-    pictures = draw_if_possible(lambda: pngs(figures(result)))
-    files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
-    files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
+    files = _report_files(page, lambda: figures(result), lambda pictures: report(result, pictures))
+    files[numbers] = to_dict(result)
     if not result.drops_in:
         say(f"{chosen} is not written: {result.law.upper()} is not determined by this map, or wrong on most of it.")
     elif result.like is None:
@@ -174,21 +171,26 @@ def _component_files(result: Component, text: str) -> dict[str, Any]:
     """Crane file, report, numbers and figures by file. A result that must not be used gives no crane file."""
     from stillhook.identify.component.report import report
     from stillhook.identify.component.result import to_dict
-    from stillhook.report.html import html
-    from stillhook.report.kit import draw_if_possible, pngs
 
     chosen, page, numbers = COMPONENT_FILES
-    pictures = draw_if_possible(lambda: pngs(result.figures()))
-    files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
-    files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
+    files = _report_files(page, result.figures, lambda pictures: report(result, pictures)) | {numbers: to_dict(result)}
     if text:
         files[chosen] = text
     else:
-        say(
-            f"{chosen} is not written: "
-            + ("give component.base in the mapping." if result.usable else "not determined.")
-        )
+        reason = "give component.base in the mapping." if result.usable else "not determined."
+        say(f"{chosen} is not written: {reason}")
     return dict(sorted(files.items()))
+
+
+def _report_files(
+    page: str, figures: Callable[[], Mapping[str, Figure]], report: Callable[[Mapping[str, bytes]], Document]
+) -> dict[str, Any]:
+    """A report as a page of this name, and its figures by file."""
+    from stillhook.report.html import html
+    from stillhook.report.kit import draw_if_possible, pngs
+
+    pictures = draw_if_possible(lambda: pngs(figures()))
+    return {f"{stem}.png": picture for stem, picture in pictures.items()} | {page: html(report(pictures))}
 
 
 def friction(
@@ -277,15 +279,16 @@ def _friction_files(result: Friction) -> dict[str, Any]:
         warnings,
     )
     from stillhook.library.parameter_sets import set_toml
-    from stillhook.report.html import html
     from stillhook.report.kit import draw_if_possible, pngs
 
     chosen, page, numbers, points, stretches = FRICTION_FILES
-    pictures = draw_if_possible(lambda: pngs(figures(result)))
     logs = draw_if_possible(lambda: pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI))
-    files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
-    files |= {page: html(report(result, pictures, logs)), numbers: to_dict(result)}
-    files |= {points: points_table(result).to_csv(index=False), stretches: stretches_table(result).to_csv(index=False)}
+    files = _report_files(page, lambda: figures(result), lambda pictures: report(result, pictures, logs))
+    files |= {
+        numbers: to_dict(result),
+        points: points_table(result).to_csv(index=False),
+        stretches: stretches_table(result).to_csv(index=False),
+    }
     if not result.usable:
         say(f"{chosen} is not written: the data cannot determine what a winch model needs.")
         return files

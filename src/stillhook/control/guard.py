@@ -42,7 +42,7 @@ Least.__doc__ = "Least value of each input [SI]."
 Most.__doc__ = "Largest value of each input [SI]; more than the least."
 Step.__doc__ = "Largest change of each input from one cycle to the next [SI]; more than 0."
 Stops.__doc__ = "1 where the winch is stopped when the input stays bad, else 0: there is an alarm alone."
-Start.__doc__ = "What stands for each input until it was good for the first time [SI]; for F, when it stays bad."
+Start.__doc__ = "What stands for each input until it was good for the first time [SI]."
 
 
 class GuardSettings(NamedTuple):
@@ -297,9 +297,11 @@ def check(y, quality, reset, known, m, g, s, plc):
     if stopped > 0.5:
         cause = inside_or(g.cause, 0.5, BOUND, alarm) if was_stopped else alarm
 
-    # What goes to the controller. A closed brake opens on good pressures alone. While the position of tip or wire is
+    # What goes to the controller. A closed brake opens on good pressures and a good load cell alone: passive motors
+    # carry by it. One that fails leaves the filtered load where it is. While the position of tip or wire is
     # replaced the control error stays: feedforward alone moves the winch.
-    proved = m.brake <= 0.0 or (well.dp >= s.t_back and well.dp_load >= s.t_back)
+    good = well.dp >= s.t_back and well.dp_load >= s.t_back and well.F >= s.t_back
+    proved = m.brake <= 0.0 or good
     obeys = stopped < 0.5 and well.mode >= s.t_back and proved
     neutral = 1.0 if inside(g.neutral, 0.5, 1.5) else 0.0
     if bad.v_op >= s.t_hold or stopped > 0.5:
@@ -321,7 +323,7 @@ def check(y, quality, reset, known, m, g, s, plc):
     follows = compensates and mode > MANUAL
     next_w = before.s_w + (s_tip - before.s_tip) - (s_op - before.s_op) if follows else before.s_w
     s_w = y.s_w if well.s_w >= s.t_back else inside_or(next_w, -BOUND, BOUND, 0.0)
-    F_held = before.F if bad.F < s.t_hold else s.start.F
+    F_held = m.F if begun > 0.5 else s.start.F
     used = Sensed(
         s_tip=s_tip,
         v_tip=v_tip,

@@ -10,14 +10,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
-from stillhook.errors import SimulationError, StillhookError
+from stillhook.engine.saved import Range
+from stillhook.errors import MotionError, SimulationError, StillhookError
 from stillhook.kernels.lanes import room_for
-from stillhook.kernels.tip_sampling import sampled
+from stillhook.kernels.tip.sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
+from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Scenario, Sensors
 from stillhook.winches.records import THIN, Tick
@@ -45,6 +48,8 @@ WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
 }
 """Inputs of a winch whose wire is the host's: the tip's place is that of the tension."""
 MOTION = ("s_tip", "v_tip", "a_tip")
+MEASURED: Mapping[str, tuple[int, ...]] = {"s_m": (3,), "v_m": (4,), "a_m": (5,)}
+"""The tip as the PLC reads it where it is not the tip's own motion: made of the vessel's alone."""
 
 ENDLESS = 2**40
 """Cycles for which there is no noise where there is none: more than any run has."""
@@ -372,3 +377,36 @@ def check_motion(inputs: Mapping[str, Any]) -> None:
     if some and len(some) < len(MOTION):
         missing = ", ".join(name for name in MOTION if name not in inputs)
         raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")
+
+
+def tip_of_vessel(tip: VesselTip, inputs: Mapping[str, float], t: float) -> dict[str, float]:
+    """Inputs with the tip's motion, and its image, in place of the vessel's at a time [s]. Errors: SimulationError."""
+    own = {name: inputs[name] for jet in GIVEN.values() for name in jet if name in inputs}
+    if not own:
+        return dict(inputs)
+    if "s_tip" in inputs:
+        raise SimulationError("Session.step: s_tip and heave: give the motion of the tip or that of the vessel.")
+    try:
+        motions = tip.of_inputs(own, t)
+    except MotionError as problem:
+        raise SimulationError(f"Session.step: {problem}") from None
+    numbers = [x.item() for motion in motions for x in motion]
+    others = {name: value for name, value in inputs.items() if name not in own}
+    return {**others, **dict(zip((*MOTION, *MEASURED), numbers, strict=True))}
+
+
+def number_within(name: str, value: Any, allowed: Range) -> float:
+    """A number that a session takes. Errors: SimulationError."""
+    if type(value) is float and allowed[0] <= value <= allowed[1]:
+        return value
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise SimulationError(f"Session: {name} = {units.quote(value)}: give one number in SI units.") from None
+    if not math.isfinite(number):
+        raise SimulationError(f"Session: {name} = {units.quote(value)}: not a number. Give a finite value in SI units.")
+    if not allowed[0] <= number <= allowed[1]:
+        raise SimulationError(
+            f"Session: {name} = {units.quote(number)}: give a value from {allowed[0]:g} to {allowed[1]:g}."
+        )
+    return number

@@ -21,6 +21,7 @@ from stillhook.engine.inputs import (
     COLUMNS,
     COMMAND_AT,
     COMMANDS,
+    MEASURED,
     MOTION,
     OVERRIDE,
     TICK,
@@ -28,13 +29,14 @@ from stillhook.engine.inputs import (
     RowsAhead,
     check_motion,
     lacking,
+    number_within,
+    tip_of_vessel,
 )
 from stillhook.engine.pack.settings import RunSettings
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.saved import (
     CYCLES,
     PARAMETERS,
-    Range,
     bytes_of,
     numbers_in,
     printable,
@@ -50,6 +52,7 @@ from stillhook.kernels.build import results_hash
 from stillhook.kernels.c99.library import repeated
 from stillhook.kernels.lanes import aligned, offset, paths, room_for
 from stillhook.library import crane_toml
+from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.records import Tick
@@ -86,8 +89,7 @@ class Session:
     alone; step: integration step as in `simulate` (default 2 ms). Ramp, operator, modes, sensors and faults of the
     scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
-    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name, a value that is
-    not a number, and a state that is no longer a number.
+    Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name or a bad number.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -142,8 +144,14 @@ class Session:
             for name in self._columns
             for i in (self._place(name),)
         }
-        text = json.dumps([crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str)
-        self._identity = hashlib.sha256(text.encode()).hexdigest()
+        self._tip = cases[0].tip if isinstance(cases[0].tip, VesselTip) else None
+        pairs = [pair for jet in GIVEN.values() if self._tip for pair in zip(jet, MOTION, strict=True)]
+        self._ends |= {name: self._ends[of] for name, of in pairs}
+        self._vessel = tuple(name for name, _ in pairs)
+        text = json.dumps(
+            [crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str
+        ).encode()
+        self._identity = hashlib.sha256(text).hexdigest()
         self._k, self._held, self._changed = 0, dict[str, float](), dict[str, float]()
         self._prepare_calls()
         self._row, self._next = np.zeros(TICK), np.zeros(TICK)
@@ -183,9 +191,14 @@ class Session:
         return tuple(self._columns)
 
     @property
+    def vessel_inputs(self) -> tuple[str, ...]:
+        """Names by which `step` takes the vessel's motion in place of that of a `VesselTip`."""
+        return self._vessel
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """Names of settings that `set` changes: of the PLC; factors on friction, leakage, displacement and gas charge
-        of the crane file; of the drive, by their path there; of controllers and sensors, as "controller.setting"."""
+        of the crane; of the drive, by their path; of controllers and sensors, as "controller.setting"."""
         return (*self._parameters, *self._settings.known)
 
     @property
@@ -203,9 +216,10 @@ class Session:
         """Move on by PLC cycles (default one).
 
         inputs: what holds at the end of the step, by name [SI]: the crane tip's s_tip, v_tip, a_tip together (up
-        positive; in between a quintic through both ends), v_op, s_op (hoisting positive), mode, f_pump, and with
-        override = 1 the commands u_p, u_m and brake that the winch takes in place of the PLC's. What is not given is as
-        `set` holds it, else as in the scenario; a command stays as it is. With inputs a step is one cycle.
+        positive; in between a quintic through both ends) or the vessel's by `vessel_inputs` (heave, roll and pitch at
+        least); v_op, s_op (hoisting positive), mode, f_pump, and with override = 1 the commands u_p, u_m and brake that
+        the winch takes in place of the PLC's. What is not given is as `set` holds it, else as in the scenario; a
+        command stays as it is. With inputs a step is one cycle.
         """
         if type(cycles) is not int or cycles < 1 or (inputs and cycles > 1):
             raise SimulationError(f"Session.step: cycles = {cycles!r}: give a whole number from 1, and 1 with inputs.")
@@ -238,6 +252,8 @@ class Session:
         elif name in self._settings.known:
             known = self._settings.known[name]
             self._change({**self._changed, name: self._number(name, value, (known.least, known.most))}, name)
+        elif name in self._vessel:
+            raise SimulationError(f"Session.set: {name} is not held: give the vessel's motion to every step.")
         else:
             number = self._value(name, value)
             if name in COMMANDS and self._row[OVERRIDE] == 0.0:
@@ -342,15 +358,13 @@ class Session:
         self._A[:], self._row[:] = kept.A, kept.row
         self._k, self._held, self._changed, self._seen = kept.k, dict(kept.held), dict(kept.changed), False
 
-    # What is behind it
-
     def _checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, float]:
         """Inputs of a step. Errors: SimulationError."""
         if not isinstance(inputs, Mapping):
             raise SimulationError(f"Session.step: inputs = {units.quote(inputs)}: give values by name, as a mapping.")
         values = {name: self._value(name, value) for name, value in inputs.items()}
         check_motion(values)
-        return values
+        return values if self._tip is None else tip_of_vessel(self._tip, values, (self._k + 1) * self._t_cycle)
 
     def _fill(self, row: FloatArray, k: int, inputs: Mapping[str, float]) -> None:
         """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
@@ -362,7 +376,7 @@ class Session:
             row[0], row[1], row[2] = self._ready.winch.params.hoist.load.W, 0.0, 0.0
         for overlay in (held, inputs):
             for name, value in overlay.items():
-                for column in self._columns[name]:
+                for column in self._columns.get(name) or MEASURED[name]:
                     row[column] = value
         if k > 0 and ("v_op" in inputs or "v_op" in held) and "s_op" not in inputs and "s_op" not in held:
             v, s = COLUMNS["v_op"][0], COLUMNS["s_op"][0]
@@ -457,10 +471,10 @@ class Session:
 
     def _value(self, name: str, value: Any) -> float:
         """An input. Errors: SimulationError."""
-        if not isinstance(name, str) or name not in self._columns:
+        if not isinstance(name, str) or name not in self._ends:
             if reason := lacking(self._crane).get(name if isinstance(name, str) else ""):
                 raise SimulationError(f"Session: {name}: {reason}. Leave it out.")
-            raise SimulationError(self._unknown(name, (*self._columns, *self.parameters)))
+            raise SimulationError(self._unknown(name, (*self._columns, *self._vessel, *self.parameters)))
         if name != "mode":
             number = self._number(name, value, self._ends[name])
             if name == "override" and number not in (0.0, 1.0):
@@ -473,22 +487,7 @@ class Session:
             )
         return code_of(value)
 
-    def _number(self, name: str, value: Any, allowed: Range) -> float:
-        if type(value) is float and allowed[0] <= value <= allowed[1]:
-            return value
-        try:
-            number = float(value)
-        except (TypeError, ValueError, OverflowError):
-            raise SimulationError(f"Session: {name} = {units.quote(value)}: give one number in SI units.") from None
-        if not math.isfinite(number):
-            raise SimulationError(
-                f"Session: {name} = {units.quote(value)}: not a number. Give a finite value in SI units."
-            )
-        if not allowed[0] <= number <= allowed[1]:
-            raise SimulationError(
-                f"Session: {name} = {units.quote(number)}: give a value from {allowed[0]:g} to {allowed[1]:g}."
-            )
-        return number
+    _number = staticmethod(number_within)
 
     def _state_at(self, name: str) -> int:
         """Place of a state. Errors: SimulationError."""

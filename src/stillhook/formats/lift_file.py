@@ -13,7 +13,7 @@ from stillhook.engine.simulate import End
 from stillhook.errors import LiftError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import Place, other_vessel_of, place_of, still_place, tip_of
-from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
+from stillhook.formats.lift.tables import LiftTables, compensator_of, deck_of, payload_of, read_lift
 from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -24,6 +24,7 @@ from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import OtherVessel
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.payload import Payload
@@ -150,9 +151,13 @@ def place_in(path: str | Path) -> Place:
     return _read(path, read)
 
 
-def _not_run(other: OtherVessel | None) -> tuple[str, ...]:
-    """That another vessel counts in plans and in `stillhook tip` alone."""
-    return () if other is None else (f"{other.rao.name}: a plan and stillhook tip have its motion, a run has not",)
+def _not_run(other: OtherVessel | None, deck: Deck | None) -> tuple[str, ...]:
+    """That another vessel counts in plans and in `stillhook tip` alone where there is no deck."""
+    return (
+        ()
+        if other is None or deck is not None
+        else (f"{other.rao.name}: a plan and stillhook tip have its motion, a run has not",)
+    )
 
 
 def _read(path: str | Path, read: Callable[[TomlTable], Result]) -> Result:
@@ -180,10 +185,13 @@ def lifts() -> tuple[str, ...]:
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
     table, file = read_lift(table, LiftTables)
     crane, payload = load_crane(table.relative_toml(file.crane)), payload_of(file, table)
+    deck = deck_of(file, table)
+    if file.start_depth is None and deck is not None and deck.slack is not None:
+        file = file.model_copy(update={"start_depth": -deck.height})
     run = _run(file, crane, payload)
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(run.programme, run.start_depth, file.water.depth) if length is None else length
-    place = place_of(file, table, length, seed) if moving else still_place(file, table)
+    place = place_of(file, table, length, seed, deck) if moving else still_place(file, table)
     chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}
     lift = Lowering(
         name=file.name or table.path.stem,
@@ -191,6 +199,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         rigging=file.rigging.spring,
         compensator=compensator_of(file, table),
         wire=file.wire,
+        deck=place.deck,
         tip=place.tip,
         waves=place.waves,
         h_tip=f"{place.h_tip!r} m",
@@ -215,7 +224,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,
-        notes=(*place.notes, *run.notes, *_not_run(other_vessel_of(file, table))),
+        notes=(*place.notes, *run.notes, *_not_run(other_vessel_of(file, table), place.deck)),
         sampling=file.sampling,
         end=file.end,
     )

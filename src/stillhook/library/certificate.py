@@ -77,11 +77,6 @@ def _first_missing(x: Any, wanted: Any, place: str = "") -> str:
     return "" if isinstance(x, wanted) else place
 
 
-def read_certified(path: Path) -> Certified:
-    """A certificate in short. Errors: ValidateError of one line."""
-    return certified_of(read_certificate(path), path.name)
-
-
 def certified_of(data: Mapping[str, Any], label: str) -> Certified:
     """Record of a certificate in a crane; label names it in errors (ValidateError of one line)."""
     try:

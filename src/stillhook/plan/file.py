@@ -32,6 +32,7 @@ from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import toml_text
+from stillhook.plan.definition.capacities import flow_notes
 from stillhook.plan.definition.holds import Holds, holds_off, with_holds
 from stillhook.plan.definition.lift_plan import (
     Environment,
@@ -45,7 +46,7 @@ from stillhook.plan.definition.lift_plan import (
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.operation import OperationTable, operation_of
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
-from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
+from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of, under_water
 from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
@@ -195,7 +196,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         check_sinks(weight.low_case, rho)
         payload = weight.high_case
     check_sinks(payload, rho)
-    rules = load_rules(table.relative_toml(file.rules))
+    rules = under_water(load_rules(table.relative_toml(file.rules)), file.environment.current)
     for i, phase in enumerate(file.phase):
         check_limit_texts(phase.limits, table.at("phase", i, "limits"), rules)
         _label(phase.name, table.at("phase", i))
@@ -257,7 +258,8 @@ def _plan(table: TomlTable) -> LiftPlan:
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_cases(plan),
         *_doubts(plan),
-        *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
+        *flow_notes(plan),
+        *(() if chart is None else chart.notes(phases, file.environment.current, file.environment.wind)),
     )
     plan = replace(plan, notes=notes)
     for each in dict.fromkeys(plan.under(a) for a in plan.alternatives):
@@ -447,7 +449,7 @@ def _digest(plan: LiftPlan) -> str:
             phase.model_dump(mode="json", exclude={name for name in ("hold", "stand_off") if not getattr(phase, name)})
             for phase in plan.phases
         ],
-        "environment": plan.environment.model_dump(mode="json"),
+        "environment": plan.environment.inputs(),
         "rules": plan.rules.digest,
         "operation": [plan.T_POP, plan.T_C, *([plan.lead] if plan.lead else [])],
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
@@ -457,8 +459,6 @@ def _digest(plan: LiftPlan) -> str:
         content_of_plan["other_vessel"] = plan.against.other.inputs()
     if plan.compensator is not None:
         content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
-    if plan.environment.swell is None:
-        del content_of_plan["environment"]["swell"]
     if plan.weight is not None:
         content_of_plan["weight"] = weight_facts(plan.weight)
     if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):

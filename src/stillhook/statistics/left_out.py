@@ -66,6 +66,10 @@ class Linear:
         """A parameter with its 95 % interval."""
         return Estimate.around(float(self.theta[i]), self.half(np.eye(len(self.theta))[i]), len(self.residual))
 
+    def estimates(self) -> list[Estimate]:
+        """All of them."""
+        return [self.estimate(i) for i in range(len(self.theta))]
+
 
 def linear_fit(X: FloatArray, y: FloatArray, groupings: Mapping[str, Labels]) -> Linear:
     """Least squares of y (n,) on X (n, p), with the intervals of every grouping of its rows."""
@@ -87,6 +91,17 @@ def held_out(X: FloatArray, y: FloatArray, groups: Labels) -> FloatArray | None:
             return None
         out[part] = y[part] - X[part] @ linear_fit(X[~part], y[~part], {}).theta
     return out if len(names) > 1 else None
+
+
+def rms(x: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def rms_held_out(X: FloatArray, y: FloatArray, groupings: Mapping[str, Labels], over: float) -> dict[str, float]:
+    """Root mean square of `held_out` over a number, by the name of each grouping that can be left out."""
+    left = {name: held_out(X, y, of) for name, of in groupings.items()}
+    return {name: rms(x) / over for name, x in left.items() if x is not None}
 
 
 def stretches(n: int, most: int = 12, weight: Sequence[float] | FloatArray | None = None) -> Labels:

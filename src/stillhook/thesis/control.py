@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from stillhook.spec.crane import Crane
+
 SETTINGS_TITLE = "nov-250t, empty hook, outermost layer: motors and pumps at a steady wire speed"
 MODES = ("ns", "hs", "ssc", "ssc-cubic")
 HS_LOAD = 90e3
@@ -49,26 +51,23 @@ def settings(found: xarray.Dataset | None = None) -> Drawing:
     """Motors and pumps at a steady wire speed by controller (2.17, E4)."""
     curves = setting_curves(CRANE, modes=MODES) if found is None else found
     cross = 60.0 * float(curves["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
+    top, top_ns = tops(CRANE, 0.0, "ssc", "ns")
     data = curves[["u_p", "alpha_m"]] if {"u_p", "alpha_m"} <= set(curves) else curves
     return Drawing(
         SETTINGS_TITLE,
         draw=lambda: setting_figure(curves, title=SETTINGS_TITLE),
         tables={"data": _table(data)},
         printed=[
-            Printed(
-                "highest speed of SSC",
-                "above NS and HS at the same load",
-                f"{_top('ssc'):.0f} m/min, NS {_top('ns'):.0f}",
-            ),
+            Printed("highest speed of SSC", "above NS and HS at the same load", f"{top:.0f} m/min, NS {top_ns:.0f}"),
             Printed("the curves of SSC and NS cross", "at some point", f"at {cross:.0f} m/min"),
         ],
     )
 
 
-def _top(mode: str) -> float:
-    """Highest speed with an empty hook on the outermost layer [m/min]."""
-    here = Station(CRANE, 0.0, wire_out_on(CRANE, CRANE.drum.layers), Direction.HOISTING)
-    return 60.0 * here.top_of_mode(Mode(mode)).v_w
+def tops(crane: Crane, load: float, *modes: str) -> list[float]:
+    """Highest speed of each controller with a load [kg] on the outermost layer [m/min]."""
+    station = Station(crane, load, wire_out_on(crane, crane.drum.layers), Direction.HOISTING)
+    return [60.0 * station.top_of_mode(Mode(mode)).v_w for mode in modes]
 
 
 def _table(data: xarray.Dataset) -> Table:
@@ -80,8 +79,7 @@ def operating_range() -> Drawing:
     """Highest wire speed by load, the rectangles of NS and HS in it (C4)."""
     crane = load_crane("nov-150t")
     data = envelope(crane)
-    here = Station(crane, HS_LOAD, wire_out_on(crane, crane.drum.layers), Direction.HOISTING)
-    hs, ns, ssc = (60.0 * here.top_of_mode(Mode(m)).v_w for m in ("hs", "ns", "ssc-cubic"))
+    hs, ns, ssc = tops(crane, HS_LOAD, "hs", "ns", "ssc-cubic")
     return Drawing(
         "nov-150t: highest wire speed by load",
         draw=lambda: load_speed_figure(data),
@@ -155,9 +153,7 @@ def _diagram() -> Figure:
 
 def block_diagram() -> Drawing:
     """The controller: feedforward and position loop of the pumps, displacement of the motors (2.15, C14, E2)."""
-    rows = ARROWS
-    g = gains(CRANE)
-    ours = f"{g.K_1:.4f} s/m = 1/({60.0 * wire_speed_max(CRANE):.2f} m/min)"
+    ours = f"{gains(CRANE).K_1:.4f} s/m = 1/({60.0 * wire_speed_max(CRANE):.2f} m/min)"
     numbers = [Printed("K_1 of nov-250t", "0.68 s/m (an erratum)", ours)]
-    tables = {"data": Table(("from", "to", "signal"), rows)}
+    tables = {"data": Table(("from", "to", "signal"), ARROWS)}
     return Drawing("The controller", draw=_diagram, tables=tables, printed=numbers)

@@ -46,7 +46,8 @@ STATES = {
 
 class Item(NamedTuple):
     """A figure or table: its number (2.17 and T2.7 of the thesis, E19 and ET2 of paper E), what it shows, its state,
-    the function that draws it with its arguments, the page that judges it, and what the thesis does not give."""
+    the function that draws it with its arguments, the page that judges it, what the thesis does not give, and why ours
+    differs from print, as far as the page varied it."""
 
     number: str
     caption: str
@@ -54,6 +55,7 @@ class Item(NamedTuple):
     function: str
     page: str
     missing: str
+    differs: str
 
 
 class Axis(NamedTuple):

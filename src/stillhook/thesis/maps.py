@@ -24,6 +24,17 @@ SWITCH = 81.0
 """Speed that parts slow from fast: "velocities above 80 m/min" [m/min]."""
 LOW, AROUND_80 = (0.0, 51.0), (69.0, 81.0)
 """Speeds that are called low, and around 80 m/min."""
+FAST = {"up to 80": (0.0, SWITCH), "above": (SWITCH, 999.0)}
+CHANGES = {
+    "e_c_pp": ("error", "lower and consistent", FAST),
+    "p_max": ("peak pressure", "small differences, most above 80 m/min", FAST),
+    "settling_time": (
+        "settling time",
+        "significantly shorter at low speed, better around 80",
+        {"up to 50": LOW, "around 80": AROUND_80},
+    ),
+}
+"""Numbers of a map whose change is printed: in words, what is printed, and ranges of speed [m/min]."""
 COARSE = "20 % to 100 % by 20 %"
 """Loads at which settling times are drawn in seconds."""
 
@@ -71,29 +82,15 @@ def change(of: Map, name: str, low: float, high: float) -> FloatArray:
 
 def value_map(name: str, found: Map | None = None) -> Drawing:
     """A number of the classic controllers, the better of both, and of SSC over load and speed."""
-    of = found or (steps() if name in ("settling_time", "alpha_m_end") else waves())
-    quantity, printed = {
-        "e_c_pp": ("error, SSC against the better classic mode", "lower and consistent"),
-        "p_max": ("peak pressure, SSC against the better classic mode", "small differences, most above 80 m/min"),
-        "settling_time": (
-            "settling time, SSC against the better classic mode",
-            "significantly shorter at low speed, better around 80",
-        ),
-    }.get(name, ("", ""))
+    of_step = name in ("settling_time", "alpha_m_end")
+    of = found or (steps() if of_step else waves())
     compared = []
-    if quantity:
-        settling = name == "settling_time"
-        ends, words = (
-            ((LOW, AROUND_80), ("up to 50", "around 80"))
-            if settling
-            else (((0.0, SWITCH), (SWITCH, 999.0)), ("up to 80", "above"))
-        )
-        medians = [
-            f"{100.0 * float(np.median(change(of, name, *e))):+.0f} % {w} m/min"
-            for e, w in zip(ends, words, strict=True)
-        ]
-        compared = [Printed(quantity, printed, f"median {' and '.join(medians)}")]
-    coarse = f" Loads {COARSE} of the SWL; finer: stillhook map." if name in ("settling_time", "alpha_m_end") else ""
+    if name in CHANGES:
+        quantity, printed, ends = CHANGES[name]
+        medians = [f"{100.0 * float(np.median(change(of, name, *e))):+.0f} % {w} m/min" for w, e in ends.items()]
+        words = f"{quantity}, SSC against the better classic mode"
+        compared = [Printed(words, printed, f"median {' and '.join(medians)}")]
+    coarse = f" Loads {COARSE} of the SWL; finer: stillhook map." if of_step else ""
     return Drawing(
         f"nov-250t: {BY_NAME[name].meaning if name in BY_NAME else name}",
         draw=lambda: value_figure(of, name, labels=(BEST_CLASSIC, "ssc")),

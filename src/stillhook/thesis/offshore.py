@@ -126,27 +126,25 @@ def _runs(test: str) -> Mapping[str, xarray.Dataset]:
 
 def _printed(test: str, runs: Mapping[str, xarray.Dataset]) -> list[Printed]:
     old, *_, new = runs.values()
-
-    def change(name: str) -> str:
-        return f"{100.0 * (float(new[name]) / float(old[name]) - 1.0):+.0f} %"
-
     least = float(new["alpha_m_min"])
-    pumps = [f"{100.0 * float(one['alpha_p_max']):.0f} %" for one in (old, new)]
-    if test == "90 t":
-        return [
-            Printed("pumps, classic and new", "100 % and 90 %", " and ".join(pumps)),
-            Printed("control error, new against classic", "about -30 %", change("e_c_pp")),
-            Printed("peak pressure, new against classic", "about -20 %", change("p_max")),
-        ]
-    if test == "100 t":
-        return [
-            Printed("reduction of the displacement", "about 100 cm³/rev", f"{D_M * (1.0 - least):.0f} cm³/rev"),
-            Printed("pressure, SSC against NS", "lower", change("p_a_max")),
-        ]
-    return [
-        Printed("displacement of SSC", "full", f"{least:.3f} at least"),
-        Printed("pressure, SSC against NS", "slightly lower", change("p_a_max")),
-    ]
+    pumps = " and ".join(f"{100.0 * float(one['alpha_p_max']):.0f} %" for one in (old, new))
+    e, p, p_a = (f"{100.0 * (float(new[x]) / float(old[x]) - 1.0):+.0f} %" for x in ("e_c_pp", "p_max", "p_a_max"))
+    rows = {
+        "90 t": (
+            ("pumps, classic and new", "100 % and 90 %", pumps),
+            ("control error, new against classic", "about -30 %", e),
+            ("peak pressure, new against classic", "about -20 %", p),
+        ),
+        "100 t": (
+            ("reduction of the displacement", "about 100 cm³/rev", f"{D_M * (1.0 - least):.0f} cm³/rev"),
+            ("pressure, SSC against NS", "lower", p_a),
+        ),
+        "200 t": (
+            ("displacement of SSC", "full", f"{least:.3f} at least"),
+            ("pressure, SSC against NS", "slightly lower", p_a),
+        ),
+    }
+    return [Printed(*row) for row in rows[test]]
 
 
 def compared(load: str, *signals: str) -> Drawing:

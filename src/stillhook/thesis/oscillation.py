@@ -24,12 +24,7 @@ from stillhook.units import from_display, in_display
 
 CC, BAR = from_display(1.0, "displacement"), from_display(1.0, "pressure")
 D_MAX = 3000.0  # cm^3/rev: 12 motors of 250
-THEIRS: Mapping[int, tuple[float, str]] = {
-    2940: (0.4, "no"),
-    2500: (0.4, "no"),
-    1600: (0.7, "yes"),
-    735: (1.5, "yes"),
-}
+THEIRS: Mapping[int, tuple[float, str]] = {2940: (0.4, "no"), 2500: (0.4, "no"), 1600: (0.7, "yes"), 735: (1.5, "yes")}
 """Displacement [cm^3/rev] -> period [s], and whether it affects the speed: table 1."""
 ROUNDING = 0.05  # s: the periods are printed in tenths
 START = 2.0  # s: the stick begins to move
@@ -40,13 +35,21 @@ LOW, HIGH, D_ONE = 162, 245, 250.0  # cm^3/rev each, figures 7 and 8, and the fu
 MODE_OF = {LOW: "hs", HIGH: "ns"}  # the two fixed settings of the classic controller
 RING = 0.5  # Hz: above the waves (0.08 and 0.17 Hz), below the circuit's eigenfrequency at either displacement
 WARM = 30.0  # s
+MOTOR = {"type": "A6VM280", "D_max": "250 cm^3/rev", "C_1": "0.04 L/min/bar", "C_2": "1e-5 L/min/bar/(rev/min)"}
+SIDES = (("A side", "p_a"), ("B side", "p_b"))
 
 
 def constant() -> tuple[float, float]:
     """Period times displacement [s cm^3/rev]: the least and the most that all four printed periods allow."""
-    return max((T - ROUNDING) * D for D, (T, _) in THEIRS.items()), min(
-        (T + ROUNDING) * D for D, (T, _) in THEIRS.items()
-    )
+    least, most = ([(T + off) * D for D, (T, _) in THEIRS.items()] for off in (-ROUNDING, ROUNDING))
+    return max(least), min(most)
+
+
+def _inertia(base: Crane, J: float) -> dict[str, str]:
+    """Table of the inertia of a winch with twelve motors, J at the motor shaft [kg m^2]."""
+    J_gear, J_motors = 12 * 0.05, 12 * 0.0559  # as the other cranes' gears; rotors as the library's A6VM280
+    J_drum = (J - J_gear - J_motors) * base.i_hD**2 - wire_inertia(base.drum, base.wire)
+    return {name: f"{x!r} kg m^2" for name, x in (("J_m_eff", J), ("J_gear", J_gear), ("J_drum", J_drum))}
 
 
 @cache
@@ -57,49 +60,35 @@ def twelve_motors() -> Crane:
     line = base.active.line
     C_h = like.line.V / like.motor.D_total * D_MAX * CC / line.bulk_modulus
     J = (sum(constant()) / 2.0 * CC / (2.0 * math.pi)) ** 2 / C_h
-    J_gear, J_motors = 12 * 0.05, 12 * 0.0559  # as the other cranes' gears; rotors as the library's A6VM280
-    J_drum = (J - J_gear - J_motors) * base.i_hD**2 - wire_inertia(base.drum, base.wire)
     own = {
         "name": "twelve-motors",
         "title": "Twelve motors of 250 cm^3/rev in one closed circuit, paper C table 1",
         "SWL": "165 t",
         "active": {
-            "motor": {
-                "type": "A6VM280",
-                "D_max": "250 cm^3/rev",
-                "count": 12,
-                "alpha_min": 0.2,
-                "C_1": "0.04 L/min/bar",
-                "C_2": "1e-5 L/min/bar/(rev/min)",
-            },
+            "motor": MOTOR | {"count": 12, "alpha_min": 0.2},
             "pump": {"D": ["500 cm^3/rev"] * 3},
             "line": {"V": f"{C_h * line.bulk_modulus!r} m^3"},
             "C_leak": "0.74 L/min/bar",
         },
         "friction": {"library": "crane-2"},
-        "inertia": {"J_m_eff": f"{J!r} kg m^2", "J_gear": f"{J_gear!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"},
+        "inertia": _inertia(base, J),
         "control": {"alpha_ns": 1.0, "alpha_hs": 0.6},
     }
-    return changed(base, own).model_copy(
-        update={"brake": None}
-    )  # the quay tests begin from a winch that its circuits hold
+    # the quay tests begin from a winch that its circuits hold
+    return changed(base, own).model_copy(update={"brake": None})
 
 
 @cache
 def of_165t() -> Crane:
     """The 150 t crane of the same paper with three active motors of 250 cm^3/rev, and as many more passive ones."""
     base = load_crane("nov-150t")
-    motor = {"type": "A6VM280", "D_max": "250 cm^3/rev", "C_1": "0.04 L/min/bar", "C_2": "1e-5 L/min/bar/(rev/min)"}
-    J = base.inertia.J_m_eff * 12 / 11  # one passive motor more
-    J_gear, J_motors = 12 * 0.05, 12 * 0.0559  # as the other cranes' gears; rotors as the library's A6VM280
-    J_drum = (J - J_gear - J_motors) * base.i_hD**2 - wire_inertia(base.drum, base.wire)
     own = {
         "name": "165t",
         "title": "165 t active/passive winch of paper C figures 7 and 8",
         "SWL": "165 t",
-        "active": {"motor": motor | {"alpha_min": 0.6}, "line": {"V": f"{50.0 * 750.0 / 645.0!r} L"}},
-        "passive": {"motor": motor | {"count": 9}},
-        "inertia": {"J_m_eff": f"{J!r} kg m^2", "J_gear": f"{J_gear!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"},
+        "active": {"motor": MOTOR | {"alpha_min": 0.6}, "line": {"V": f"{50.0 * 750.0 / 645.0!r} L"}},
+        "passive": {"motor": MOTOR | {"count": 9}},
+        "inertia": _inertia(base, base.inertia.J_m_eff * 12 / 11),  # one passive motor more
         "control": {"alpha_hs": LOW / D_ONE, "alpha_ns": HIGH / D_ONE},
     }
     return changed(base, own)
@@ -109,15 +98,8 @@ def ramped(D: int, *, ramp: float = RAMP, speed: float = SPEED, load: float = 0.
     """The winch ramped up at a fixed displacement D [cm^3/rev]: time in which the stick goes over [s], speed [m/min],
     load [t]."""
     profile = ((f"{START:g} s", "0 m/min"), (f"{START + ramp:g} s", f"{speed:g} m/min"))
-    stick = Operator(profile=profile, alpha_m=D / D_MAX)
-    return Scenario(
-        load=f"{load:g} t",
-        s_w="15 m",
-        mode="manual",
-        operator=stick,
-        duration=f"{ramp + 22:g} s",
-        warm_up="1 s",
-    )
+    stick, times = Operator(profile=profile, alpha_m=D / D_MAX), {"duration": f"{ramp + 22:g} s", "warm_up": "1 s"}
+    return Scenario(load=f"{load:g} t", s_w="15 m", mode="manual", operator=stick, **times)
 
 
 def swing(run: xarray.Dataset, end: float) -> float:
@@ -178,22 +160,14 @@ def contrast_panels(D: int, run: xarray.Dataset) -> list[Panel]:
     return [Panel(speed.x, speed.y, both, title), Panel(speed.x, pressure, sides, title)]
 
 
-SIDES = (("A side", "p_a"), ("B side", "p_b"))
-
-
 def contrast(D: str) -> Drawing:
     """Speeds and pressures in heave compensation at a displacement (C7, C8)."""
     runs, D_shown = offshore_runs(), int(D)
     rms = {k: in_display(rms_above(run, "p_a", frequency=RING, start=WARM), "pressure") for k, run in runs.items()}
+    ours = f"{rms[LOW]:.1f} against {rms[HIGH]:.1f} bar rms above 0.5 Hz"
     return Drawing(
         f"165 t crane, 4 t on the wire, heave compensation at {D} cm³/rev",
         contrast_panels(D_shown, runs[D_shown]),
-        printed=[
-            Printed(
-                "pressure oscillations at 162 cm³/rev",
-                "significantly more than at 245",
-                f"{rms[LOW]:.1f} against {rms[HIGH]:.1f} bar rms above 0.5 Hz",
-            )
-        ],
+        printed=[Printed("pressure oscillations at 162 cm³/rev", "significantly more than at 245", ours)],
         note="Ours: the tip's motion is that of paper E scenario 3, two fifths of its size.",
     )

@@ -198,12 +198,9 @@ def motor_patterns(runs: Mapping[tuple[float, float], xarray.Dataset] | None = N
         wanted, alpha = cut["u_m"].values, cut["alpha_m"].values
         panels.append(_command(title, cut["time"].values - WARM, wanted, alpha))
         least.append(D_ONE * float(one["alpha_m"].min() - one["u_m"].min()))
+    ours = f"up to {max(least):.0f} cm³/rev of one motor"
     return Drawing(
         "nov-250t, motors in open loop with feedback, u_thr 0.6",
         panels,
-        printed=[
-            Printed(
-                "offset at the least displacement", "up to 20 cm³/rev", f"up to {max(least):.0f} cm³/rev of one motor"
-            )
-        ],
+        printed=[Printed("offset at the least displacement", "up to 20 cm³/rev", ours)],
     )

@@ -56,6 +56,10 @@ typedef struct {
     wchar_t name[50];
 } ObjectInfo;
 typedef struct {
+    char before[76];
+    double RigidBodyPos[3];
+} ObjectExtra;
+typedef struct {
     int PeriodNum, Unused;
     double FromTime, ToTime;
 } Period;
@@ -94,7 +98,10 @@ API void CALL C_GetTimeHistory2W(void *object, const void *extra, const Period *
                                  int *status)
 {
     *status = period->PeriodNum == 32005 && extra != NULL && object != NULL ? 0 : 11;
+    const double *at = ((const ObjectExtra *)extra)->RigidBodyPos; /* it heaves there, and heels with that */
     *value = id == 100 ? row[1] / 1000.0 * force : row[id - 99] * length;
+    if (id != 100)
+        *value *= 1.0 + (0.01 * at[0] + 0.02 * at[1]) / length;
 }
 API void CALL C_RecordExternalFunctionErrorW(Info *info, const wchar_t *text, int *status)
 {

@@ -167,7 +167,9 @@ class OrcaFlex:
         names = {"Z": 0, "GZ-Velocity": 1, "GZ-Acceleration": 2}
         if name not in names:
             raise NoSuchResultError(name)
-        value = self.shown_tip[names[name]] + (self.datum if name == "Z" else 0.0)
+        x, y, _ = (each / self.units[1] for each in extra.RigidBodyPos)
+        heeling = 1.0 + 0.01 * x + 0.02 * y  # at its place (0, 0, 0) it heaves, and it heels with that
+        value = self.shown_tip[names[name]] * heeling + (self.datum if name == "Z" else 0.0)
         return value * self.units[1]
 
     def calculate(self, time: float, *, new: bool) -> float:

@@ -83,6 +83,7 @@ def exported(name: str, contents: str = "plant+controller", coupling: str = "tip
         ("nov-100t-electric", "plant+controller", "wire"),
         ("nov-250t-secondary", "plant", "wire"),
         ("utility-20t-open-circuit", "plant+controller", "tip"),
+        ("nov-250t-digital", "plant+controller", "tip"),
     ],
 )
 def test_an_fmu_stays_within_its_memory_whatever_a_host_does(name, contents, coupling, fmi, tmp_path: Path):

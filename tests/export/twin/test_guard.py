@@ -68,6 +68,22 @@ def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, 
     assert np.ptp([row["s_w"] for row in after]) < PLACE
 
 
+@pytest.mark.parametrize(
+    ("name", "moved"), [("nov-250t", 1e-3), pytest.param("nov-250t-secondary", 1e-3, marks=pytest.mark.thorough)]
+)
+def test_a_light_load_stays_where_it_is_when_its_load_cell_fails(name: str, moved: float, compiled):
+    """The passive motors carry by the load cell: by the SWL in its place they hoisted 20 t by 8.5 m in a minute."""
+    crane = stillhook.load_crane(name)
+    case = case_of(crane, load="20 t", duration="72 s")
+    made, tip = export(crane, case), rows(crane, case)
+    s_w = {
+        q: np.array([row["s_w"] for row in run(Host(made, compiled, "-O2"), tip, BAD + 6000, {"q_F": q})])
+        for q in (1.0, 0.0)
+    }
+    assert np.ptp(s_w[1.0]) > 1.5
+    assert np.abs(s_w[0.0] - s_w[1.0]).max() < moved
+
+
 @pytest.mark.parametrize("value", [25.0, 1e300])
 def test_a_motion_that_no_crane_has_stops_the_winch_of_an_fmu(value: float, compiled):
     crane = stillhook.load_crane("nov-250t")

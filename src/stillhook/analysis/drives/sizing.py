@@ -36,7 +36,7 @@ EXPONENTS: Mapping[str, int] = {
         (1, "stiffness_torsion torque viscous_torque torque_loss_pressure inertia power energy capacitance current"),
         # Against it.
         (-1, "flow_resistance resistance"),
-        (-2, "torque_loss_turbulent"),
+        (-2, "torque_loss_turbulent flow_resistance_squared"),
         # The same for one and for many.
         (0, "length diameter speed time frequency rotation gain_per_time pressure modulus temperature"),
         (0, "temperature_rise voltage torque_constant"),
@@ -190,7 +190,7 @@ def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Cra
     declared = getattr(winch.module, "sized", None)
     parts: tuple[Part, ...] = ()
     if declared is None:
-        parts = tuple(_part(of, name, size) for name in winch.tables if of.table(name) is not None)
+        parts = tuple(_part(of, name, size) for name in winch.tables if _grows(of, name))
         factors = {part.table: part.motors / part.of for part in parts}
     else:
         factors = dict(declared(of, reference, v))
@@ -232,6 +232,12 @@ def _gear(of: Crane, reference: Crane, slower: float) -> float:
 
 def _motors(crane: Crane) -> int:
     return sum(each.count for each in crane.motors)
+
+
+def _grows(of: Crane, name: str) -> bool:
+    """A table has numbers that go with its size."""
+    below = [item for item in items(of) if _within(item.path, (name,))]
+    return any(item.path.endswith(".count") or EXPONENTS.get(item.quantity or "") for item in below)
 
 
 def _part(of: Crane, name: str, size: float) -> Part:

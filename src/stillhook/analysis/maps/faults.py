@@ -80,9 +80,14 @@ class FaultTable(NamedTuple):
     false_alarms: dict[str, float] | None
 
     @property
+    def lost(self) -> list[str]:
+        """Faults that are survived under no controller."""
+        return [f for f, row in self.outcomes.items() if all(o.verdict is Verdict.LOST for o in row.values())]
+
+    @property
     def ok(self) -> bool:
         """Whether every fault is survived under some controller."""
-        return all(any(o.verdict is not Verdict.LOST for o in row.values()) for row in self.outcomes.values())
+        return not self.lost
 
 
 def fault_tables(text: str, time: float) -> dict[str, Any]:
@@ -172,21 +177,17 @@ def outcome(crane: Crane, healthy: Run, run: Run, time: float, limit: float) -> 
     moved = float(np.max(np.abs(wire - at)))
     tension = run.column("F_w")[k:]
     pressures = "p_a" in run.signals
-    dp = [r.column("p_a")[k:] - r.column("p_b")[k:] for r in (run, healthy)] if pressures else None
+    dp = [r.column("p_a")[k:] - r.column("p_b")[k:] for r in (run, healthy)] if pressures else []
     alarm = np.flatnonzero(run.column("guard_alarm")[k:] > 0.0) if "guard_alarm" in run.signals else np.array([])
     last = round(LAST / run.dt)
     rests = float(np.max(np.abs(run.column("v_w")[-last:]))) < AT_REST
     sound = not run.diverged and float(tension.max()) <= tip_capacity(crane) and float(tension.min()) > 0.0
     within = float(wire.min()) >= float(at.min()) - limit and float(wire.max()) <= float(at.max()) + limit
-    survived = Verdict.LOST
-    if sound and moved <= limit:
-        survived = Verdict.KEPT
-    elif sound and rests and within:
-        survived = Verdict.ENDED
+    ended = Verdict.ENDED if sound and rests and within else Verdict.LOST
     return Outcome(
-        survived,
+        Verdict.KEPT if sound and moved <= limit else ended,
         moved,
         float(tension.max()),
-        float(np.max(np.abs(dp[0] - dp[1]))) if dp is not None else math.nan,
+        float(np.max(np.abs(np.subtract(*dp)))) if dp else math.nan,
         float(alarm[0] * run.dt) if len(alarm) else math.nan,
     )

@@ -40,28 +40,18 @@ def compare_faults(
 
 
 def _data(table: FaultTable) -> dict[str, Any]:
-    """The table as plain data, SI; null for what there is none of."""
-    rows = {
-        fault: {
-            mode: {n: None if isinstance(x, float) and math.isnan(x) else x for n, x in o._asdict().items()}
-            for mode, o in row.items()
-        }
-        for fault, row in table.outcomes.items()
-    }
+    """The table as plain data, SI."""
+    rows = {fault: {mode: o._asdict() for mode, o in row.items()} for fault, row in table.outcomes.items()}
     return {"crane": table.crane.name, "fault_time": table.time, "false_alarms": table.false_alarms, "faults": rows}
+
+
+def _modes(table: FaultTable) -> list[str]:
+    return list(next(iter(table.outcomes.values())))
 
 
 def _cell(o: Outcome) -> str:
     alarm = "no alarm" if math.isnan(o.detected) else fmt(o.detected, "time")
     return f"{o.verdict}, {fmt(o.moved, 'length')}, {alarm}"
-
-
-def _heads(table: FaultTable) -> list[str]:
-    return ["fault", *next(iter(table.outcomes.values()))]
-
-
-def _rows(table: FaultTable) -> list[list[str]]:
-    return [[fault, *(_cell(o) for o in row.values())] for fault, row in table.outcomes.items()]
 
 
 def _ends(table: FaultTable) -> list[str]:
@@ -70,12 +60,12 @@ def _ends(table: FaultTable) -> list[str]:
     if table.false_alarms is not None:
         each = ", ".join(f"{mode} {n:.0f}" for mode, n in table.false_alarms.items())
         alarms = f"Alarms without a fault: {each}."
-    lost = [f for f, row in table.outcomes.items() if all(o.verdict == "lost" for o in row.values())]
-    return [alarms, f"Survived by no controller: {', '.join(lost) or 'none'}."]
+    return [alarms, f"Survived by no controller: {', '.join(table.lost) or 'none'}."]
 
 
 def _print(table: FaultTable) -> None:
-    print_table(_heads(table), _rows(table), title=f"{table.crane.name}: load moved, time to the alarm")
+    rows = [[fault, *map(_cell, row.values())] for fault, row in table.outcomes.items()]
+    print_table(["fault", *_modes(table)], rows, title=f"{table.crane.name}: load moved, time to the alarm")
     for line in _ends(table):
         print(line)
     print_twin(table.crane)
@@ -83,9 +73,8 @@ def _print(table: FaultTable) -> None:
 
 def _brief(table: FaultTable) -> Answer:
     """Faults by verdict under each controller."""
-    modes = _heads(table)[1:]
-    verdicts = ("kept", "ended", "lost")
-    counts = [[m, *(str(sum(row[m].verdict == v for row in table.outcomes.values())) for v in verdicts)] for m in modes]
+    verdicts = {m: [str(row[m].verdict) for row in table.outcomes.values()] for m in _modes(table)}
+    counts = [[m, *(str(of.count(v)) for v in ("kept", "ended", "lost"))] for m, of in verdicts.items()]
     title = f"{table.crane.name}: {len(table.outcomes)} sensor faults from {table.time:g} s on"
     lines = columns(["", "kept", "ended at rest", "lost"], counts, left=(0,))
     return Answer(title, [*lines, *_ends(table)], more="every fault with what it moved, and the time to its alarm")

@@ -79,6 +79,8 @@ def _show(one: Item, drawn: Drawing | None, out: Path | None, *, json: bool) -> 
     head, cells = ("", "printed", "ours"), [list(p) for p in drawn.printed] if drawn else []
     tails = [f"Not given by the thesis: {one.missing}."] if one.missing else []
     tails += [drawn.note] if drawn and drawn.note else []
+    tails += [f"Differs from print: {one.differs}."] if one.differs else []
+    tails += [f"Judged in docs/validation/{one.page}."] if one.page.endswith(".md") and "/" not in one.page else []
 
     def brief() -> Answer:
         lines = [drawn.title] if drawn else []

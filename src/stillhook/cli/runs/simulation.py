@@ -36,7 +36,7 @@ from stillhook.cli.parser import (
 from stillhook.errors import LiftError, StillhookError
 from stillhook.report.formatting import cell, counted, wrapped
 from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, say, started
-from stillhook.units import quote, show
+from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
@@ -264,6 +264,23 @@ FILM_HELP = (
 )
 
 
+HOISTING_HELP = (
+    'In place of the run: the lowest of these hoisting speeds without a second hit, such as "6 to 36 m/min by 6 m/min".'
+)
+MOST_SPEEDS = 40
+"""Hoisting speeds that a range may have."""
+OF_SPEED = {
+    "hoisting\nspeed": ("v", "speed"),
+    "starts with a\nsecond hit": ("share", ""),
+    "its\nspeed": ("v_hit", "speed"),
+    "hook load\nmost": ("F_hook", "force"),
+    "at the tip\nmost": ("F_tip", "force"),
+    "slings\nslack": ("slack", "time"),
+    "wire speed\nreached": ("v_w", "speed"),
+}
+"""Numbers of a hoisting speed, with their heads."""
+
+
 def lower(
     lift: LiftArgument,
     out: Out = None,
@@ -272,18 +289,22 @@ def lower(
         str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
     ] = None,
     film: Annotated[str | None, typer.Option("--film", help=FILM_HELP)] = None,
+    hoisting_speeds: Annotated[str | None, typer.Option(help=HOISTING_HELP)] = None,
     json: Json = False,
 ) -> None:
-    """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
+    """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run; or
+    lift it off a moving deck, or set it down there.
 
     Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched
-    the seabed in a phase that does not land, or the programme got stuck or was not finished.
+    seabed or deck in a phase that does not land, a deck hit it again, or the programme got stuck or was not finished.
 
     Example: stillhook lower anchor-to-3000m --out anchor
 
     Example: stillhook lower template-through-the-surface --out template --film ns,ssc
 
     Example: stillhook lower anchor/lowering.nc, to run a stored lowering again
+
+    Example: stillhook lower lift-off.toml --hoisting-speeds "6 to 36 m/min by 6 m/min"
     """
     from stillhook.engine.lowering.run import setup_of
     from stillhook.engine.simulate import simulate
@@ -292,6 +313,10 @@ def lower(
 
     if film is not None and out is None:
         raise LiftError("--film: is written to a folder. Give --out as well.")
+    if hoisting_speeds is not None:
+        refuse({"--out": out, "--film": film}, "--hoisting-speeds writes no files. Leave it out.")
+        _hoist(lift, hoisting_speeds, seed, duration, json=json)
+        return
     if film is not None:
         need("matplotlib", "--film", LiftError)
     check_out(out, LOWERING_FILES if film is None else (*LOWERING_FILES, *FILMS))
@@ -329,6 +354,45 @@ def lower(
     raise typer.Exit(0 if answer["status"] == "ok" else 1)
 
 
+def _hoist(lift: str, text: str, seed: int | None, duration: str | None, *, json: bool) -> None:
+    """The lowest of several hoisting speeds at which a deck does not hit its load again."""
+    from stillhook.engine.lowering.hoisting_speed import hoisting_speed
+    from stillhook.formats.lift_file import load_lift
+    from stillhook.tables.range_text import values_of
+
+    try:
+        speeds = [parse(v, "speed", "--hoisting-speeds") for v in values_of(text, "speed", MOST_SPEEDS)]
+    except ValueError as problem:
+        raise LiftError(f"--hoisting-speeds: {problem}") from None
+    file = load_lift(lift, seed=seed, duration=duration)
+    try:
+        with progress_bar(f"{file.lift.name}, hoisting speeds") as bar:
+            found = hoisting_speed(file.crane, file.lift, speeds, progress=bar)
+    except StillhookError as e:
+        raise type(e)(f"{Path(lift).name}: {e}") from None
+    rows = [row._asdict() for row in found.rows]
+    head = {"lift": file.lift.name, "crane": file.crane.name, "place": file.place}
+    answer = {**head, "lowest": found.lowest, "starts": found.starts, "span": found.span, "speeds": rows}
+    none = f"No speed of these avoids a second hit: {show(found.rows[-1].v, 'speed')} has one. Give higher ones."
+    lowest = f"Lowest hoisting speed without a second hit: {show(found.lowest, 'speed')}"
+    over = f"{found.starts} starts over {show(found.span, 'time')}"
+    line = none if math.isnan(found.lowest) else f"{lowest}, of {over} at each speed."
+
+    def full() -> None:
+        wrapped(f"{file.lift.name}: {file.crane.name}, {file.place}")
+        print_table(
+            list(OF_SPEED),
+            [
+                [f"{row.share:.0%}" if k == "share" else show(getattr(row, k), kind) for k, kind in OF_SPEED.values()]
+                for row in found.rows
+            ],
+        )
+        print(line)
+
+    title = f"{file.lift.name}: {file.crane.name}, {file.place}"
+    present(answer, full, brief=lambda: Answer(title, [line], more="every speed"), json=json)
+
+
 def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
     """The lift under each controller that is to be filmed, in the order given."""
     from stillhook.winches.registry import WINCH_TYPES
@@ -363,7 +427,8 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
             f"Slings: least {cell('F_sling_min', least['F_sling_min'])} in {least['name']}; largest DAF"
             f" {cell('DAF', most['DAF'])} in {most['name']}."
         )
-    if not math.isnan(answer["t_landed"]):
+    lines += _off_deck(file, answer)
+    if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
         at = f"after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}"
         lines.append(f"Touch-down {at}.")
     compensated = [row for row in phases if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
@@ -376,6 +441,19 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
     more = f"every phase, {counted(len(notes), 'note')}"
     title = f"{answer['lift']}: {file.lift.payload.title or file.lift.payload.name}, {answer['crane']}, {file.place}"
     return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
+
+
+def _off_deck(file: LiftFile, answer: dict[str, Any]) -> list[str]:
+    """When a load left the deck that it started on, and how the deck hit it again."""
+    if not file.lift.on_deck:
+        return []
+    if math.isnan(answer["t_lift_off"]):
+        return ["The payload does not leave the deck."]
+    hits = int(answer["second_hits"])
+    again = (
+        f"{counted(hits, 'second hit')}, up to {show(answer['v_second_hit_max'], 'speed')}" if hits else "no second hit"
+    )
+    return [f"Lift-off after {show(answer['t_lift_off'], 'time')}; {again}."]
 
 
 def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
@@ -398,7 +476,9 @@ def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
         from stillhook.winches.load_path.registry import UNITS
 
         print(UNITS[unit.type].summary(unit, answer))
-    if not math.isnan(answer["t_landed"]):
+    for line in _off_deck(file, answer):
+        print(line)
+    if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")

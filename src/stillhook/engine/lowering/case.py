@@ -34,6 +34,7 @@ from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.deck import reference_of
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import phase_names
 from stillhook.spec.lift.stored import lowerings_text
@@ -121,7 +122,8 @@ class LoweringType(CaseType):
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, phases_of(case), is_ideal(lift.sensors) and not lift.tip.separate
+        ideal = is_ideal(lift.sensors) and not reference_of(lift.tip, lift.deck, 0).separate
+        return lift.duration, lift.wire.nodes, water, phases_of(case), ideal
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return lift_of(case).duration
@@ -155,7 +157,8 @@ class LoweringType(CaseType):
         first = crane if isinstance(crane, Crane) else crane[0]
         winch, joints = first.plant.type, joints_of(cases)
         lifts = [lift_of(c) for c in cases]
-        of_run, of_phases = run_numbers_of(winch, joints=joints), phase_numbers_of(winch, joints=joints)
+        of_run = run_numbers_of(winch, joints=joints, checks=first.control.guard is not None)
+        of_phases = phase_numbers_of(winch, joints=joints)
         rows: list[dict[str, Any]] = []
         phases = np.full((len(cases), max(map(phases_of, cases)), len(of_phases)), math.nan)
         peaks = np.full((len(cases), max(map(intervals_of, cases)), len(PEAKS)), math.nan)
@@ -211,7 +214,7 @@ def _lowerings(cases: Sequence[Case]) -> list[Lowering]:
             continue
         motion = case.motion
         first = moved.setdefault(motion, case.lowering()) if motion not in moved else moved[motion]
-        out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
+        out.append(case.moved_as(first))
     return out
 
 

@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
+
 from stillhook.control.supervisor import Stage as Row
 from stillhook.engine.arguments import RK4_LIMIT, fastest_rates, step_advice
 from stillhook.engine.pack.capacity import overloads, tip_capacity
 from stillhook.engine.pack.lift import PackedLift
-from stillhook.engine.pack.programme import hanging, hook_height, payload_weight
+from stillhook.engine.pack.programme import hanging, hook_height, landed_weight
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import LiftError, SpecError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
@@ -14,16 +16,21 @@ from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.phase import Phase, WinchMode
+from stillhook.spec.lift.phase import Phase, WinchMode, called
 from stillhook.spec.scenario import LONGEST
-from stillhook.units import show
+from stillhook.units import quote, show
 
 COUPLING = 0.1
 """Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / r_eff^2; at 1 they
 part ways."""
 SOIL_LIMIT = 0.8
 """Largest step times rate of a payload on the seabed; stable up to 1 (damper) and 2 (spring)."""
+DECK_LIMIT = 0.4
+"""Largest step times frequency of a payload on a deck: a hit then takes eight steps or more."""
+ON_DECK = 1.0e-3
+"""How far from the deck a payload that starts on it may be given [m]."""
 FIXED_MASS = 1.0e15
 """Mass of a load at rest [kg]: in the winch's own steps the first node moves evenly, at any pull."""
 COARSEST = 0.5
@@ -44,6 +51,38 @@ def check_lift(crane: Crane, case: Lowering) -> None:
             f"({100.0 * load / crane.SWL:.5g} %). Lower the mass or choose another crane."
         )
     _check_places(crane, case)
+    if case.deck is not None:
+        _check_deck(case, case.deck)
+
+
+def _check_deck(case: Lowering, deck: Deck) -> None:
+    """Refuse a deck that the payload does not start on or above."""
+    start, height = show(case.start_depth, "length"), show(deck.height, "length")
+    for phase in case.programme:
+        if phase.depth is not None and phase.depth > 0.0:
+            raise LiftError(
+                f"{called(phase)}: depth = {show(phase.depth, 'length')} is below the water, and a lift with a deck is"
+                " in air. End it above the water, or run what follows without a deck."
+            )
+    if deck.slack is None:
+        if -case.start_depth <= deck.height:
+            raise LiftError(
+                f"start_depth = {start}: the payload would hang in the deck, {height} above the water. Start above it,"
+                " or give deck.slack where it starts on the deck."
+            )
+        return
+    if abs(case.start_depth + deck.height) > ON_DECK:
+        raise LiftError(
+            f"start_depth = {start}: with deck.slack the payload starts on the deck, {height} above the water. Give"
+            f" start_depth = {quote(show(-deck.height, 'length'))}."
+        )
+    if case.compensator is not None:
+        raise LiftError(
+            "compensator: a payload that starts on a deck has slings alone. Leave out compensator or slack."
+        )
+    moves = [abs(float(x[0])) for motion in (case.tip, deck.motion) for x in motion.sample(np.zeros(1))[:2]]
+    if case.ramp == 0.0 and max(moves) > 0.0:
+        raise LiftError('ramp = 0 s: a payload that starts on a deck starts at rest. Give a ramp, such as "10 s".')
 
 
 def check_sea(case: Lowering) -> None:
@@ -53,6 +92,14 @@ def check_sea(case: Lowering) -> None:
             f"duration {case.duration:g} s is longer than the motion of the tip, {case.tip.duration:g} s. Shorten the"
             " run."
         )
+    if case.deck is not None:
+        if case.waves is not None:
+            raise LiftError("waves: with a deck the payload is in air. Leave waves out, or write [sea] water = false.")
+        known = case.deck.motion.duration
+        if known is not None and case.duration > known + 1e-9:
+            raise LiftError(
+                f"duration {case.duration:g} s is longer than the motion of the deck, {known:g} s. Shorten the run."
+            )
     if case.waves is not None:
         _check_waves(case.waves, case.duration)
 
@@ -105,11 +152,11 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
 
 def _check_tension(crane: Crane, case: Lowering, phase: Phase, where: str) -> None:
     """A load is landed only if the wire carries less than its weight."""
-    hangs = payload_weight(case, -math.inf) + (crane.hook_mass + case.link_mass) * G
+    hangs = landed_weight(case) + (crane.hook_mass + case.link_mass) * G
     if phase.tension is not None and phase.tension >= hangs:
         raise LiftError(
             f"{where}: tension = {show(phase.tension, 'force')} would lift the load again: payload and hook weigh"
-            f" {show(hangs, 'force')} in water. Give less."
+            f" {show(hangs, 'force')}{' in water' if case.deck is None else ''}. Give less."
         )
 
 
@@ -165,6 +212,8 @@ def fastest_of_lift(packed: PackedLift) -> tuple[str, float]:
     m = load.m + covered.A33
     rates["payload on the spring of the seabed"] = math.sqrt(load.k_soil / m) / SOIL_LIMIT
     rates["payload in the damper of the seabed"] = load.c_soil / m / SOIL_LIMIT
+    if packed.deck is not None:
+        rates["payload on the deck"] = math.sqrt(packed.deck.k / load.m) / DECK_LIMIT
     return max(rates.items(), key=lambda i: i[1])
 
 

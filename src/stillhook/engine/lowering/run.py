@@ -23,10 +23,12 @@ from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
 from stillhook.kernels.lanes import aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics import blank
+from stillhook.sea.motion.motion import Ramped
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import Phase
+from stillhook.winches.load_path import deck
 from stillhook.winches.load_path.lift import Course, Hanging
 from stillhook.winches.load_path.payload import Field, Momentum, blank_lift_stats
 from stillhook.winches.load_path.registry import joint_of, path_of
@@ -105,7 +107,7 @@ ON_SLINGS = Setup(path_of(None))
 
 def setup_of(lift: Lowering) -> Setup:
     """What the kernel of a lowering runs besides its winch."""
-    return Setup(path_of(lift.compensator))
+    return Setup(path_of(lift.compensator, deck=lift.deck is not None))
 
 
 class LiftBlock(Block[Ready]):
@@ -141,7 +143,7 @@ class LiftBlock(Block[Ready]):
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, NP, lanes), -np.inf)
-        self.first = np.array(flatten((blank(d.Stats, d.plant), blank_lift_stats(), *self.of_joint())))
+        self.first = np.array(flatten((blank(d.Stats, d.plant), blank_lift_stats(), *self.of_joint(), *self.of_deck())))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
     def _phases(self) -> FloatArray:
@@ -177,12 +179,17 @@ class LiftBlock(Block[Ready]):
             momentum=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.F_sling,
             **({"link": r.packed.link, "cs": self.of_joint()[0]} if "link" in d.parts.others else {}),
+            **({"deck": r.packed.deck, "ds": deck.blank()} if r.packed.deck is not None else {}),
         )
         return flatten(lane)
 
     def of_joint(self) -> tuple[Any, ...]:
         """Blank statistics of a unit between hook and slings, where there is one."""
         return tuple(joint_of(r.case.compensator).blank() for r in self.ready[:1] if r.packed.link is not None)
+
+    def of_deck(self) -> tuple[Any, ...]:
+        """Blank statistics of a deck, where there is one."""
+        return tuple(deck.blank() for r in self.ready[:1] if r.packed.deck is not None)
 
     def _rows(self, r: Ready) -> FloatArray:
         """Nodes of one lane at rest."""
@@ -229,6 +236,8 @@ class LiftBlock(Block[Ready]):
     def _water(self, k: int, count: int) -> tuple[FloatArray, int]:
         """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
         dt, levels = self.dt_waves, self.levels
+        if self.ready[0].packed.deck is not None:
+            return self._decks(k, count), k
         if levels == 0:
             return np.zeros(1), 0
         t_cycle = self.drive.t_cycle
@@ -246,6 +255,21 @@ class LiftBlock(Block[Ready]):
             done[key] = l
             E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
         return E, lo
+
+    def _decks(self, k: int, count: int) -> FloatArray:
+        """Motion s, v, a of every lane's deck in cycles k .. k + count, (count + 1, 3, lanes); it grows with the tip's
+        ramp."""
+        E = room_for((count + 1, 3, len(self.lanes)))
+        t = np.arange(k, k + count + 1) * self.drive.t_cycle
+        done: dict[tuple[int, float], int] = {}
+        for l, r in enumerate(self.lanes):
+            assert r.case.deck is not None
+            motion, ramp = r.case.deck.motion, r.case.ramp
+            if (first := done.setdefault((id(motion), ramp), l)) != l:
+                E[:, :, l] = E[:, :, first]
+            else:
+                E[:, :, l] = np.column_stack((Ramped.from_si(motion, ramp) if ramp > 0.0 else motion).sample(t))
+        return E
 
     def over(self) -> Iterable[int]:
         """Cases whose programme has ended, where it ends the run."""
@@ -282,6 +306,7 @@ class LiftBlock(Block[Ready]):
             v=self.B[:, 1, l].copy(),
             peaks=self._peaks(l),
             interval=self.sampled * self.drive.t_cycle,
+            checks=self.part("laws", l).checks.k if self.d.laws.checks else None,
         )
 
     def _peaks(self, l: int) -> FloatArray:
@@ -294,11 +319,12 @@ class LiftBlock(Block[Ready]):
     def _phase(self, s: int, l: int) -> PhaseResult:
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.n_stats :]
-        parts, at = [], 0
-        for cls in (self.d.Stats, *self.d.parts.stats.values()):
-            parts.append(record_of(cls)(row, at))
+        parts, at = {}, 0
+        for name, cls in {"st": self.d.Stats, **self.d.parts.stats}.items():
+            parts[name] = record_of(cls)(row, at)
             at += size(cls)
-        return PhaseResult(parts[0], parts[1], (e_c, tip, load, hook), *parts[2:])
+        span = (e_c, tip, load, hook)
+        return PhaseResult(parts["st"], parts["ls"], span, parts.get("cs"), parts.get("ds"))
 
     def _statistics(self, l: int) -> list[float]:
         """Statistics of lane l in the phase that runs."""

@@ -25,7 +25,15 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
-from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, oscillation_notes, winch_numbers
+from stillhook.engine.scenario.summary import (
+    OF_ALARMS,
+    OF_OSCILLATION,
+    alarm_notes,
+    alarm_numbers,
+    limits_passed,
+    oscillation_notes,
+    winch_numbers,
+)
 from stillhook.engine.store import Summary
 from stillhook.kernels.oscillation import joined
 from stillhook.spec.crane import Crane
@@ -33,10 +41,11 @@ from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
+from stillhook.winches.load_path import deck
 from stillhook.winches.load_path.interface import happened
 from stillhook.winches.load_path.lift import Hanging
 from stillhook.winches.load_path.payload import NEVER, LiftStats
-from stillhook.winches.load_path.registry import UNITS
+from stillhook.winches.load_path.registry import ELEMENTS, UNITS
 from stillhook.winches.registry import WINCH_TYPES, WinchType
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
@@ -114,7 +123,7 @@ def peak_interval(duration: float) -> float:
 
 def numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers that the whole run and each phase have alike; joints: types of units between hook and slings."""
-    of_joints = dict.fromkeys(name for joint in joints for name in UNITS[joint].NUMBERS)
+    of_joints = dict.fromkeys(name for joint in joints for name in ELEMENTS[joint].NUMBERS)
     return (*NUMBERS, *of_joints, *(row.name for row in winch.numbers))
 
 
@@ -123,14 +132,17 @@ def phase_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple
     return ("t_begin", *numbers_of(winch, joints=joints))
 
 
-def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Numbers of the whole run."""
-    return (*numbers_of(winch, joints=joints), *OF_RUN)
+def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = (), checks: bool = False) -> tuple[str, ...]:
+    """Numbers of the whole run; checks: whether the PLC has them."""
+    return (*numbers_of(winch, joints=joints), *OF_RUN, *(OF_ALARMS if checks else ()))
 
 
 def joints_of(cases: Sequence[Lowering | InSea]) -> tuple[str, ...]:
-    """Types of the units above the slings of these cases; none where slings alone join hook and payload."""
-    return tuple(sorted({unit.type for case in cases if (unit := lift_of(case).compensator) is not None}))
+    """Types of the units above the slings of these cases, and "deck" where there is one below; none where slings alone
+    join hook and payload."""
+    lifts = [lift_of(case) for case in cases]
+    units = {lift.compensator.type for lift in lifts if lift.compensator is not None}
+    return tuple(sorted(units | {deck.NAME for lift in lifts if lift.deck is not None}))
 
 
 def lift_of(case: Lowering | InSea) -> Lowering:
@@ -153,34 +165,36 @@ def names_of(crane: Crane, case: Lowering | InSea, joints: tuple[str, ...] | Non
     """Names of all numbers in one row: of the run, then of each phase and of each interval; joints: in place of the
     case's own."""
     own = joints_of([case]) if joints is None else joints
-    return _names(crane.plant.type.name, phases_of(case), intervals_of(case), own)
+    return _names(crane.plant.type.name, phases_of(case), intervals_of(case), own, crane.control.guard is not None)
 
 
 @functools.cache
-def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
+def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...], checks: bool) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
     names = phase_numbers_of(winch, joints=joints)
     of_phases = (f"{i} {name}" for i in range(phases) for name in names)
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
-    return (*run_numbers_of(winch, joints=joints), *of_phases, *of_intervals)
+    return (*run_numbers_of(winch, joints=joints, checks=checks), *of_phases, *of_intervals)
 
 
 class PhaseResult(NamedTuple):
     """Statistics of one phase; span largest peak-to-peak over the moving window of control error, tip, payload, hook
-    [m], over the whole phase where that is shorter; link: of a unit between hook and slings, None where there is
-    none."""
+    [m], over the whole phase where that is shorter; link: of a unit between hook and slings, deck: of a deck, None
+    where there is none."""
 
     stats: Any
     lift: LiftStats
     span: tuple[float, float, float, float]
     link: Any = None
+    deck: Any = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LoweringRun(Run):
     """What came back of a lowering. phases: number of the phase and its statistics, in the order of time, the last
     that after the programme where it ended; starts of these [s]; series: rows of Signals and LiftSignals; peaks: rows
-    of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]."""
+    of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]; checks: memory of
+    those of the PLC, None where it has none."""
 
     packed: PackedLift
     phases: tuple[tuple[int, PhaseResult], ...]
@@ -190,6 +204,7 @@ class LoweringRun(Run):
     v: FloatArray
     peaks: FloatArray
     interval: float
+    checks: Any = None
 
     @cached_property
     def total(self) -> PhaseResult:
@@ -204,6 +219,7 @@ class LoweringRun(Run):
             lift=merged([p.lift for p in parts]),
             span=(e_c, tip, load, hook),
             link=merged(links, unit.SUMMED, unit.LOWEST) if links else None,
+            deck=merged([p.deck for p in parts], deck.SUMMED, deck.LOWEST) if parts[0].deck is not None else None,
         )
 
     @cached_property
@@ -238,7 +254,7 @@ class LoweringRun(Run):
             n = min(len(peaks), len(self.peaks))
             peaks[:n] = self.peaks[:n]
         numbers = itertools.chain(
-            (run[name] for name in run_numbers_of(winch, joints=joints)),
+            (run[name] for name in run_numbers_of(winch, joints=joints, checks=self.checks is not None)),
             (phase[name] for phase in phases for name in phase_numbers_of(winch, joints=joints)),
             peaks.ravel(),
         )
@@ -272,9 +288,10 @@ def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterabl
 
 def status(run: LoweringRun) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
-    (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a phase that does not
-    land), the limit of a unit between hook and slings ("compensator stroke"),
-    "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a phase timed out), "unfinished".
+    (slings went slack while the load hung free), "touchdown" (the load touched the seabed or a deck in a phase that
+    does not land), "second hit" (a load that was lifted off a deck was hit by it again), the limit of a unit between
+    hook and slings ("compensator stroke"), "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a
+    phase timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if run.diverged:
         return "diverged"
@@ -286,6 +303,8 @@ def status(run: LoweringRun) -> str:
         beyond.append(unit.LIMIT)
     if unplanned_touches(run):
         beyond.append("touchdown")
+    if second_hits(run):
+        beyond.append("second hit")
     beyond += judged(crane, resting(run), r.stats.common.F_max)
     if run.hang.course.sup.stuck > 0.0:
         beyond.append("stuck")
@@ -310,9 +329,16 @@ def resting(run: LoweringRun) -> float:
 
 def unplanned_touches(run: LoweringRun) -> list[tuple[int, LiftStats]]:
     """Phases that do not land, or the time after the programme (numbered as one more phase), in which the load first
-    touches the seabed."""
+    touches the seabed, or the deck that it did not start on."""
     lands = [s.landed or s.mode is WinchMode.LANDING for s in run.case.programme]
-    return [(i, s.lift) for i, s in run.phases if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+    touches = [] if run.case.on_deck else run.phases
+    return [(i, s.lift) for i, s in touches if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+
+
+def second_hits(run: LoweringRun) -> list[tuple[int, dict[str, float]]]:
+    """Phases, numbered as in `unplanned_touches`, in which a load that was lifted off a deck hits it again, and the
+    deck's numbers of them."""
+    return [(i, deck.numbers(s.deck)) for i, s in run.phases if run.case.on_deck and s.deck.hits > 0.0]
 
 
 def phase_numbers(run: LoweringRun, r: PhaseResult) -> dict[str, float]:
@@ -346,6 +372,7 @@ def phase_numbers(run: LoweringRun, r: PhaseResult) -> dict[str, float]:
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
         **({} if r.link is None else unit_of_joint(run.case).numbers(r.link)),
+        **({} if r.deck is None else deck.numbers(r.deck)),
         **winch_numbers(run.crane.plant.type, r.stats, run.interval),
     }
 
@@ -378,11 +405,12 @@ def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]
         "work_slam": W.slam,
         "work_bottom": W.bottom,
         "energy_unaccounted": run.energy_unaccounted,
+        **({} if run.checks is None else alarm_numbers(run.checks)),
     }
     if run.diverged:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    notes_of_run = [*doubts, *notes(run), *_loss_notes(run)]
+    notes_of_run = [*doubts, *notes(run), *_loss_notes(run), *alarm_notes(run.checks)]
     return {"status": marked(status(run), doubts), **numbers, "notes": notes_of_run}, rows
 
 
@@ -416,9 +444,16 @@ def notes(run: LoweringRun) -> list[str]:
     for i, s in run.phases:
         if s.link is not None:
             notes_of_run.extend(f'phase "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
+    for i, hit in second_hits(run):
+        notes_of_run.append(
+            f'phase "{names[i]}": the deck hits the load again after {show(hit["t_second_hit"], "time")},'
+            f" {int(hit['second_hits'])} times at up to {show(hit['v_second_hit_max'], 'speed')}: hoist faster,"
+            " or begin at another moment of the deck's motion"
+        )
+    ground = "seabed" if case.deck is None else "deck"
     for i, touch in unplanned_touches(run):
         notes_of_run.append(
-            f'phase "{names[i]}" does not land, and the load touches the seabed in it after'
+            f'phase "{names[i]}" does not land, and the load touches the {ground} in it after'
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the phase before it higher, or"
             ' land with mode = "landing" or landed = true'
         )

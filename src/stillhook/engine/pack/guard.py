@@ -65,47 +65,42 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: boo
     apart = max([abs(a - b) for a, b in pairwise(layers)], default=0.0)
     measured = control.feedback > 0.5
     limited = plc.power.P_max < plc.power.Q_p * P_MOST
-    codes = [law.code for law in CONTROLLERS.values()]
     cycles = HOST_CYCLES if hosted else 1.0
     T = cycles * t
-    stops = Stops(
-        s_tip=1.0, v_tip=1.0, a_tip=1.0, v_op=0.0, s_op=1.0, mode=1.0, f_pump=1.0, s_w=1.0, F=0.0,
-        alpha_m=float(measured), K_wire=1.0, dp=float(limited), dp_load=0.0, p_hp=0.0,
-        omega_m=0.0, p_a=0.0, p_b=0.0,
-    )  # fmt: skip
-    if crane.control.guard is not None:
-        of_checks = {name: float(r is Reaction.STOP) for name, r in reactions(crane.control.guard).items()}
-        stops = stops._replace(**of_checks)
     p_least = -P_MOST if crane.control.guard is None else P_LEAST
+    rows = {  # least, most, step, start, stops
+        "s_tip": (-TIP, TIP, TIP_SPEED * T + NOISE[0], 0.0, 1.0),
+        "v_tip": (-TIP_SPEED, TIP_SPEED, TIP_ACCELERATION * T + NOISE[1], 0.0, 1.0),
+        "a_tip": (-TIP_ACCELERATION, TIP_ACCELERATION, TIP_JERK * T + NOISE[2], 0.0, 1.0),
+        "v_op": (-1.2 * v_most, 1.2 * v_most, FINITE, 0.0, 0.0),
+        "s_op": (-wire, wire, 2.4 * v_most * T, 0.0, 1.0),
+        "mode": (-0.5, max(law.code for law in CONTROLLERS.values()) + 0.5, FINITE, MANUAL, 1.0),
+        "f_pump": (0.01, 1.0 + 1e-9, FINITE, 1.0, 1.0),
+        "s_w": (-wire, wire, OVERSPEED * v_most * T + NOISE[0], 0.0, 1.0),
+        "F": (-0.1 * weight, weight, 0.5 * weight, 1.0 / plc.motors.i_F_swl, 0.0),
+        "alpha_m": (-0.1, 1.1, 50.0 * T if measured else FINITE, 1.0, float(measured)),
+        "K_wire": (0.5, 1.5 * inner, cycles * max(1.5 * apart, 0.05), 1.0, 1.0),
+        "dp": (-P_MOST, P_MOST, P_MOST, 0.0, float(limited)),
+        "dp_load": (-P_MOST, P_MOST, P_MOST, 0.0, 0.0),
+        **dict.fromkeys(("p_hp", "p_a", "p_b"), (p_least, P_MOST, P_MOST, 0.0, 0.0)),
+        "omega_m": (-omega_most, omega_most, omega_most, 0.0, 0.0),
+    }
+    kinds: Any = (Least, Most, Step, Start, Stops)
+    least, most, step, start, stops = (kind(**{n: row[i] for n, row in rows.items()}) for i, kind in enumerate(kinds))
+    if crane.control.guard is not None:
+        stops = stops._replace(**having(crane.control.guard, Reaction.STOP))
     return GuardSettings(
-        least=Least(
-            s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-wire, mode=-0.5,
-            f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
-            p_hp=p_least, omega_m=-omega_most, p_a=p_least, p_b=p_least,
-        ),
-        most=Most(
-            s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=wire, mode=max(codes) + 0.5,
-            f_pump=1.0 + 1e-9, s_w=wire, F=weight, alpha_m=1.1, K_wire=1.5 * inner, dp=P_MOST, dp_load=P_MOST,
-            p_hp=P_MOST, omega_m=omega_most, p_a=P_MOST, p_b=P_MOST,
-        ),
-        step=Step(
-            s_tip=TIP_SPEED * T + NOISE[0], v_tip=TIP_ACCELERATION * T + NOISE[1], a_tip=TIP_JERK * T + NOISE[2],
-            v_op=FINITE, s_op=2.4 * v_most * T, mode=FINITE, f_pump=FINITE, s_w=OVERSPEED * v_most * T + NOISE[0],
-            F=0.5 * weight, alpha_m=50.0 * T if measured else FINITE, K_wire=cycles * max(1.5 * apart, 0.05), dp=P_MOST,
-            dp_load=P_MOST, p_hp=P_MOST, omega_m=omega_most, p_a=P_MOST, p_b=P_MOST,
-        ),
+        least=least,
+        most=most,
+        step=step,
         stops=stops,
-        start=Start(
-            s_tip=0.0, v_tip=0.0, a_tip=0.0, v_op=0.0, s_op=0.0, mode=MANUAL, f_pump=1.0, s_w=0.0,
-            F=1.0 / plc.motors.i_F_swl, alpha_m=1.0, K_wire=1.0, dp=0.0, dp_load=0.0, p_hp=0.0,
-            omega_m=0.0, p_a=0.0, p_b=0.0,
-        ),
+        start=start,
         t_hold=T_HOLD,
         t_back=T_BACK,
         t_ramp=T_RAMP,
         v_full=v_most,
         v_zero=RELEASED * v_full,
-    )  # fmt: skip
+    )
 
 
 def time_to_stop(s: GuardSettings, plc: Plc) -> float:
@@ -115,16 +110,12 @@ def time_to_stop(s: GuardSettings, plc: Plc) -> float:
     return s.t_hold + s.t_ramp + brake + 4.0 * plc.t_cycle
 
 
-def reactions(table: GuardTable) -> dict[str, Reaction]:
-    """The reaction of every input that the checks know."""
-    return {
-        **dict.fromkeys(("s_tip", "v_tip", "a_tip"), table.on_motion),
-        "s_w": table.on_encoder,
-        "omega_m": Reaction.ALARM,
-        "F": table.on_load,
-        "alpha_m": table.on_swivel,
-        **dict.fromkeys(("p_a", "p_b", "dp", "p_hp"), table.on_pressure),
-    }
+def having(table: GuardTable, reaction: Reaction) -> dict[str, float]:
+    """1 for every input with this reaction, 0 for the others that the checks know."""
+    of = {"s_w": table.on_encoder, "omega_m": Reaction.ALARM, "F": table.on_load, "alpha_m": table.on_swivel}
+    of |= dict.fromkeys(("s_tip", "v_tip", "a_tip"), table.on_motion)
+    of |= dict.fromkeys(("p_a", "p_b", "dp", "p_hp"), table.on_pressure)
+    return {name: float(r is reaction) for name, r in of.items()}
 
 
 MOVING = 0.05
@@ -137,11 +128,10 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
     table = crane.control.guard
     if table is None:
         return None
-    reaction, signals = reactions(table), {row.name for row in crane.plant.type.rows}
+    signals = {row.name for row in crane.plant.type.rows}
     lines = [name for name in ("p_a", "p_b") if name in signals]
     of_gas = ["p_hp"] if crane.plant.type.charge(crane) > 0.0 else []
     frozen = ["s_w", "F", *lines, *(["dp"] if lines else []), *of_gas]
-    swivel = table.swivel if control.feedback > 0.5 and crane.circuits else FINITE
 
     def each(kind: Any, values: dict[str, float], otherwise: float = 0.0) -> Any:
         return kind._make([values.get(name, otherwise) for name in Sensed._fields])
@@ -151,7 +141,7 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
         position=table.position,
         speed=table.speed,
         load=table.load / plc.motors.i_F_swl,
-        swivel=swivel,
+        swivel=table.swivel if control.feedback > 0.5 and crane.circuits else FINITE,
         t_memory=table.t_memory,
         t_load=table.t_load,
         tau_swivel=1.0 / crane.active.motor.servo.omega_n if crane.circuits else 0.0,
@@ -159,8 +149,8 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
         t_clear=table.t_clear,
         v_moving=MOVING * wire_speed_max(crane),
         freeze=each(Freeze, dict.fromkeys(frozen, table.t_freeze), FINITE),
-        uses=each(Uses, {name: float(r is Reaction.ALARM) for name, r in reaction.items()}),
-        ends=each(Ends, {name: float(r is Reaction.MANUAL) for name, r in reaction.items()}),
+        uses=each(Uses, having(table, Reaction.ALARM)),
+        ends=each(Ends, having(table, Reaction.MANUAL)),
         open_loop=float(table.on_swivel is Reaction.OPEN_LOOP),
     )
 

@@ -24,12 +24,15 @@ from stillhook.engine.pack.programme import (
     wire_strength,
 )
 from stillhook.engine.pack.winch import Packed, pack
+from stillhook.physics.load_path.deck import Deck
 from stillhook.physics.load_path.drum import Load, Wire
-from stillhook.physics.load_path.payload import Heights, Water, WettedLevel, heights, submergence
+from stillhook.physics.load_path.payload import Heights, Payload, Water, WettedLevel, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift import deck as spec
+from stillhook.spec.lift.deck import reference_of
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
@@ -49,7 +52,7 @@ class PackedLift(NamedTuple):
     """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements
     (n + 2,) [m] and weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the
     payload and its added mass at the start [kg]; programme; F_sling tension of the slings at the start [N]; link:
-    compensator above them, None where there is none."""
+    compensator above them, deck: below the payload, None where there is none."""
 
     winch: Packed
     lift: Lift
@@ -61,6 +64,7 @@ class PackedLift(NamedTuple):
     programme: Programme
     F_sling: float
     link: Any
+    deck: Deck | None = None
 
 
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
@@ -70,7 +74,7 @@ def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
         name=case.name,
         load=case.payload.mass + case.link_mass,
         s_w=s_w,
-        tip=case.tip,
+        tip=reference_of(case.tip, case.deck, case.sensors.seed),
         mode=case.controller,
         duration=case.duration,
         ramp=case.ramp,
@@ -98,6 +102,12 @@ def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:
     )
 
 
+def deck_record(deck: spec.Deck, load: Payload) -> Deck:
+    """A deck under a payload, before it moves."""
+    k, c = deck.spring(load.W, load.m)
+    return Deck(s=0.0, v=0.0, a=0.0, z=deck.height, k=k, c=c, followed=float(deck.followed))
+
+
 def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
@@ -114,8 +124,13 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
     """Records of one lowering; s_tip height of the tip at the start [m], field levels of its water. Errors: LiftError
     of a programme that cannot be."""
     programme = pack_programme(crane, case)
-    s_w = hanging(crane, case, case.z_0).s_w
+    z_0, slack = case.z_0, None
+    if case.deck is not None and case.deck.slack is not None:
+        z_0, slack = case.z_0 - case.deck.settlement, case.deck.slack
+    s_w = hanging(crane, case, z_0, slack).s_w
     load, table = pack_payload(case.payload, case.rho, case.depth)
+    if case.deck is not None:  # in air at any height
+        table = np.where(np.arange(table.shape[1]) == 0, table, 0.0)
     wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
@@ -131,7 +146,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
     parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
     weights = 0.5 * (np.append(parts, 0.0) + np.append(0.0, parts))
     weights[-1] += hook.W
-    F_sling = load.W - load.rho * load.g * wet.V
+    F_sling = load.W - load.rho * load.g * wet.V if slack is None else 0.0
     F_hook = F_sling + (own * G - link_buoyancy(case, case.z_0))
     F_top = F_hook + float(weights.sum())
 
@@ -147,24 +162,25 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         z_ref=0.0,
         t_cycle=settings.t_cycle,
     )
-    stretch = F_sling / sling.k
+    stretch = F_sling / sling.k if slack is None else -slack
     if unit is not None:
         s, z = static_stroke(case, case.z_0), case.z_0 + case.payload.height + r.height
         stretch, link = unit.at_rest(F_sling, s, z, sling.k, link)
     q = at_rest(s_tip, k_0, weights, F_hook, e, stretch)
-    lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
+    lift = lift._replace(z_ref=z_0 + s_tip - float(q[-1]))
     sup = supervisor_at_rest(Watch(t=0.0, s_w=s_w, F=F_top, s_tip=0.0, v_tip=0.0), settings)
     z = case.z_0 + s_tip
     at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still, untouched = Water(*[0.0] * len(Water._fields)), WettedLevel(*[0.0] * len(WettedLevel._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
-    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else joint_of(unit).energy(stretch, sling, link)
+    if slack is None:
+        E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else joint_of(unit).energy(stretch, sling, link)
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         course=Course(sup, s_joy=0.0, e_held=0.0, stage=0.0, k_stage=0.0, datum=float(q[-1])),
         wire=LongWire(e, v_w_0=0.0, v_before=0.0),
-        body=Body(still, levels, 0.0, untouched, untouched, a=0.0, since_taut=0.0, grounded=0.0),
+        body=Body(still, levels, 0.0, untouched, untouched, a=0.0, since_taut=0.0, grounded=float(case.on_deck)),
         works=works,
         E=E,
         E_0=E,
@@ -178,8 +194,9 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         table=table,
         m_a=wet.A33,
         programme=programme,
-        F_sling=sling.k * float(q[-2] - q[-1]) if link is None else F_sling,
+        F_sling=sling.k * float(q[-2] - q[-1]) if link is None and slack is None else F_sling,
         link=link,
+        deck=None if case.deck is None else deck_record(case.deck, load),
     )
 
 

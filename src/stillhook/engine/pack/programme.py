@@ -75,8 +75,9 @@ def wire_strength(crane: Crane) -> tuple[float, float]:
     return crane.wire.E * steel, steel
 
 
-def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
-    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
+def hanging(crane: Crane, lift: Lowering, z: float, slack: float | None = None) -> Hanging:
+    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m]; slack: of the
+    slings where it stands on a deck [m].
 
     Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the
     wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip is
@@ -87,6 +88,8 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     F_hook = payload_weight(lift, z) + (crane.hook_mass + lift.link_mass) * G - link_buoyancy(lift, z)
     EA, steel = wire_strength(crane)
     top = z + hook_height(lift, z)
+    if slack is not None:
+        F_hook, top = crane.hook_mass * G, top - slack
     length, wet = lift.h_tip - top, max(-top, 0.0)
     dry, q = length - wet, crane.wire.mass_per_length * G
     q_wet = q - lift.rho * steel * G
@@ -99,6 +102,11 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
 def payload_weight(lift: Lowering, z: float) -> float:
     """Weight of the payload less its buoyancy with the underside at z above still water [N]."""
     return weight_in_water(lift.payload, lift.rho, z)
+
+
+def landed_weight(lift: Lowering) -> float:
+    """Weight of the payload less its buoyancy where it lands, on the seabed or on a deck in air [N]."""
+    return payload_weight(lift, -math.inf if lift.deck is None else 0.0)
 
 
 def weight_in_water(load: Payload, rho: float, z: float) -> float:
@@ -184,7 +192,7 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         tau_slow=w.tau_slow,
         tau_suspended=w.tau_suspended,
         t_fade=c.t_bumpless,
-        F_landed=w.landed * max(payload_weight(lift, -math.inf), 0.0),
+        F_landed=w.landed * max(landed_weight(lift), 0.0),
         F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,
         EA=EA,
         L_0=crane.wire.L_0,
@@ -223,7 +231,7 @@ def _row(crane: Crane, lift: Lowering, driven: Driven, where: str, after: Driven
                 f"{where}: {name} = {show(F, 'force')}: above the {show(crane.SWL * G, 'force')} of the SWL of"
                 f' "{crane.name}". Give less.'
             )
-    if (phase.mode is WinchMode.LANDING or phase.landed) and payload_weight(lift, -math.inf) <= 0.0:
+    if (phase.mode is WinchMode.LANDING or phase.landed) and landed_weight(lift) <= 0.0:
         raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
     end = phase.ends[0]
     value = {"time": phase.time, "wire": phase.wire, "end_tension": phase.end_tension, "landed": 0.0}.get(end)

@@ -78,9 +78,7 @@ class ScenarioRun(Run):
         swing = self.stats.oscillation.largest
         heavy = capacity_notes(crane, foreseen.F_rest, self.stats.common.F_max + foreseen.wire, foreseen.wire)
         notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
-        if self.checks is not None and self.checks.alarms > 0.0:
-            first = show(self.checks.t_first, "time", 4)
-            notes.append(f"alarms of the PLC on what it reads: {self.checks.alarms:.0f}, the first at {first}")
+        notes += alarm_notes(self.checks)
         if self.diverged:
             notes.append(f"lost its numbers by {self.t_end:.2f} s")
         winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
@@ -250,6 +248,14 @@ def alarm_numbers(checks: Any) -> dict[str, float]:
     """Alarms of the PLC over a run with its warm-up, and time of the first [s], NaN without one."""
     first = checks.t_first if checks.alarms > 0.0 else math.nan
     return dict(zip(OF_ALARMS, (checks.alarms, first), strict=True))
+
+
+def alarm_notes(checks: Any) -> list[str]:
+    """Alarms of the PLC in words, none where there were none."""
+    if checks is None or checks.alarms == 0.0:
+        return []
+    first = show(checks.t_first, "time", 4)
+    return [f"alarms of the PLC on what it reads: {checks.alarms:.0f}, the first at {first}"]
 
 
 def numbers_of(crane: Crane) -> tuple[str, ...]:

@@ -57,6 +57,41 @@ static sh_reply sh_reply_of(sh_twin *t)
     return now;
 }
 
+#if SH_BOOM
+/* An angle by its sine, each with rate and acceleration. */
+static void sh_angle(const double *sine, double *angle)
+{
+    double c = sqrt(fmax(1.0 - sine[0] * sine[0], 1e-9));
+    angle[0] = asin(fmax(fmin(sine[0], 1.0), -1.0));
+    angle[1] = sine[1] / c;
+    angle[2] = (sine[2] + sine[0] * angle[1] * angle[1]) / c;
+}
+
+/* The tip as the PLC makes it: from the heights of the motion unit's place and of those 1 m ahead and 1 m to port of it,
+ * each with rate and acceleration. The same as `Exchange.of_heights`. */
+static void sh_seen(const double z[3][3], double *tip)
+{
+    double given[SH_BOOM], out[6], ahead[3], port[3], roll[3], c[3];
+    memcpy(given, sh_level, sizeof given);
+    for (int i = 0; i < 3; i++) {
+        ahead[i] = z[1][i] - z[0][i];
+        port[i] = z[2][i] - z[0][i];
+        given[i] = given[SH_BOOM - 3 + i] = z[0][i];
+    }
+    double *pitch = given + 6;
+    sh_angle(ahead, pitch);
+    c[0] = cos(pitch[0]);
+    c[1] = -ahead[0] * pitch[1];
+    c[2] = -c[0] * pitch[1] * pitch[1] - ahead[0] * pitch[2];
+    roll[0] = port[0] / c[0];
+    roll[1] = (port[1] - roll[0] * c[1]) / c[0];
+    roll[2] = (port[2] - 2.0 * roll[1] * c[1] - roll[0] * c[2]) / c[0];
+    sh_angle(roll, given + 3);
+    sh_kernel_tip(given, sh_boom, out);
+    memcpy(tip, out + 3, 3 * sizeof(double));
+}
+#endif
+
 /* The winch standing under the first tension, with a tip that stands. */
 static int sh_exchange_begin(sh_exchange *e, sh_sample s, sh_reply *reply)
 {

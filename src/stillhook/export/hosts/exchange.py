@@ -14,13 +14,18 @@ import base64
 import hashlib
 import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from stillhook.base.arrays import FloatArray
 from stillhook.engine.saved import printable
 from stillhook.engine.session import Kept, Session
-from stillhook.errors import SimulationError
+from stillhook.errors import MotionError, SimulationError
 from stillhook.physics.scalar import G
+from stillhook.physics.tip_kinematics import Jet, cosine
+from stillhook.sea.motion.motion import Still
+from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -93,6 +98,33 @@ class Exchange:
         self._accepted: Mark
         self._trial: Mark
 
+    def sample(self, time: float, F_w: float, vessel: Mapping[str, float]) -> Sample:
+        """What a host gives that has the vessel's motion, by names as in `Session.vessel_inputs`: the tip is the one
+        that the PLC calculates, as the wire is the host's. Errors: SimulationError for what is not complete."""
+        if not isinstance(self.case.tip, VesselTip):
+            raise SimulationError(
+                "The case's tip has no boom. Give a case with [scenario.tip] boom, or the tip's motion."
+            )
+        try:
+            _, seen = self.case.tip.of_inputs(vessel, time)
+        except MotionError as problem:
+            raise SimulationError(f"The host's motion of the vessel: {problem}") from None
+        return Sample(time, F_w, *(x.item() for x in seen))
+
+    def of_heights(self, time: float, F_w: float, z: FloatArray) -> Sample:
+        """What a host gives of whose vessel the motion unit's place is known: rows of its height, and of those 1 m
+        ahead and 1 m to port of it, each with rate and acceleration, from any datum."""
+        pitch = _angle(z[1] - z[0])
+        c = cosine(pitch)
+        port = z[2] - z[0]
+        q = port[0] / c.x
+        q_v = (port[1] - q * c.v) / c.x
+        roll = _angle((q, q_v, (port[2] - 2.0 * q_v * c.v - q * c.a) / c.x))
+        jets = {"heave": z[0], "roll": roll, "pitch": pitch, "unit_heave": z[0]}
+        return self.sample(
+            time, F_w, {n: float(x) for name, jet in jets.items() for n, x in zip(GIVEN[name], jet, strict=True)}
+        )
+
     def at(self, sample: Sample, *, new_step: bool) -> Answer:
         """The answer at a sample; new_step: the host began a new step, so that its last sample is accepted unless the
         time went back behind it.
@@ -125,7 +157,8 @@ class Exchange:
     def _standing(self, first: Sample) -> Session:
         """The winch standing under the first tension."""
         load = max(first.F_w / G - self.crane.hook_mass, 0.0)
-        case = self.case.model_copy(update={"load": load, "water": None})
+        still = {"tip": Still()} if isinstance(self.case.tip, VesselTip) else {}
+        case = self.case.model_copy(update={"load": load, "water": None, **still})
         return Session(self.crane, case, coupling="wire")
 
     def _advance(self, session: Session, sample: Sample, before: Mark) -> Answer:
@@ -199,6 +232,13 @@ class Exchange:
                 f"The stored state has k = {printable(k)} and part {part:.6g} of a cycle from {first.time:.9g} s to"
                 f" {sample.time:.9g} s, or a tension below 0. {AGAIN}"
             )
+
+
+def _angle(sine: Sequence[float]) -> Jet:
+    """An angle by its sine, each with rate and acceleration."""
+    s, v, a = sine
+    c = math.sqrt(max(1.0 - s * s, 1e-9))
+    return Jet(math.asin(max(min(s, 1.0), -1.0)), v / c, (a + s * (v / c) ** 2) / c)
 
 
 AGAIN = "Start the simulation again."

@@ -76,6 +76,7 @@ typedef void(SH_CALL *of_model_of)(void *, void **, int *);
 typedef void(SH_CALL *of_error)(of_info *, const wchar_t *, int *);
 
 enum { OF_TENSION, OF_POSITION, OF_SPEED, OF_ACCELERATION, OF_READ };
+enum { OF_POINTS = SH_BOOM ? 3 : 1 }; /* whose heights are read: the tip; or what a motion unit feels of the vessel */
 
 typedef struct {
     sh_exchange exchange;
@@ -312,7 +313,7 @@ static void of_calculate(of_info *info)
     of_time_history history;
     of_period now = {OF_NOW, 0, 0.0, 0.0};
     of_extra none;
-    double x[OF_READ] = {0.0};
+    double x[OF_READ] = {0.0}, z[OF_POINTS][3], *seen = z[0];
     int status = 0;
     sh_sample sample;
     sh_reply reply;
@@ -321,19 +322,33 @@ static void of_calculate(of_info *info)
     memset(&none, 0, sizeof none);
     none.size = sizeof none;
     of_find("C_GetTimeHistory2W", &history);
-    for (int i = 0; i < OF_READ; i++) {
-        if (history != NULL)
-            history(w->object[i], i == OF_TENSION ? &none : &w->tip, &now, w->result[i], &x[i], &status);
-        if (history == NULL || status != OF_OK) {
-            of_say(info, L"a result", L"", " cannot be read at the present time.");
-            return;
+    for (int j = 0; j < OF_POINTS; j++) {
+        of_extra at = w->tip;
+#if SH_BOOM
+        for (int i = 0; i < 3; i++)
+            at.rigid_body[i] += w->length * ((i == j - 1) - sh_lever[i]);
+#endif
+        for (int i = j == 0 ? OF_TENSION : OF_POSITION; i < OF_READ; i++) {
+            if (history != NULL)
+                history(w->object[i], i == OF_TENSION ? &none : &at, &now, w->result[i], &x[i], &status);
+            if (history == NULL || status != OF_OK) {
+                of_say(info, L"a result", L"", " cannot be read at the present time.");
+                return;
+            }
+            if (i > OF_TENSION)
+                z[j][i - OF_POSITION] = x[i] / w->length;
         }
     }
     sample.time = info->time;
     sample.F_w = 1000.0 * x[OF_TENSION] / w->force;
-    sample.s_tip = x[OF_POSITION] / w->length;
-    sample.v_tip = x[OF_SPEED] / w->length;
-    sample.a_tip = x[OF_ACCELERATION] / w->length;
+#if SH_BOOM
+    double tip[3];
+    sh_seen(z, tip);
+    seen = tip;
+#endif
+    sample.s_tip = seen[0];
+    sample.v_tip = seen[1];
+    sample.a_tip = seen[2];
     status = sh_exchange_at(&w->exchange, sample, info->new_step, &reply);
     if (status != SH_OK)
         of_say(info, L"", L"", sh_words(status));

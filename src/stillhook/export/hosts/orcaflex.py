@@ -8,14 +8,18 @@ was not tried.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from stillhook import units
 from stillhook.errors import SimulationError
 from stillhook.export.hosts.exchange import Exchange, Sample
 from stillhook.library import load_crane
+from stillhook.sea.motion.text import motion_from_dict
+from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.spec.scenario import Scenario
 
 INSTANT = 32005
@@ -46,11 +50,15 @@ class Winch:
     out at the start (default the case's); Mode; OperatorSpeed, hoisting positive; TensionResult, PositionResult,
     SpeedResult, AccelerationResult, names of results. What is raised stops OrcaFlex, which shows the line.
 
+    A case with a boom (tip, as its `to_dict`): the PLC makes the tip's motion from what its motion unit feels of the
+    object and from the boom's angles.
+
     Signs: tip up positive; pay-out rate positive where wire goes out.
     """
 
     crane: str | Path = ""
     case: Mapping[str, Any] = {}
+    tip: Mapping[str, Any] = {}
 
     def Initialise(self, info: Any) -> None:
         """Read parameters, units and a stored state."""
@@ -67,7 +75,7 @@ class Winch:
         self._tip = info.Model[given["tipobject"]]
         self._place = _numbers("TipPosition", given.get("tipposition", "0, 0, 0"), 3)
         self._names = {name: given.get(name.lower()) for name in RESULTS}
-        values = dict(self.case)
+        values = dict(self.case) | ({"tip": motion_from_dict(self.tip)} if self.tip else {})
         if "wireout" in given:
             values["s_w"] = f"{_numbers('WireOut', given['wireout'], 1)[0] / self._length!r} m"
         if "mode" in given:
@@ -81,25 +89,31 @@ class Winch:
 
     def Calculate(self, info: Any) -> None:
         """Put the rate of pay-out at the present time into info.Value."""
-        sample = Sample(
-            time=float(info.SimulationTime),
-            F_w=1000.0 * self._read(self._winch, "TensionResult", info) / self._force,
-            s_tip=self._read(self._tip, "PositionResult", info) / self._length,
-            v_tip=self._read(self._tip, "SpeedResult", info) / self._length,
-            a_tip=self._read(self._tip, "AccelerationResult", info) / self._length,
-        )
+        time, F_w = float(info.SimulationTime), 1000.0 * self._read(self._winch, "TensionResult") / self._force
+        tip = self._exchange.case.tip
+        if isinstance(tip, VesselTip):
+            lever = self._length * (np.array(tip.boom.tip) - tip.unit.at)
+            points = self._place - lever + self._length * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+            sample = self._exchange.of_heights(time, F_w, np.array([self._heights(point) for point in points]))
+        else:
+            sample = Sample(time, F_w, *self._heights(self._place))
         info.Value = self._exchange.at(sample, new_step=bool(info.NewTimeStep)).payout * self._length
 
     def StoreState(self, info: Any) -> None:
         """Put the state into the simulation file."""
         info.StateData = self._exchange.save()
 
-    def _read(self, thing: Any, parameter: str, info: Any) -> float:
+    def _heights(self, place: Sequence[float]) -> list[float]:
+        """Height, speed and acceleration of a place on the tip's object [m, m/s, m/s^2]."""
+        names = ("PositionResult", "SpeedResult", "AccelerationResult")
+        return [self._read(self._tip, name, place) / self._length for name in names]
+
+    def _read(self, thing: Any, parameter: str, place: Sequence[float] | None = None) -> float:
         """A result at the present time, in the model's units."""
         api = _api()
         extra = api.ObjectExtra()
-        if thing is self._tip:
-            extra.RigidBodyPos = tuple(self._place)
+        if place is not None:
+            extra.RigidBodyPos = tuple(float(x) for x in place)
         named = self._names[parameter]
         problem: Exception | None = None
         for name in (named,) if named else RESULTS[parameter]:

@@ -13,6 +13,7 @@ from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.engine.pack.winch import pack
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library, export
 from stillhook.library import crane_toml
+from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -31,6 +32,7 @@ from stillhook.export.hosts.orcaflex import Winch
 class StillhookWinch(Winch):
     crane = Path(__file__).with_name("crane.toml")
     case = {case!r}
+    tip = {tip!r}
 '''
 PARAMETERS = """TipObject=                  // object that the crane tip is fixed to, such as the vessel
 TipPosition=0, 0, 0         // of the tip on it, x, y, z, in the model's unit of length
@@ -106,13 +108,16 @@ def write_host(
         raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")
     for platform in platforms:
         check_platform(platform)
-    still = Scenario(**_case(case))
+    boom = _boom(case)
+    still = Scenario(**_case(case), **({"tip": boom} if boom else {}))
     made = export(crane, still, coupling="wire")
     source = host_source(made, host)
     texts = {"README.txt": _readme(made, host, platforms), f"{LIBRARY}.c": source, "crane.toml": crane_toml(crane)}
     if host == "orcaflex":
         modes = ", ".join(made.modes.values())
-        texts["stillhook_winch.py"] = MODULE.format(crane=crane.name, case=_case(case))
+        texts["stillhook_winch.py"] = MODULE.format(
+            crane=crane.name, case=_case(case), tip=boom.to_dict() if boom else {}
+        )
         texts["parameters.txt"] = PARAMETERS.format(s_w=case.s_w, mode=case.mode.value, modes=modes)
         texts["winch.yml"] = ORCAFLEX_YML.format(file=f"{LIBRARY}{PLATFORMS['win64'].suffix}", s_w=case.s_w)
     names = [*texts, *(_library(platform) for platform in platforms), "sha256.txt"]
@@ -130,6 +135,20 @@ def write_host(
 
 def _library(platform: str) -> str:
     return f"{LIBRARY}{PLATFORMS[platform].suffix}"
+
+
+def _boom(case: Scenario) -> VesselTip | None:
+    """The boom and its motion unit, on a ship at rest: its motion is the host's. Errors: ExportError for what would
+    be left out."""
+    tip = case.tip
+    if not isinstance(tip, VesselTip):
+        return None
+    if not tip.unit.passes or tip.slew or tip.luff or tip.fold:
+        raise ExportError(
+            "tip: filter, delay and noise of the motion unit and movements of the boom are not exported to a host with"
+            " a wire. Leave them out of the case."
+        )
+    return VesselTip(tip.boom, unit=tip.unit)
 
 
 def _case(case: Scenario) -> dict[str, Any]:

@@ -39,6 +39,20 @@ SH_SHOWN int stillhook_exchange(void *e, double time, double F_w, double s_tip, 
     return answer;
 }
 
+#if SH_BOOM
+/* The same of a case with a boom: heave, roll, pitch, slew, main, knuckle, unit_heave, each with rate and acceleration. */
+SH_SHOWN int stillhook_exchange_vessel(void *e, double time, double F_w, const double *vessel, int new_step,
+                                       double *payout, double *s_w)
+{
+    double given[SH_BOOM], tip[6];
+    if (vessel == NULL)
+        return SH_NOT_NOW;
+    memcpy(given, vessel, sizeof given);
+    sh_kernel_tip(given, sh_boom, tip);
+    return stillhook_exchange(e, time, F_w, tip[3], tip[4], tip[5], new_step, payout, s_w);
+}
+#endif
+
 SH_SHOWN double stillhook_get(void *e, const char *name) /* any output at the last PLC cycle; NaN for none */
 {
     return e == NULL || name == NULL ? NAN : sh_get(&((sh_exchange *)e)->trial.twin, sh_find(name));

@@ -21,6 +21,7 @@ enum { SI_PASSES = 8 };
 
 typedef struct {
     double time, tip, apart; /* height of the tip and distance tip to hook [m] */
+    double unit[3];          /* with a boom: heights of the motion unit's place, and 1 m ahead and to port of it [m] */
 } si_place;
 
 /* One winch in a run: no memory of SIMO's own is public. A second winch is another copy of the library. */
@@ -62,9 +63,30 @@ static double si_tension(double stretch, double rate, double s_w)
     return fmax(k * stretch + 2.0 * SH_WIRE_ZETA * sqrt(m / k) * k * rate, 0.0);
 }
 
+/* The tip as the PLC reads it. */
+static void si_seen(double *tip)
+{
+#if SH_BOOM
+    double z[3][3];
+    for (int i = 0; i < 3; i++) {
+        z[i][0] = si.now.unit[i];
+        si_rates(si.now.time, z[i][0], si.last.time, si.last.unit[i], si.before.time, si.before.unit[i], si.known,
+                 &z[i][1], &z[i][2]);
+    }
+    sh_seen(z, tip);
+#else
+    tip[0] = si.now.tip;
+    si_rates(si.now.time, si.now.tip, si.last.time, si.last.tip, si.before.time, si.before.tip, si.known, &tip[1],
+             &tip[2]);
+#endif
+}
+
 static int si_begin(const float *rxfo)
 {
-    sh_sample s = {si.now.time, rxfo[6] > 0.0f ? 1000.0 * rxfo[6] : SH_WIRE_WEIGHT, si.now.tip, 0.0, 0.0};
+    double tip[3];
+    si.known = 0;
+    si_seen(tip);
+    sh_sample s = {si.now.time, rxfo[6] > 0.0f ? 1000.0 * rxfo[6] : SH_WIRE_WEIGHT, tip[0], 0.0, 0.0};
     sh_reply reply;
     int answer;
     sh_exchange_new(&si.exchange);
@@ -72,7 +94,6 @@ static int si_begin(const float *rxfo)
     si.apart_0 = si.now.apart;
     si.s_w_0 = reply.s_w;
     si.stretch_0 = s.F_w * (SH_WIRE_L_0 + reply.s_w) / SH_WIRE_EA;
-    si.known = 0;
     return answer;
 }
 
@@ -91,14 +112,14 @@ static double si_time(const int *iinfo, float shown, double sub)
 /* Tension at the present places: winch and wire agree on it after some passes. */
 static int si_solve(int new_step, double *F)
 {
-    double v, a, rate, unused;
+    double tip[3], rate, unused;
     sh_reply reply = {0.0, si.s_w_0};
-    si_rates(si.now.time, si.now.tip, si.last.time, si.last.tip, si.before.time, si.before.tip, si.known, &v, &a);
+    si_seen(tip);
     si_rates(si.now.time, si.now.apart, si.last.time, si.last.apart, si.before.time, si.before.apart, si.known, &rate,
              &unused);
     *F = si.exchange.trial.sample.F_w;
     for (int pass = 0; pass < SI_PASSES; pass++) {
-        sh_sample s = {si.now.time, *F, si.now.tip, v, a};
+        sh_sample s = {si.now.time, *F, tip[0], tip[1], tip[2]};
         double found, stretch;
         int answer = sh_exchange_at(&si.exchange, s, new_step && pass == 0, &reply);
         if (answer != SH_OK)
@@ -146,6 +167,16 @@ SH_FORTRAN void gfexfo_(int *iwa, float *rwa, double *dwa, int *ipdms, int *iinf
     si.now.time = time;
     si.now.tip = at[0][2];
     si.now.apart = apart;
+#if SH_BOOM
+    for (int j = 0; j < 3; j++) {
+        float local[3];
+        double unused[3], place[3];
+        for (int i = 0; i < 3; i++)
+            local[i] = (float)(rxfo[i] - sh_lever[i] + (i == j - 1));
+        si_point(state + SI_STATE * (crane - 1), local, unused, place);
+        si.now.unit[j] = place[2];
+    }
+#endif
     if (first) {
         answer = si_begin(rxfo);
         F = si.exchange.first.F_w;

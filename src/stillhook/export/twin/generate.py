@@ -30,7 +30,7 @@ from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
-from stillhook.kernels.vessel_tip import GIVEN, tip_of_vessel
+from stillhook.kernels.tip.vessel import GIVEN, tip_of_vessel
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane
@@ -146,6 +146,8 @@ def _known(what: str, value: str, allowed: Sequence[str]) -> None:
 def _vessel(case: Scenario, coupling: str) -> VesselTip | None:
     """The boom and its motion unit where the vessel moves the tip. Errors: ExportError for a case without, and for what
     a host's motion unit does."""
+    if coupling == WIRE and isinstance(case.tip, VesselTip) and case.tip.unit.passes:
+        return case.tip  # for hosts whose vessel is seen by a motion unit
     if coupling != VESSEL:
         return None
     if not isinstance(case.tip, VesselTip):
@@ -221,7 +223,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     if contents == PLANT:
         tick = tick._replace(override=1.0, u_m=1.0)
     if wire:
-        tick = tick._replace(s=float(winch.params.hoist.load.W))
+        tick = tick._replace(s=float(winch.params.hoist.load.W), s_m=0.0, v_m=0.0, a_m=0.0)
     allowed: Any = guard_settings(crane, winch.params.plc, motor_control(winch.params), hosted=True)
     # the path of the operator is the core's own, and has no end
     least, most = allowed.least._replace(s_op=-FINITE), allowed.most._replace(s_op=FINITE)
@@ -230,13 +232,13 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     record = flatten(first_lane(d, winch, tick, guards))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
-    moved = p.MOTION if tip is None else tuple(p.VESSEL)
+    moved = tuple(p.VESSEL) if coupling == VESSEL else p.MOTION
     names = (*(("F_w",) if wire else ()), *moved, "v_op", "mode", *shares)
     names += p.COMMANDS if contents == PLANT else ()
     where = [p.columns(name, wire=wire) for name in names]
     row = [float(x) for x in tick]
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True) if first >= 0}
-    starts |= {} if tip is None else {name: getattr(tip.boom, f) for name, f in POSE.items()}
+    starts |= {} if tip is None or wire else {name: getattr(tip.boom, f) for name, f in POSE.items()}
     laws = p.laws_of(crane, winch.extra_controllers)
     with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.sensors)]
     passed = p.limits(crane, d)
@@ -268,7 +270,8 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
         "MOTION": Tick._fields.index("s_m"),
         "TRUE": -1 if wire else 0,
         "TENSION": 0 if wire else -1,
-        "VESSEL": 0 if tip is None else GIVEN,
+        "VESSEL": GIVEN if coupling == VESSEL else 0,
+        "BOOM": 0 if tip is None else GIVEN,
         "SPEED": Tick._fields.index("v_op"),
         "MODE_COLUMN": Tick._fields.index("mode"),
     }
@@ -277,7 +280,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
     at_tick = offset(d.Lane, "tick", 1)
     return Made(
-        text=_translated(entries) + ("" if tip is None else _array("sh_boom", _boom(tip), const=False)),
+        text=_translated(entries) + ("" if tip is None else _boom(tip)),
         ports=found,
         limits=passed,
         names=names,
@@ -296,9 +299,17 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
 POSE = {"slew": "slew", "main": "main_angle", "knuckle": "knuckle_angle"}
 
 
-def _boom(tip: VesselTip) -> list[float]:
-    """Lengths of the boom from the point of the motion, and from the motion unit."""
-    return [*lengths(tip.boom), *lengths(tip.boom, tip.unit.at, tip.unit.exact)]
+def _boom(tip: VesselTip) -> str:
+    """Lengths of the boom from the point of the motion, and from the motion unit; what is given on a level ship; and
+    where the tip is then, from the motion unit."""
+    boom, unit = tip.boom, tip.unit
+    level = [0.0] * 9 + [x for f in POSE.values() for x in (getattr(boom, f), 0.0, 0.0)] + [0.0] * 3
+    arrays = {
+        "sh_boom": [*lengths(boom), *lengths(boom, unit.at, unit.exact)],
+        "sh_level": level,
+        "sh_lever": [a - b for a, b in zip(boom.tip, unit.at, strict=True)],
+    }
+    return "".join(f"SH_UNUSED {_array(name, values, const=False)}" for name, values in arrays.items())
 
 
 def _settings(ports: Iterable[p.Port]) -> dict[int, tuple[float, float]]:

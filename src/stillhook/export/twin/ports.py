@@ -20,6 +20,7 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.engine.saved import PARAMETERS, SETTING
 from stillhook.kernels.lanes import offset, paths
 from stillhook.physics.load_path.drum import wire_usable
+from stillhook.sea.vessel.vessel_tip import GIVEN
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.units import KINDS
@@ -42,11 +43,11 @@ _MOVED = {
     "unit_heave": "heave as the motion unit gives it to the PLC, up positive [m]",
 }
 VESSEL = {
-    f"{mark}{name}": (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
+    each: (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
     for name, text in _MOVED.items()
-    for mark, of, per in (("", "", ""), ("v_", "rate of ", "/s"), ("a_", "acceleration of ", "/s^2"))
+    for each, of, per in zip(GIVEN[name], ("", "rate of ", "acceleration of "), ("", "/s", "/s^2"), strict=True)
 }
-"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.vessel_tip`, with what they are and their
+"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.tip.vessel`, with what they are and their
 units."""
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}

@@ -23,8 +23,9 @@ from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao, wavenumber
-from stillhook.sea.vessel.realisation import WaveField, moved_by, realise
-from stillhook.sea.vessel.relative import OtherVessel, RelativeMotion
+from stillhook.sea.vessel.realisation import WaveField, moved_by, realise, tip_motion
+from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.rigging import Carrier
 from stillhook.units import quote, show
 
@@ -38,7 +39,7 @@ USUAL_SEA = {"Hs": "2 m", "Tp": "9 s", "headings": "150 deg"}
 class Place(NamedTuple):
     """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
     from (None: not there); notes: what a reader should know; against: the tip's motion over the deck of another
-    vessel."""
+    vessel; deck of a run."""
 
     tip: Motion
     waves: WaveField | None
@@ -49,10 +50,21 @@ class Place(NamedTuple):
     sea: Sea | None = None
     notes: tuple[str, ...] = ()
     against: RelativeMotion | None = None
+    deck: Deck | None = None
 
 
-def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None) -> Place:
-    """Crane tip, vessel and sea of a run of `length` [s]; seed: before that of the file."""
+def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None, deck: Deck | None) -> Place:
+    """Crane tip, vessel and sea of a run of `length` [s], and the deck, which moves with the other vessel where the
+    file does not say how; seed: before that of the file."""
+    place = _place_of(file, table, length, seed, deck)
+    if deck is None:
+        return place
+    place = place if place.deck is not None else place._replace(deck=deck)
+    assert place.deck is not None
+    return place._replace(words=f"{place.words}; {place.deck.describe()}")
+
+
+def _place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None, deck: Deck | None) -> Place:
     where, height = tip_of(file)
     if seed is not None and file.sea is None:
         raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
@@ -88,10 +100,17 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     waves = realise(sea, repeat, seed, amplitudes=file.sea.amplitudes, depth=depth)
     part = "" if file.sea.left == 1.0 else f" ({file.sea.left:.4g} of its motion)"
     words = f"{rao.name}, tip at {where.describe()}{part}, in {sea.describe()}, seed {seed}"
-    own = {name: getattr(file.sea, name) for name in ("water", "left", "resolution")}
-    motion, water = moved_by(waves, rao, where.x, where.y, **own)
+    own: dict[str, Any] = {name: getattr(file.sea, name) for name in ("left", "resolution")}
+    motion, water = moved_by(waves, rao, where.x, where.y, water=file.sea.water and deck is None, **own)
+    if deck is not None and (other := other_vessel_of(file, table)) is not None:
+        if "motion" in file.deck:
+            raise LiftError("deck.motion: given together with other_vessel, whose deck moves. Leave one of them out.")
+        below = tip_motion(waves, DeckMotion(other, depth), where.x, where.y, fine=file.sea.resolution.angle)
+        deck = deck.model_copy(update={"motion": below})
     notes = depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
-    return Place(tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes)
+    return Place(
+        tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes, deck=deck
+    )
 
 
 def sea_example(file: LiftTables) -> str:

@@ -11,12 +11,14 @@ from pydantic import Field, ValidationInfo, field_validator
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.simulate import End
-from stillhook.errors import LiftError, ScenarioError
+from stillhook.errors import LiftError, MotionError, ScenarioError
+from stillhook.formats.case_file import read_tip
 from stillhook.formats.lift.forms import today
 from stillhook.library.catalogue import read_compensator, read_payload
 from stillhook.library.toml.file import TomlTable
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.realisation import Resolution
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import DeepWire, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
@@ -131,6 +133,7 @@ class LiftTables(Spec):
     boom: BoomTable | None = None
     water: WaterTable = Field(description="table [water] with depth")
     other_vessel: OtherVesselTable | None = None
+    deck: Any = Field(default=None, description="table [deck] of a lift in air from it or onto it")
     rigging: Part[RiggingTable] = Field(default_factory=RiggingTable)
     weight: Any = None
     compensator: Any = Field(default=None, description="library name, compensator file or a table [compensator]")
@@ -181,6 +184,22 @@ def payload_of(file: LiftTables, table: TomlTable) -> Payload:
     if not isinstance(file.payload, str) or not file.payload.strip():
         raise table.wrong("give a name of the library, the path of a file, or a table [payload].", "payload")
     return read_payload(table.relative_toml(file.payload))
+
+
+def deck_of(file: LiftTables, table: TomlTable) -> Deck | None:
+    """The deck of a table [deck], its motion in words or from a log as that of the tip; without motion that of the
+    other vessel, which is still as yet, or none."""
+    if file.deck is None:
+        return None
+    if not isinstance(file.deck, Mapping):
+        raise table.wrong('give a table [deck] with height, such as height = "6 m".', "deck")
+    own = dict(file.deck)
+    try:
+        if not isinstance(own.get("motion", ""), str):
+            own["motion"] = read_tip(own["motion"], table.path.parent)
+        return Deck(**own)
+    except (ScenarioError, MotionError) as problem:
+        raise LiftError(with_place(str(problem), "deck")) from None
 
 
 def compensator_of(file: LiftTables, table: TomlTable) -> JointUnit | None:

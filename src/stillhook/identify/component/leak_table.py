@@ -63,6 +63,12 @@ class LeakData:
         """What a conductance is multiplied by [Pa], 1 where the table has conductances."""
         return np.ones(len(self)) if self.dp is None else self.dp
 
+    @property
+    def settings(self) -> dict[str, tuple[FloatArray, str]]:
+        """Settings by name, with the kind of quantity of each."""
+        axes = {"displacement": (self.D, "displacement"), "speed": (self.omega, "rotation")}
+        return axes if self.dp is None else axes | {"pressure": (self.dp, "pressure")}
+
 
 def read_leaks(
     path: str | os.PathLike[str],
@@ -109,17 +115,8 @@ def read_leaks(
         notes.append("columns not used: " + ", ".join(quote(h) for h in table.unused))
     if SYNTHETIC in " ".join((table.source, *table.table.comments)).lower():
         notes.insert(0, "SYNTHETIC table: made by a formula, measured on no unit")
-    return LeakData(
-        unit,
-        D[keep],
-        omega[keep],
-        None if dp is None else dp[keep],
-        leak[keep],
-        None if case is None else case[keep],
-        full,
-        table.source,
-        tuple(notes),
-    )
+    dp, case = (None if x is None else x[keep] for x in (dp, case))
+    return LeakData(unit, D[keep], omega[keep], dp, leak[keep], case, full, table.source, tuple(notes))
 
 
 def _leak(table: Columns, unit: Unit, notes: list[str]) -> tuple[FloatArray, FloatArray | None]:

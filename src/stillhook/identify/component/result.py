@@ -124,10 +124,6 @@ class Component:
         """A parameter by its name."""
         return next(p.estimate for p in self.parameters if p.name == name)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(p.name for p in self.parameters)
-
 
 def crane_with(result: Component, crane: Crane) -> Crane:
     """A crane with the numbers of a component in it.
@@ -207,29 +203,12 @@ def interval(p: Parameter) -> list[str]:
     return [text(e.value), text(e.low), text(e.high)]
 
 
-def _finite(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
-
-
 def to_dict(result: Component) -> dict[str, Any]:
     """Everything in SI, ready for JSON."""
-    return {
-        "component": result.component,
-        "source": result.source,
-        "rows": result.rows,
-        "usable": result.usable,
-        "parameters": {
-            p.name: {
-                "value": _finite(p.estimate.value),
-                "low": _finite(p.estimate.low),
-                "high": _finite(p.estimate.high),
-                "unit": u.KINDS[p.kind].si if p.kind else "1",
-                "meaning": p.meaning,
-                "status": p.status,
-            }
-            for p in result.parameters
-        },
-        "held_out": dict(result.held_out),
-        "notes": list(result.notes),
-        "twin": list(result.twin),
+    out = {name: getattr(result, name) for name in ("component", "source", "rows", "usable")}
+    of = {
+        p.name: p.estimate.to_dict()
+        | {"unit": u.KINDS[p.kind].si if p.kind else "1", "meaning": p.meaning, "status": p.status}
+        for p in result.parameters
     }
+    return out | {"parameters": of, **{name: getattr(result, name) for name in ("held_out", "notes", "twin")}}

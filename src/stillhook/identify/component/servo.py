@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +24,7 @@ from stillhook.report.kit import axis, legend, panels
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.correlated_mean import noise_of
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.left_out import Labels, spread_of_groups, stretches
+from stillhook.statistics.left_out import Labels, rms, spread_of_groups, stretches
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,17 +43,18 @@ RELATIVE = ("omega_n", "zeta", *RATES)
 UNSEEN, UNSEEN_DEAD_TIME = 0.02, 0.2
 """Half widths that no residual shows, of natural frequency and damping [-] and, in samples, of the dead time: the
 command changes somewhere within a sample of the log."""
-KINDS = {"omega_n": "frequency", "dead_time": "time", "rate": "gain_per_time", "rate_down": "gain_per_time"}
-MEANINGS = {
-    "omega_n": "natural frequency",
-    "zeta": "damping ratio",
-    "dead_time": "dead time",
-    "gain": "change of displacement over change of command",
-    "offset": "displacement above its command at the middle of the range",
-    "half_width": "half the width of the hysteresis",
-    "rate": "highest rate as the displacement rises",
-    "rate_down": "highest rate as it falls",
+OF_LAW = {
+    "omega_n": ("natural frequency", "frequency"),
+    "zeta": ("damping ratio", ""),
+    "dead_time": ("dead time", "time"),
+    "gain": ("change of displacement over change of command", ""),
+    "offset": ("displacement above its command at the middle of the range", ""),
+    "half_width": ("half the width of the hysteresis", ""),
+    "rate": ("highest rate as the displacement rises", "gain_per_time"),
+    "rate_down": ("highest rate as it falls", "gain_per_time"),
 }
+"""Parameters: meaning and kind of quantity."""
+NOT_IN_TWIN = ("dead_time", "gain", *RATES)
 FINE = 0.4
 """Largest product of natural frequency and step of the integration [-]."""
 FEWEST_MOVES, LEAST_MOVE = 4, 0.05
@@ -73,6 +74,8 @@ SLOWEST_SAMPLING = 0.5
 """Largest product of natural frequency and sampling time [-]: above, a log does not show the response."""
 LATE = 0.005
 """Residual without the dead time that is reported, of full displacement [-]."""
+LEAST_PLAY = 0.002
+"""Half width of the hysteresis from which its form is of weight [-]."""
 CALM = 0.02
 """Offset and hysteresis below which a motor's control counts as closed-loop [-]."""
 
@@ -116,15 +119,12 @@ def swash_log(log: Log, unit: str | None = None) -> SwashLog:
     command, angle = (log.signals[name] for name in UNITS[unit])
     times = log.t if log.at is None else log.at
     h = float(np.median(np.diff(times)))
-    t = np.arange(times[0], times[-1], h)
-    known = np.isfinite(command)
-    good = np.isfinite(angle)
+    t, known, good = np.arange(times[0], times[-1], h), np.isfinite(command), np.isfinite(angle)
     if good.sum() < FEWEST_SAMPLES or not known.any():
         raise IdentifyError(
             f"{log.source}: {int(good.sum())} samples of {UNITS[unit][1]}; {FEWEST_SAMPLES} are needed."
         )
-    near = np.searchsorted(times, t - 0.5 * h)
-    near = np.minimum(near, len(times) - 1)
+    near = np.minimum(np.searchsorted(times, t - 0.5 * h), len(times) - 1)
     u = np.interp(t, times[known], command[known])
     alpha, measured = angle[near], good[near] & (np.abs(times[near] - t) <= h)
     if (travel := float(np.ptp(u))) < LEAST_MOVE or float(np.sum(np.abs(np.diff(u)))) < FEWEST_MOVES * LEAST_MOVE:
@@ -146,7 +146,7 @@ class Fitted:
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean(self.r**2)))
+        return rms(self.r)
 
 
 def _fit(log: SwashLog, start: SwashFit, free: tuple[str, ...], use: BoolArray) -> Fitted:
@@ -191,21 +191,17 @@ def _best(log: SwashLog, free: tuple[str, ...], use: BoolArray, fixed: SwashFit)
     basic = tuple(name for name in free if name not in RATES)
     trial = [fixed._replace(omega_n=w, zeta=z) for w, z in START]
     misfit = np.mean((log.follow(*trial)[:, use] - log.alpha[use]) ** 2, axis=1)
-    fits = [_fit(log, trial[i], basic, use) for i in np.argsort(misfit)[:2]]
-    best = min(fits, key=lambda f: f.rms)
-    if not set(RATES) & set(free):
-        return best
-    if best.rms < EXPLAINED * noise_of(log.alpha[use]):
+    best = min((_fit(log, trial[i], basic, use) for i in np.argsort(misfit)[:2]), key=lambda f: f.rms)
+    if not set(RATES) & set(free) or best.rms < EXPLAINED * noise_of(log.alpha[use]):
         return best
     smooth = np.gradient(np.convolve(log.alpha, np.full(5, 0.2), "same"), log.h)[use]
     fastest = np.quantile(smooth, 0.99), -np.quantile(smooth, 0.01)
-    names = RATES
-    start = best.values._replace(**{n: max(float(v), 1e-2) for n, v in zip(names, fastest, strict=True)})
-    start = start._replace(omega_n=min(1.5 * start.omega_n, 100.0))
-    limited = _fit(log, start, (*basic, *names), use)
-    seen = tuple(name for name in names if _is_seen(limited, name))
+    rates = {name: max(float(v), 1e-2) for name, v in zip(RATES, fastest, strict=True)}
+    start = best.values._replace(**rates, omega_n=min(1.5 * best.values.omega_n, 100.0))
+    limited = _fit(log, start, (*basic, *RATES), use)
+    seen = tuple(name for name in RATES if _is_seen(limited, name))
     if len(seen) == 1:
-        lost = {name: NO_RATE for name in names if name not in seen}
+        lost = {name: NO_RATE for name in RATES if name not in seen}
         limited = _fit(log, limited.values._replace(**lost), (*basic, *seen), use)
     return limited if seen and limited.rms < BETTER * best.rms else best
 
@@ -221,56 +217,55 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
 
     Errors: IdentifyError where the log is sampled too slowly for its response.
     """
-    use, fixed = log.measured, SwashFit(5.0, 1.0, 0.0, 1.0, 0.0, 0.0, NO_RATE, NO_RATE)
+    use, fixed, pump = log.measured, SwashFit(5.0, 1.0, 0.0, 1.0, 0.0, 0.0, NO_RATE, NO_RATE), log.unit == "pump"
     middle = 0.5 * float(log.u.max() + log.u.min())
-    shifted = SwashLog(log.unit, log.source, log.t, log.u - middle, log.alpha - middle * use, use, log.h)
-    everything = ("omega_n", "zeta", "dead_time", "gain", "offset", "half_width", "rate", "rate_down")
-    fit = _best(shifted, everything, use, fixed)
-    of_twin = tuple(name for name in fit.free if name not in ("dead_time", "gain", "rate", "rate_down"))
-    if log.unit == "pump":
-        of_twin = tuple(name for name in of_twin if name != "half_width")
+    shifted = replace(log, u=log.u - middle, alpha=log.alpha - middle * use)
+    fit = _best(shifted, tuple(OF_LAW), use, fixed)
     start = fit.values._replace(dead_time=0.5 * log.h, gain=1.0)
-    if log.unit == "pump":
+    if pump:
         start = start._replace(half_width=0.0)
-    twin = _fit(shifted, start, of_twin, use)
+    left_out = (*NOT_IN_TWIN, "half_width") if pump else NOT_IN_TWIN
+    twin = _fit(shifted, start, tuple(name for name in fit.free if name not in left_out), use)
     if fit.values.omega_n * log.h > SLOWEST_SAMPLING:
         raise IdentifyError(
             f"{log.source}: one sample in {1e3 * log.h:.3g} ms does not show a response of"
             f" {fit.values.omega_n:.3g} rad/s. Log at {1e3 * 0.1 / fit.values.omega_n:.2g} ms and faster."
         )
-    scatter = float(np.std(log.alpha[use]))
-    groups = _groups(shifted, use)
-    estimates = _estimates(fit, groups, log.h)
-    notes: list[str] = []
-    left = fit.rms / scatter
+    scatter, groups = float(np.std(log.alpha[use])), _groups(shifted, use)
+    estimates, notes, left = _estimates(fit, groups, log.h), list[str](), fit.rms / scatter
     if left > MOST_LEFT:
         notes.append(f"the law leaves {percent_fixed(left, 0)} of the displacement's deviation: not this control's law")
-    speed = np.gradient(shifted.follow(fit.values)[0], log.h)
-    for name, fastest in (("rate", float(speed.max())), ("rate_down", float(-speed.min()))):
+    response = shifted.follow(fit.values)[0]
+    speed = np.gradient(response, log.h)
+    for name, fastest in zip(RATES, (float(speed.max()), float(-speed.min())), strict=True):
         if name not in estimates:
-            notes.append(f"{MEANINGS[name]}: not reached, at least {fastest:.3g} 1/s")
+            notes.append(f"{OF_LAW[name][0]}: not reached, at least {fastest:.3g} 1/s")
     notes.append(
         f"without dead time and with a gain of 1, as the twin has it: omega_n {twin.values.omega_n:.4g} rad/s, zeta"
         f" {twin.values.zeta:.3g}, residual {percent_fixed(twin.rms, 2)} of full displacement"
         f" ({percent_fixed(fit.rms, 2)} with both)"
     )
+    late = estimates["dead_time"]
+    if late.low > 0.0:
+        notes.append(
+            f"dead time {1e3 * late.value:.3g} ms: no key of a crane file carries it; the crane file's omega_n and"
+            " zeta are those of the fit without it"
+        )
     if twin.rms > max(1.5 * fit.rms, LATE):
         notes.append(
             "the dead time is not small against the response: the twin's control reacts too early and then slower"
+        )
+    if estimates["half_width"].low > LEAST_PLAY:
+        notes.append(
+            "hysteresis is taken as play in front of the plate: as dry friction of the plate it raises omega_n, zeta"
+            " and dead_time by up to a tenth, beyond their intervals"
         )
     changes, more = _changes(log.unit, settings, twin, estimates)
     return Component(
         component="servo",
         source=log.source,
         rows=int(use.sum()),
-        parameters=tuple(
-            Parameter(name, MEANINGS[name], KINDS.get(name, ""), e, "" if e.half < abs(e.value) else "not determined")
-            if name in ("omega_n", "zeta")
-            else Parameter(
-                name, MEANINGS[name], KINDS.get(name, ""), e, "" if e.low > 0.0 or e.high < 0.0 else "may be 0"
-            )
-            for name, e in estimates.items()
-        ),
+        parameters=tuple(Parameter(name, *OF_LAW[name], e, _status(name, e)) for name, e in estimates.items()),
         held_out=_left_out(shifted, fit, groups, scatter),
         notes=(*notes, *more),
         twin=(
@@ -278,10 +273,16 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
             "it has no dead time and no gain: its numbers are those of a fit without them",
         ),
         changes=changes,
-        figures=lambda: {"servo": _figure(log, shifted.follow(fit.values)[0] + middle)},
+        figures=lambda: {"servo": _figure(log, response + middle)},
         settings=settings,
         usable=left <= MOST_LEFT,
     )
+
+
+def _status(name: str, e: Estimate) -> str:
+    if name in ("omega_n", "zeta"):
+        return "" if e.half < abs(e.value) else "not determined"
+    return "" if e.low > 0.0 or e.high < 0.0 else "may be 0"
 
 
 def _groups(log: SwashLog, use: BoolArray) -> dict[str, Labels]:
@@ -296,30 +297,26 @@ def _groups(log: SwashLog, use: BoolArray) -> dict[str, Labels]:
 def _estimates(fit: Fitted, groups: Mapping[str, Labels], h: float) -> dict[str, Estimate]:
     """Parameters with their intervals, the widest of all groupings; those of positive ones on their logarithms. A rate
     that one stretch alone shows, or that is hardly reached, is none."""
-    names = fit.free
-    spreads = _spreads(fit, names, groups)
-    if not spreads:
-        names = tuple(name for name in names if name not in RATES)
-        spreads = _spreads(fit, names, groups)
+    spreads = _spreads(fit, fit.free, groups)
+    names = fit.free if spreads else tuple(name for name in fit.free if name not in RATES)
+    spreads = spreads or _spreads(fit, names, groups)
     out = {}
     for i, name in enumerate(names):
-        value = getattr(fit.values, name)
+        value, n = getattr(fit.values, name), len(fit.r)
         half = max((math.sqrt(max(float(C[i, i]), 0.0)) for C in spreads), default=math.nan)
         if name in RATES and not half <= REACHED:
             continue
-        half = math.hypot(
-            half, UNSEEN_DEAD_TIME * h if name == "dead_time" else UNSEEN if name in ("omega_n", "zeta") else 0.0
-        )
+        unseen = {"dead_time": UNSEEN_DEAD_TIME * h, "omega_n": UNSEEN, "zeta": UNSEEN}
+        half = math.hypot(half, unseen.get(name, 0.0))
         if name in RELATIVE:
             edge = min(half, 5.0) if math.isfinite(half) else half
-            out[name] = Estimate(value, value * math.exp(-edge), value * math.exp(edge), len(fit.r))
+            out[name] = Estimate(value, value * math.exp(-edge), value * math.exp(edge), n)
         elif name in ("dead_time", "half_width"):
-            value -= (
-                0.5 * h if name == "dead_time" else 0.0
-            )  # a command that is held over a sample, taken as linear between
-            out[name] = Estimate(max(value, 0.0), max(value - half, 0.0), max(value + half, 0.0), len(fit.r))
+            late = 0.5 * h if name == "dead_time" else 0.0  # a command held over a sample, taken as linear between
+            value, low, high = (max(value - late + x, 0.0) for x in (0.0, -half, half))
+            out[name] = Estimate(value, low, high, n)
         else:
-            out[name] = Estimate.around(value, half, len(fit.r))
+            out[name] = Estimate.around(value, half, n)
     return out
 
 
@@ -348,7 +345,7 @@ def _changes(
         f"{place}.servo.omega_n": (v.omega_n, "frequency"),
         f"{place}.servo.zeta": (v.zeta, None),
     }
-    for name, field in (("rate", "rate_max"), ("rate_down", "rate_down")):
+    for name, field in zip(RATES, ("rate_max", "rate_down"), strict=True):
         if name in estimates:
             changes[f"{place}.servo.{field}"] = (getattr(v, name), "gain_per_time")
     if unit == "pump" or settings.circuit == "passive":
@@ -369,14 +366,13 @@ def _figure(log: SwashLog, model: FloatArray) -> Figure:
     """Command, displacement and model over time (Moslatt 2020 figures C10, F6); displacement over command (E13)."""
     figure, axes = panels(1, 2, (12.0, 4.8), f"{log.source}: displacement control of a {log.unit}")
     left, right = axes[0]
-    alpha = np.where(log.measured, log.alpha, np.nan)
+    u, alpha, law = 100.0 * log.u, 100.0 * np.where(log.measured, log.alpha, np.nan), 100.0 * model
     t = log.t - log.t[0]
-    left.plot(t, 100.0 * log.u, "--", color=GREY, lw=1.0, label="command")
-    left.plot(t, 100.0 * alpha, "-", color=COLOURS[0], lw=1.0, label="measured")
-    left.plot(t, 100.0 * model, "-", color=COLOURS[1], lw=1.0, label="law")
+    left.plot(t, u, "--", color=GREY, lw=1.0, label="command")
+    for ax, x, width in ((left, t, 1.0), (right, u, 0.8)):
+        ax.plot(x, alpha, "-", color=COLOURS[0], lw=width, label="measured")
+        ax.plot(x, law, "-", color=COLOURS[1], lw=width, label="law")
     axis(left, "time [s]", "displacement [% of full]")
-    legend(left)
-    right.plot(100.0 * log.u, 100.0 * alpha, "-", color=COLOURS[0], lw=0.8, label="measured")
-    right.plot(100.0 * log.u, 100.0 * model, "-", color=COLOURS[1], lw=0.8, label="law")
     axis(right, "command [% of full]", "displacement [% of full]")
+    legend(left)
     return figure

@@ -28,8 +28,9 @@ it."""
 class LiftArrays(NamedTuple):
     """What the kernel of a lowering is given besides a run's: B rows of the wires with N elements each; S rows of
     n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0 on, with `levels`
-    levels (0: still water), H_w room for weights; G numbers kept of every stage and starts when each began [s], first
-    those that statistics begin with; P a row of NP numbers every n_peak cycles."""
+    levels (0: still water; E then has motion s, v, a of a deck in cycles from i_0 on, where there is one), H_w room for
+    weights; G numbers kept of every stage and starts when each began [s], first those that statistics begin with; P a
+    row of NP numbers every n_peak cycles."""
 
     B: Array
     N: int
@@ -51,9 +52,14 @@ class LiftArrays(NamedTuple):
 def lane_parts(wire: Any, joint: Any, body: Any) -> LaneParts:
     """What a lane of a lowering holds besides, with these elements."""
     of_joint = {name: getattr(joint, name) for name in ("Link", "Signals", "Stats") if getattr(joint, name) is not None}
+    deck = hasattr(body, "Deck")
     return LaneParts(
-        stats={"ls": body.LiftStats} | ({"cs": of_joint["Stats"]} if "Stats" in of_joint else {}),
-        signals={"ly": LiftSignals} | ({"cy": of_joint["Signals"]} if "Signals" in of_joint else {}),
+        stats={"ls": body.LiftStats}
+        | ({"cs": of_joint["Stats"]} if "Stats" in of_joint else {})
+        | ({"ds": body.Stats} if deck else {}),
+        signals={"ly": LiftSignals}
+        | ({"cy": of_joint["Signals"]} if "Signals" in of_joint else {})
+        | ({"dy": body.Signals} if deck else {}),
         others={
             "hang": Hanging,
             "rows": wire.Rows,
@@ -63,6 +69,7 @@ def lane_parts(wire: Any, joint: Any, body: Any) -> LaneParts:
             "lift": Lift,
             **({"link": of_joint["Link"]} if "Link" in of_joint else {}),
             **({"unit_water": Water, "unit_level": Heights} if hasattr(joint, "heights") else {}),
+            **({"deck": body.Deck, "push": body.Push} if deck else {}),
             "stage": Stage,
             "seen": Windowed,
         },
@@ -70,10 +77,59 @@ def lane_parts(wire: Any, joint: Any, body: Any) -> LaneParts:
     )
 
 
+def deck_below(d: Driver, body: Any) -> tuple[Any, Any, Any]:
+    """take_deck(A, E, i): the deck's motion at the start of the cycle from row i of E; followed(b): what the PLC's
+    reference has of it [m]; put_deck(A, l, b): its signals. As plain Python."""
+    LANES = d.lanes
+    if not hasattr(body, "Deck"):
+
+        @scalar
+        def no_deck(A, E, i):
+            """Nothing."""
+
+        @scalar
+        def nothing(b):
+            """0: the reference is the tip."""
+            return 0.0
+
+        @scalar
+        def none_shown(A, l, b):
+            """Nothing."""
+
+        return no_deck, nothing, none_shown
+    DECK, DY, E_C = (
+        offset(d.Lane, "deck", LANES),
+        offset(d.Lane, "dy", LANES),
+        offset(d.Lane, "y", LANES) + offset(d.Signals, "e_c", LANES),
+    )
+    put_dy, height, Shown = access(body.Signals, LANES).store, body.deck_height, body.Signals
+
+    @scalar
+    def take_deck(A, E, i):
+        """Motion s, v, a of every lane's deck."""
+        row = E[i * 3 * LANES :]
+        for j in range(3 * LANES):
+            A[DECK + j] = row[j]
+
+    @scalar
+    def followed(b):
+        """The deck's motion, where the PLC follows it [m]."""
+        return b.deck.followed * b.deck.s
+
+    @scalar
+    def put_deck(A, l, b):
+        """Height and push of the deck; the control error against what the winch follows."""
+        put_dy(A, DY + l, Shown(height(b.deck, 0.0), b.push.F))
+        A[E_C + l] -= followed(b)
+
+    return take_deck, followed, put_deck
+
+
 def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
     """The kernel of lowerings with the winch of a driver on a path of these elements, as plain Python."""
     LANES, Lane = d.lanes, d.Lane
-    water, course = water_at_payload(d, joint), supervised(d)
+    take_deck, followed, put_deck = deck_below(d, body)
+    water, course = water_at_payload(d, joint), supervised(d, followed)
     below = below_winch(d, wire, joint, body, water)
     look_up, take_water, relay, move = water.look_up, water.take_water, below.relay, below.step
     new_stages, take_stage = course.new_stages, course.take_stage
@@ -125,7 +181,10 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
             b = load(A, l)
             g, q = b.hang.body, hook[ROW + Q + l]
             A[H_WET + l] = submergence(b.lift.z_ref + q, g.water.eta, b.lift.load.reach)
-            seen, datum = relative(b.hang, b.stage, b.seen, b.lift.settings.code, b.tick.s, q, hook[Q + l])
+            off = followed(b)
+            seen, datum = relative(
+                b.hang, b.stage, b.seen, b.lift.settings.code, b.tick.s - off, q - off, hook[Q + l] - off
+            )
             put_seen(A, SEEN + l, seen)
             A[DATUM + l] = datum
         look_up(A, T)
@@ -135,6 +194,7 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
             put_signals(
                 A, l, b, hook, signals_of(b.lift.z_ref + q, v, hook[Q + l], hook[V + l], b.F_s, b.hang, b.lift.load)
             )
+            put_deck(A, l, b)
             A[S_LOAD + l] = q
             A[V_LOAD + l] = v
 
@@ -164,6 +224,7 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
     @scalar
     def arrive(A, at, W, k, n_win, t_cycle, watched):
         """Water, elements of the wire and stage at the start of a cycle."""
+        take_deck(A, at.E, k - at.i_0)
         if at.levels > 0:
             place = k * t_cycle / at.dt_w
             i = int(place + 1.0e-9)

@@ -30,8 +30,8 @@ class Supervised:
     watch: Any
 
 
-def supervised(d: Driver) -> Supervised:
-    """See `Supervised`; as plain Python."""
+def supervised(d: Driver, followed: Any) -> Supervised:
+    """See `Supervised`; followed(b): what the PLC's reference has besides the tip [m]. As plain Python."""
     LANES, SIGNALS, geometry, sensing, path_point = d.lanes, d.parts.windows, d.geometry, d.sensing, d.path_point
     Ordered = ordered_of(d, sup=Supervisor)
     with_plc, with_tau, with_F = replace(d.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F", "u_p", "idle")
@@ -112,6 +112,7 @@ def supervised(d: Driver) -> Supervised:
     @scalar
     def seen(A, l, b, o, y):
         """The control error while the winch compensates, the last one while it does not."""
-        A[E_HELD + l] = y.e_c if compensating(o.sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.course.e_held
+        active = compensating(o.sup, b.stage, b.lift.settings.code) > 0.5
+        A[E_HELD + l] = y.e_c - followed(b) if active else b.hang.course.e_held
 
     return Supervised(new_stages, take_stage, ordered, keep, seen)

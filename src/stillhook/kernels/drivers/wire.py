@@ -13,6 +13,7 @@ from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import access, offset
 from stillhook.physics.load_path.payload import water_force, wetted
 from stillhook.physics.load_path.rope import Element, element, element_weight
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.load_path.lift import Hanging, Lift, Works, of_body, of_joint, of_wire, with_relay
 from stillhook.winches.load_path.payload import SNAP, Body, ahead, later
@@ -118,6 +119,45 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
             put_ls(A, LS + l, stats)
             put_cs(A, CS + l, fold_joint(b.cs, t, h, x, rate, sea, b.hang.body.grounded, b.lift.sling, get_link(A, l)))
 
+    if hasattr(body, "Deck"):
+        deck_push, pressing, fold_deck, on_deck = body.deck_push, body.pressing, body.fold_deck, body.on_deck
+        put_push, put_ds, PUSH, DS = (
+            store(body.Push),
+            store(body.Stats),
+            offset(Lane, "push", LANES),
+            offset(Lane, "ds", LANES),
+        )
+        with_bottom = replace(Works, "bottom")
+
+        @scalar
+        def held(A, l, b, p, z, v_mid, tau, h):
+            """The payload's momentum with the push of the deck."""
+            push = deck_push(z, v_mid, b.deck, tau, h, b.push.left)
+            put_push(A, PUSH + l, push)
+            return pressing(p, push, h)
+
+        @scalar
+        def grounded_of(A, l, b, stats, t, tau, h, z_0, v_0, z):
+            """Statistics of the lift with those of the deck, and 1 while the payload stands on it."""
+            was, works = b.hang.body.grounded, get_works(A, WORKS + l)
+            ds, stats, push = fold_deck(b.ds, b.ls, stats, t, h, z_0, v_0, b.hang.body.a, z, b.deck, tau, b.push, was)
+            put_ds(A, DS + l, ds)
+            put_push(A, PUSH + l, push)
+            put_works(A, WORKS + l, with_bottom(works, works.bottom + push.F * (z - z_0)))
+            return stats, on_deck(was, z, b.deck, tau + h)
+
+    else:
+
+        @scalar
+        def held(A, l, b, p, z, v_mid, tau, h):
+            """The payload's momentum as it is."""
+            return p
+
+        @scalar
+        def grounded_of(A, l, b, stats, t, tau, h, z_0, v_0, z):
+            """Statistics as they are, and 1 while the payload is on the seabed."""
+            return stats, on_ground(b.hang.body.grounded, z, b.lift.load)
+
     @scalar
     def relay(A, B, N):
         """Elements of every wire as long as the wire out now asks for; energy of the whole lift, and what the new
@@ -171,7 +211,8 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
             force = water_force(z, v_mid, wetted(g.h, g.lo, g.hi), later(g.water, tau + 0.5 * h), b.lift.load)
             v_w = wire_speed(b.x.winch, b.geo)
             put_rows(A, ROWS + l, rows_of(b.hang.wire, b.x.path, v_w, B[Q + l], b.tip_1, b.geo.c, b.p.hoist, h))
-            put_momentum(A, MOMENTUM + l, momentum(v, v_mid, force, h, b.lift.load))
+            p = momentum(v, v_mid, force, h, b.lift.load)
+            put_momentum(A, MOMENTUM + l, held(A, l, b, p, b.lift.z_ref + q, v_mid, tau, h))
             foreseen(A, l, b, hook, tau, h)
             A[SUMS + l] = 0.0
             A[SUMS + LANES + l] = 0.0
@@ -211,11 +252,12 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
             ends = pull_joint(x, v, lift.z_ref + q_h, A_h, R_h, p.A, p.R, h, lift.sling, get_link(A, l))
             row[ROW + D + l] = ends.v_up
             row[2 * ROW + D + l] = ends.v_down
-        finish(A, B, N, t + h, h)
+        finish(A, B, N, t + h, tau, h)
 
     @scalar
-    def finish(A, B, N, t, h):
-        """Speeds at mid-step from the bottom up, positions and speeds at the end t [s], works and statistics."""
+    def finish(A, B, N, t, tau, h):
+        """Speeds at mid-step from the bottom up, positions and speeds at the end t of a step that began tau into the
+        cycle [s], works and statistics."""
         hook = B[N * ROW :]
         for l in range(LANES):
             b = load(A, l)
@@ -239,8 +281,9 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
             snapping = 1.0 if F_s > 0.0 and since < SNAP and b.ls.slack + b.ls.slack_landed > 0.0 else 0.0
             z, v = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
             stats = fold_step(b.ls, t, h, z_0, v_0, z, v, F_s, snapping, p.force, g.grounded, lift.load)
+            stats, grounded = grounded_of(A, l, b, stats, t, tau, h, z_0, v_0, z)
             put_statistics(A, l, b, stats, t, h, x_1, rate, sea)
-            A[GROUNDED + l] = on_ground(g.grounded, z, lift.load)
+            A[GROUNDED + l] = grounded
             A[A_LOAD + l] = dv / h
             A[SINCE + l] = since
             A[F_S + l] = F_s

@@ -50,42 +50,13 @@ BLIND = ("wilson", "schlosser", "huhtala-14", "jeong")
 
 
 class FittedLoss(NamedTuple):
-    """How the twin takes a loss: torque(omega_m, D_m, dp_m, record) [N m], never negative; label in a kernel's key."""
+    """How the twin takes a loss, by its label in a kernel's key: all of it, its dry part and its moving part, each
+    f(omega_m, D_m, dp_m, record) [N m] and never negative."""
 
     label: str
     torque: Callable[..., Any]
-
-
-@functools.cache
-def record_of(name: str) -> Any:
-    """Class of the record by which the twin knows a model's loss: law its parameters, motor, scale of the loss [-]."""
-    made = record("Loss", f"{__name__} {name}", law=LAWS[name].record, motor=LossMotor, scale=float)
-    FITTED[made] = FittedLoss(name, _torque(name))
-    return made
-
-
-FITTED: dict[Any, FittedLoss] = {}
-"""Loss of each class of record but MJ4's own: those of `record_of`, and those of maps."""
-
-
-def labelled(label: str) -> Any:
-    """The class of record with this label, made in this process before."""
-    return record_of(label) if label in LAWS else next(of for of, loss in FITTED.items() if loss.label == label)
-
-
-def _torque(name: str) -> Callable[..., Any]:
-    function = LAWS[name].function
-
-    @scalar
-    def direct(omega_m, D_m, dp_m, fit):
-        return fit.scale * function(omega_m, D_m, dp_m, fit.law, fit.motor)
-
-    @scalar
-    def held(omega_m, D_m, dp_m, fit):
-        omega = maximum(abs(omega_m), fit.motor.omega_low)
-        return fit.scale * maximum(function(omega, D_m, dp_m, fit.law, fit.motor), 0.0)
-
-    return held if LAWS[name].interpolates else direct
+    dry: Callable[..., Any]
+    moving: Callable[..., Any]
 
 
 @scalar
@@ -98,39 +69,55 @@ def _mj4_moving(omega_m, D_m, dp_m, fit):
     return torque_loss_moving(omega_m, D_m, fit)
 
 
-@functools.cache
-def _dry(of: Any) -> Callable[..., Any]:
-    if of is TorqueLossFit:
-        return _mj4_dry
-    torque = FITTED[of].torque
+FITTED: dict[Any, FittedLoss] = {TorqueLossFit: FittedLoss("mj4", torque_loss, _mj4_dry, _mj4_moving)}
+"""Loss of each class of record: MJ4's own, those of `record_of`, and those of maps."""
+
+
+def _fitted(label: str, torque: Callable[..., Any], **members: Any) -> Any:
+    """A new class of record with these fields, and its loss in `FITTED`."""
 
     @scalar
     def dry(omega_m, D_m, dp_m, fit):
         return minimum(torque(omega_m, D_m, dp_m, fit), torque(0.0, D_m, dp_m, fit))
 
-    return dry
-
-
-@functools.cache
-def _moving(of: Any) -> Callable[..., Any]:
-    if of is TorqueLossFit:
-        return _mj4_moving
-    torque = FITTED[of].torque
-
     @scalar
     def moving(omega_m, D_m, dp_m, fit):
         return maximum(torque(omega_m, D_m, dp_m, fit) - torque(0.0, D_m, dp_m, fit), 0.0)
 
-    return moving
+    made = record("Loss", f"{__name__} {label}", **members, scale=float)
+    FITTED[made] = FittedLoss(label, torque, dry, moving)
+    return made
 
 
-motor_loss = by_record(lambda of: torque_loss if of is TorqueLossFit else FITTED[of].torque)
+@functools.cache
+def record_of(name: str) -> Any:
+    """Class of the record by which the twin knows a model's loss: law its parameters, motor, scale of the loss [-]."""
+    function = LAWS[name].function
+
+    @scalar
+    def direct(omega_m, D_m, dp_m, fit):
+        return fit.scale * function(omega_m, D_m, dp_m, fit.law, fit.motor)
+
+    @scalar
+    def held(omega_m, D_m, dp_m, fit):
+        omega = maximum(abs(omega_m), fit.motor.omega_low)
+        return fit.scale * maximum(function(omega, D_m, dp_m, fit.law, fit.motor), 0.0)
+
+    return _fitted(name, held if LAWS[name].interpolates else direct, law=LAWS[name].record, motor=LossMotor)
+
+
+def labelled(label: str) -> Any:
+    """The class of record with this label, made in this process before."""
+    return record_of(label) if label in LAWS else next(of for of, loss in FITTED.items() if loss.label == label)
+
+
+motor_loss = by_record(lambda of: FITTED[of].torque)
 """Torque loss of one motor shaft, whatever the model, f(omega_m, D_m, dp_m, fit) [N m]: `motor_loss_dry` and
 `motor_loss_moving` together."""
-motor_loss_dry = by_record(_dry)
+motor_loss_dry = by_record(lambda of: FITTED[of].dry)
 """Its level of dry friction, which the bristle follows, f(omega_m, D_m, dp_m, fit) [N m]: the loss in the limit of
 standstill, or the loss itself where that is less, as of the notches of the port plate, whose loss falls with speed."""
-motor_loss_moving = by_record(_moving)
+motor_loss_moving = by_record(lambda of: FITTED[of].moving)
 """What the loss has beyond that at a speed (viscous and turbulent), f(omega_m, D_m, dp_m, fit) [N m]; never negative,
 so that no model drives the shaft."""
 
@@ -157,9 +144,7 @@ def map_record(
     Parameters: as `map_torque`. The loss at the lowest speed level is dry friction, as it is held below.
     """
     label = f"map-{hashlib.sha256(repr((D_m, omega_m, dp_m, T_f)).encode()).hexdigest()[:12]}"
-    made = record("Loss", f"{__name__} {label}", scale=float)
-    FITTED[made] = FittedLoss(label, map_torque(D_m, omega_m, dp_m, T_f))
-    return made
+    return _fitted(label, map_torque(D_m, omega_m, dp_m, T_f))
 
 
 class Measured(NamedTuple):

@@ -41,142 +41,56 @@ class LossMotor(NamedTuple):
     omega_low: float = OMEGA_LOW
 
 
-class Wilson(NamedTuple):
-    """C_a [-] dry, C_b [-] viscous, C_c [Pa] constant loss."""
-
-    C_a: float
-    C_b: float
-    C_c: float
-
-
-class Schlosser(NamedTuple):
-    """C_a [-] dry, C_b [-] viscous, C_d [-] acceleration of the oil."""
-
-    C_a: float
-    C_b: float
-    C_d: float
+def parameters(name: str, fields: str, meanings: str) -> Any:
+    """Class of the parameters of a model, in the order in which they are written; meanings: with their units."""
+    made: Any = NamedTuple(name, [(field, float) for field in fields.split()])  # type: ignore[misc]
+    made.__module__, made.__doc__ = __name__, meanings
+    return made
 
 
-class Thoma(NamedTuple):
-    """C_a [-] dry, C_b [-] viscous, C_e [-] acceleration of the oil."""
-
-    C_a: float
-    C_b: float
-    C_e: float
-
-
-class Pacey(NamedTuple):
-    """C_a [-] dry, C_b [-] viscous, C_e [N m] constant loss."""
-
-    C_a: float
-    C_b: float
-    C_e: float
-
-
-class Ortwig(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [N m s], C_h [m^3 s], C_i [N m s^2]; C_j, C_k, C_l as C_e, C_f, C_g per relative
-    displacement."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_h: float
-    C_i: float
-    C_j: float
-    C_k: float
-    C_l: float
-
-
-class Jeong(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [m^3], C_i [m^5], C_k [m^2], C_m [m^5/N]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_i: float
-    C_k: float
-    C_m: float
-
-
-class MJ1(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_m: float
-    C_i: float
-    C_k: float
-
-
-class MJ2(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4], C_m [m^5/N]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_i: float
-    C_m: float
-
-
-class MJ3(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_i: float
-
-
-class MJ5(NamedTuple):
-    """C_e [N m], C_f [-], C_g [m^3], C_i [m^(2 - 3 C_n) s^(C_n - 2)], C_n [-] exponent, C_m [m^5/N]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_i: float
-    C_n: float
-    C_m: float
-
-
-class MJ6(NamedTuple):
-    """C_e [N m], C_f [-], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2]."""
-
-    C_e: float
-    C_f: float
-    C_g: float
-    C_m: float
-    C_i: float
-    C_k: float
-
-
-class Huhtala14(NamedTuple):
-    """Four polynomials in |omega_m|.
-
-    a_0..a_3 loss at no pressure, b_0..b_3 slope of the first line, c_0..c_2 slope of the second, p_0..p_2 pressure of
-    the break. Units: a_i [N m (s/rad)^i], b_i and c_i [m^3 (s/rad)^i], p_i [Pa (s/rad)^i].
-    """
-
-    a_0: float
-    a_1: float
-    a_2: float
-    a_3: float
-    b_0: float
-    b_1: float
-    b_2: float
-    b_3: float
-    c_0: float
-    c_1: float
-    c_2: float
-    p_0: float
-    p_1: float
-    p_2: float
-
-
-Huhtala28: Any = NamedTuple(  # type: ignore[misc]
-    "Huhtala28", [(f"{name}{of_D}", float) for of_D in ("", "D") for name in Huhtala14._fields]
+Wilson = parameters("Wilson", "C_a C_b C_c", "C_a [-] dry, C_b [-] viscous, C_c [Pa] constant loss.")
+Schlosser = parameters("Schlosser", "C_a C_b C_d", "C_a [-] dry, C_b [-] viscous, C_d [-] acceleration of the oil.")
+Thoma = parameters("Thoma", "C_a C_b C_e", "C_a [-] dry, C_b [-] viscous, C_e [-] acceleration of the oil.")
+Pacey = parameters("Pacey", "C_a C_b C_e", "C_a [-] dry, C_b [-] viscous, C_e [N m] constant loss.")
+Ortwig = parameters(
+    "Ortwig",
+    "C_e C_f C_g C_h C_i C_j C_k C_l",
+    "C_e [N m], C_f [m^3], C_g [N m s], C_h [m^3 s], C_i [N m s^2]; C_j, C_k, C_l as C_e, C_f, C_g per relative"
+    " displacement.",
 )
-Huhtala28.__doc__ = "Coefficients of `Huhtala14` as x + x_D D_m/D_max: first all x, then all x_D in the same units."
+Jeong = parameters(
+    "Jeong",
+    "C_e C_f C_g C_i C_k C_m",
+    "C_e [N m], C_f [m^3], C_g [m^3], C_i [m^5], C_k [m^2], C_m [m^5/N].",
+)
+MJ1 = parameters(
+    "MJ1",
+    "C_e C_f C_g C_m C_i C_k",
+    "C_e [N m], C_f [m^3], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2].",
+)
+MJ2 = parameters("MJ2", "C_e C_f C_g C_i C_m", "C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4], C_m [m^5/N].")
+MJ3 = parameters("MJ3", "C_e C_f C_g C_i", "C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4].")
+MJ5 = parameters(
+    "MJ5",
+    "C_e C_f C_g C_i C_n C_m",
+    "C_e [N m], C_f [-], C_g [m^3], C_i [m^(2 - 3 C_n) s^(C_n - 2)], C_n [-] exponent, C_m [m^5/N].",
+)
+MJ6 = parameters(
+    "MJ6",
+    "C_e C_f C_g C_m C_i C_k",
+    "C_e [N m], C_f [-], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2].",
+)
+Huhtala14 = parameters(
+    "Huhtala14",
+    "a_0 a_1 a_2 a_3 b_0 b_1 b_2 b_3 c_0 c_1 c_2 p_0 p_1 p_2",
+    "Four polynomials in |omega_m|: a_0..a_3 loss at no pressure [N m (s/rad)^i], b_0..b_3 slope of the first line and"
+    " c_0..c_2 of the second [m^3 (s/rad)^i], p_0..p_2 pressure of the break [Pa (s/rad)^i].",
+)
+Huhtala28 = parameters(
+    "Huhtala28",
+    " ".join(f"{name}{of_D}" for of_D in ("", "D") for name in Huhtala14._fields),
+    "Coefficients of `Huhtala14` as x + x_D D_m/D_max: first all x, then all x_D in the same units.",
+)
 
 
 @scalar

@@ -2,9 +2,19 @@
 
 from collections.abc import Sequence
 
-from stillhook.plan.assessments import card, failures, hindcast, other_vessel, quality, rigging, sensitivity
+from stillhook.plan.assessments import card, failures, hindcast, other_vessel, quality, rigging, sensitivity, sideways
 from stillhook.plan.assessments.interface import Assessment
 from stillhook.plan.assessments.sensitivity import assumed
 
-ASSESSMENTS: Sequence[Assessment] = (rigging, other_vessel, failures, sensitivity, assumed, hindcast, quality, card)
+ASSESSMENTS: Sequence[Assessment] = (
+    rigging,
+    other_vessel,
+    sideways,
+    failures,
+    sensitivity,
+    assumed,
+    hindcast,
+    quality,
+    card,
+)
 """In the order of the report."""

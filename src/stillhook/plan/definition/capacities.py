@@ -6,19 +6,26 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
+from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
 from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
+from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.load_chart import ChartPoint, ChartType
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
+from stillhook.response.sideways import Line, WireShape, gust_factor, pendulum, wire_shape
+from stillhook.sea.steady_flow import T_MEAN
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.joining import IN_AIR, UNDER_WATER
+from stillhook.spec.lift.phase import Phase, PhaseKind, called
 from stillhook.spec.lift.rigging import Carrier, DAF_in_air
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
@@ -100,8 +107,116 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "DAF": (F_sling + F_jerk) / (plan.of_high.payload.mass * G),
         "v_w_demand": v,
         "v_landed": v,
-        **({} if plan.load_chart is None else plan.load_chart.static_leads(plan.tip_of(phase))),
+        **still_leads(plan, phase),
     }
+
+
+DEPTHS = 5
+"""Heights of a phase's way at which its wire is looked at."""
+
+
+def along(phase: Phase) -> tuple[float, ...]:
+    """Heights of the underside along a phase's way, rising [m]."""
+    z = places(phase)
+    return tuple(np.unique(np.linspace(min(z), max(z), DEPTHS)).tolist())
+
+
+LEADS = ("off_lead", "side_lead")
+"""Quantities that are the lead of the wire."""
+
+
+def wire_line(plan: LiftPlan, phase: Phase, z: float) -> Line:
+    """The wire of a plan with a current, the underside of the payload at z [m]."""
+    current, still, wire = plan.environment.current, at_rest(plan, phase, z), plan.crane.wire
+    assert current is not None
+    h_tip, w = plan.tip_of(phase).z or plan.h_tip, wire.mass_per_length * G
+    _, steel = wire_strength(plan.crane)
+    hook = h_tip - (still.s_w + still.stretch - still.F_tip * wire.L_0 / wire_strength(plan.crane)[0])
+    return Line(
+        z=hook,
+        h_tip=h_tip,
+        F_hook=still.F_hook,
+        w=w - plan.rho * steel * G,
+        w_air=w,
+        B=0.5 * plan.rho * current.C_D_wire * wire.d,
+        B_load=0.5 * plan.rho * current.C_D * current.area,
+        z_load=z + 0.5 * plan.payload.height,
+    )
+
+
+@remembered
+def in_current(plan: LiftPlan, phase: Phase, z: float) -> WireShape:
+    """The wire at rest in the plan's current. Errors: PlanError where it is carried away too far."""
+    assert plan.environment.current is not None
+    shape = wire_shape(wire_line(plan, phase, z), plan.environment.current.velocity)
+    if shape is None:
+        raise PlanError(
+            f"{called(phase)}: environment.current holds the wire more than 60 deg off the vertical with the underside"
+            f" {show(-z, 'length')} down. Check speed, area and C_D."
+        )
+    return shape
+
+
+def flow_notes(plan: LiftPlan) -> tuple[str, ...]:
+    """Current and wind of a plan in words. Errors: PlanError for a current that is not known down to the seabed, or too
+    strong for a wire."""
+    current, wind = plan.environment.current, plan.environment.wind
+    if current is not None:
+        if len(current.depth) > 1 and current.depth[-1] < plan.depth * (1.0 - 1e-9):
+            end, bottom = show(current.depth[-1], "length"), show(plan.depth, "length")
+            raise PlanError(
+                f"environment.current.depth: the profile ends at {end}, the seabed is at {bottom}. Give the speed"
+                " there."
+            )
+        for case in (plan, plan.low or plan):
+            for phase in plan.phases:
+                for z in along(phase) if phase.kind in UNDER_WATER else ():
+                    in_current(case, phase, z)
+    return tuple(flow.describe() for flow in (current, wind) if flow is not None)
+
+
+def wind_lead(plan: LiftPlan, phase: Phase, z: float, *, gust: bool = True) -> FloatArray:
+    """Angle of the wire (2,) [rad] in the plan's wind, towards the load, underside at z [m]: at rest in the mean, or
+    the largest of the swing in a gust."""
+    wind, still = plan.environment.wind, at_rest(plan, phase, z)
+    assert wind is not None
+    middle = z + 0.5 * plan.payload.height
+    force = wind.force(middle)
+    factor = 1.0
+    if gust:
+        below = plan.rigging.height + 0.5 * plan.payload.height
+        wire = (plan.tip_of(phase).z or plan.h_tip) - middle - below
+        T_n = float(pendulum(wire, plan.crane.hook_mass, below, plan.payload.mass).periods[0])
+        factor = gust_factor(lambda T: wind.at(middle, T) ** 2, T_n, wind.gust, T_MEAN)
+    return np.asarray(np.arctan(factor * force / still.F_tip))
+
+
+def flow_lead(plan: LiftPlan, phase: Phase, z: float) -> FloatArray:
+    """Angle of the wire at the tip by wind in air and by the current under water (2,) [rad], towards the load."""
+    if phase.kind in IN_AIR and plan.environment.wind is not None:
+        return wind_lead(plan, phase, z)
+    if phase.kind in UNDER_WATER and plan.environment.current is not None:
+        return in_current(plan, phase, z).lead()
+    return np.zeros(2)
+
+
+def in_boom(lead: FloatArray, psi: float) -> dict[str, float]:
+    """off_lead and side_lead, as magnitudes, of an angle (2,) of the wire with the boom at psi [rad]."""
+    c, s = math.cos(psi), math.sin(psi)
+    return {"off_lead": abs(float(lead[0] * c + lead[1] * s)), "side_lead": abs(float(lead[1] * c - lead[0] * s))}
+
+
+@remembered
+def still_leads(plan: LiftPlan, phase: Phase) -> dict[str, float]:
+    """off_lead and side_lead of a phase in still water [rad]: heel and trim, and on top the worst of wind or current on
+    its way; empty where the direction of the boom is not known."""
+    tip = plan.tip_of(phase)
+    still = {} if plan.load_chart is None else plan.load_chart.static_leads(tip)
+    psi = None if plan.load_chart is None else plan.load_chart.direction_of(tip)
+    if psi is None or (plan.environment.wind is None and plan.environment.current is None):
+        return still
+    flows = [in_boom(flow_lead(plan, phase, z), psi) for z in along(phase)]
+    return {name: still[name] + max(flow[name] for flow in flows) for name in LEADS}
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:

@@ -27,6 +27,7 @@ from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, 
 from stillhook.plan.definition.weights import Weight
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
+from stillhook.sea.steady_flow import Current, Wind
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import RelativeMotion
@@ -128,7 +129,7 @@ class Environment(Record):
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
     for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system besides
-    the wind sea whose height the table limits.
+    the wind sea whose height the table limits. current and wind: steady, the same in every cell.
     """
 
     wave: Literal["jonswap", "pm", "torsethaugen"] = "jonswap"
@@ -139,6 +140,8 @@ class Environment(Record):
     spread: Number | None = Field(default=None, ge=1.0, le=200.0)
     heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi / 2.0)
     swell: Swell | None = None
+    current: Current | None = None
+    wind: Wind | None = None
 
     @field_validator("Hs", "Tp", "headings", mode="before")
     @classmethod
@@ -149,6 +152,11 @@ class Environment(Record):
     @classmethod
     def _in_order(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         return ordered(values, str(info.field_name))
+
+    def inputs(self) -> dict[str, Any]:
+        """What results follow from, as plain data."""
+        without = {name for name in ("swell", "current", "wind") if getattr(self, name) is None}
+        return self.model_dump(mode="json", exclude=without)
 
     def spectrum(self, Hs: float, Tp: float) -> WaveSpectrum:
         """Spectrum of a height [m] and a peak period [s]."""

@@ -29,9 +29,10 @@ from stillhook.formats.table.corrections import corrections
 from stillhook.formats.table.read import Columns, chosen_rows, columns_of, open_table
 from stillhook.formats.table.understood import Understood, understood_columns
 from stillhook.plan.definition.chart_matrix import long_form
+from stillhook.sea.steady_flow import Current, Wind
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.joining import IN_AIR
+from stillhook.spec.lift.joining import IN_AIR, UNDER_WATER
 from stillhook.spec.lift.phase import Phase
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import show
@@ -186,16 +187,19 @@ class CraneChart:
         c, s = abs(math.cos(psi)), abs(math.sin(psi))
         return {"off_lead": self.trim * c + self.heel * s, "side_lead": self.trim * s + self.heel * c}
 
-    def judges_leads(self, phase: Phase) -> bool:
-        """Whether leads of a phase can be determined: in air, where the direction of the boom is known."""
-        return self.pedestal is not None and phase.kind in IN_AIR
+    def judges_leads(self, phase: Phase, current: Current | None = None) -> bool:
+        """Whether leads of a phase can be determined: where the direction of the boom is known, in air, and with a
+        current under water."""
+        return self.pedestal is not None and phase.kind in (IN_AIR if current is None else (*IN_AIR, *UNDER_WATER))
 
-    def notes(self, phases: Sequence[Phase]) -> tuple[str, ...]:
+    def notes(
+        self, phases: Sequence[Phase], current: Current | None = None, wind: Wind | None = None
+    ) -> tuple[str, ...]:
         """What a reader should know of the chart, and of side-lead and off-lead: where they are judged, and where
         not."""
-        return (*(f"{self.chart.name}: {note}" for note in self.chart.notes), *self._of_leads(phases))
+        return (*(f"{self.chart.name}: {note}" for note in self.chart.notes), *self._of_leads(phases, current, wind))
 
-    def _of_leads(self, phases: Sequence[Phase]) -> tuple[str, ...]:
+    def _of_leads(self, phases: Sequence[Phase], current: Current | None, wind: Wind | None) -> tuple[str, ...]:
         point = self.chart.rows[0][0][1]
         if point.side_lead is None and point.off_lead is None:
             return (f"side-lead and off-lead NOT JUDGED: {self.chart.name} has no limits of them",)
@@ -204,14 +208,18 @@ class CraneChart:
                 "side-lead and off-lead NOT JUDGED: load_chart.radius does not say where the boom points. Give"
                 " load_chart.pedestal",
             )
-        judged, left = (", ".join(p.name for p in phases if self.judges_leads(p) is yes) for yes in (True, False))
+        wet = ", ".join(p.name for p in phases if self.judges_leads(p, current) and not self.judges_leads(p))
+        judged = ", ".join(p.name for p in phases if self.judges_leads(p))
+        left = ", ".join(p.name for p in phases if not self.judges_leads(p, current))
         vessel = f"heel {show(self.heel, 'angle')}, trim {show(self.trim, 'angle')}"
+        flow, missing = ("", "wind, tug lines") if wind is None else (f", {wind.describe()}", "tug lines")
         how = (
             f"side-lead and off-lead in {judged}: a load that swings freely in air with {self.swing_damping:.2g} of"
-            f" critical damping, {vessel}; wind, tug lines and slewing are left out"
+            f" critical damping, {vessel}{flow}; {missing} and slewing are left out"
         )
+        water = f"side-lead and off-lead in {wet}: {current.describe()}, with the pendulum in waves" if current else ""
         reason = f"side-lead and off-lead NOT JUDGED in {left}: waves and current move the load sideways"
-        return tuple(line for line, names in ((how, judged), (reason, left)) if names)
+        return tuple(line for line, names in ((how, judged), (water, wet), (reason, left)) if names)
 
 
 def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | None) -> CraneChart:

@@ -28,8 +28,10 @@ from stillhook.library.toml.file import (
 )
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed
-from stillhook.plan.definition.capacities import CAPACITIES
+from stillhook.plan.definition.capacities import CAPACITIES, LEADS
 from stillhook.plan.definition.rules import QUANTITIES, Level, Rule, RuleSet, Sense
+from stillhook.sea.steady_flow import Current
+from stillhook.spec.lift.joining import UNDER_WATER
 from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
 from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
@@ -140,6 +142,26 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
             f"rules = {quote(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
         )
     return read_toml(name_or_path, FileKind.RULES, PlanError, _rule_set)
+
+
+def under_water(rules: RuleSet, current: Current | None) -> RuleSet:
+    """Rules about the lead of the wire in phases under water as well, where a plan has a current."""
+    keys = [rule.key for rule in rules.rules if rule.quantity in LEADS]
+    if current is None or not keys:
+        return rules
+    wider = tuple(
+        replace(rule, phases=tuple(dict.fromkeys((*rule.phases, *UNDER_WATER))), note=IN_CURRENT)
+        if rule.quantity in LEADS
+        else rule
+        for rule in rules.rules
+    )
+    return replace(rules, rules=wider, changes=(*rules.changes, f"{', '.join(keys)}: under water too, in the current"))
+
+
+IN_CURRENT = (
+    "Only with a load chart that has it. In air a pendulum under the moving tip, under water the wire in the current"
+    " and a chain of masses in waves; the crane's heel. Tug lines and slewing are left out, and the wave zone."
+)
 
 
 def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:

@@ -8,7 +8,7 @@ the flat cap leaves: a twin has no closed form, and is credited as the cap.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,15 +18,25 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.capacities import jerk, off_other_vessel, places, static_tension
+from stillhook.plan.definition.capacities import (
+    LEADS,
+    along,
+    jerk,
+    off_other_vessel,
+    places,
+    static_tension,
+    still_leads,
+)
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
 from stillhook.plan.tiers.other_vessel import from_other_vessel
+from stillhook.plan.tiers.sideways import Answer, answers, in_air
 from stillhook.response.forcing import HIGHEST, LOWEST, STEP
 from stillhook.sea.vessel.boom import TipPoint
+from stillhook.sea.vessel.rao import wavenumber
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
@@ -331,7 +341,6 @@ def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:
 
 LENGTHS = 5
 """Lengths of the pendulum that are looked at where the load moves up or down."""
-LEADS = ("off_lead", "side_lead")
 
 
 def leads(
@@ -347,21 +356,31 @@ def leads(
 
     the largest over the lengths L on the way. Static heel and trim are added, each as a magnitude. Valid for small
     angles, a load in air whose tug lines are slack, a tip whose height counts from the vessel's reference point at the
-    waterline. Not determined in the wave zone and below, where waves and current move the load sideways, nor where only
-    the radius of the tip is known.
+    waterline. With a wind, what the load swings in its gusts is added. Under water, with a current, the wire is at rest
+    in it and swings as a chain of masses under tip and waves (`stillhook.plan.tiers.sideways`). Not determined in the
+    wave zone, nor where only the radius of the tip is known.
     """
     used, tip = plan.load_chart, plan.tip_of(phase)
-    if used is None or not used.judges_leads(phase):
+    if used is None or not used.judges_leads(phase, plan.environment.current):
         return {}
-    still = used.static_leads(tip)
+    still = still_leads(plan, phase)
     largest = {name: np.full(len(seas), still[name]) for name in LEADS}
-    for L in _lengths(plan, phase, tip):
-        for name, (sigma, rate) in _deviations(plan, used, tip, seas, L).items():
+    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    for answer in _answers(plan, phase, tip, omega):
+        for name, (sigma, rate) in _deviations(plan, used, tip, seas, omega, answer).items():
             T = zero_crossing_period(sigma, rate)
             cycles = duration / np.where(np.isnan(T), np.inf, T)
             value = still[name] + largest_of_parts(0.0, sigma[None], cycles[None], quantile[name])
             largest[name] = np.maximum(largest[name], value)
     return largest
+
+
+def _answers(plan: LiftPlan, phase: Phase, tip: TipPoint, omega: FloatArray) -> Sequence[Answer]:
+    """What the wire's angle answers with at omega (k,), along a phase's way."""
+    if phase.kind not in IN_AIR:
+        return answers(plan, phase, along(phase), omega)
+    assert plan.load_chart is not None
+    return [in_air(float(L), plan.load_chart.swing_damping, omega) for L in _lengths(plan, phase, tip)]
 
 
 def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:
@@ -372,10 +391,9 @@ def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:
 
 
 def _deviations(
-    plan: LiftPlan, used: CraneChart, tip: TipPoint, seas: Seas, L: float
+    plan: LiftPlan, used: CraneChart, tip: TipPoint, seas: Seas, omega: FloatArray, answer: Answer
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Standard deviations of each lead [rad] and of its rate [rad/s] in seas (n,), by a pendulum of L [m]."""
-    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    """Standard deviations of each lead [rad] and of its rate [rad/s] in seas (n,)."""
     power: dict[tuple[float, float | None], dict[str, FloatArray]] = {}
     moments = {name: np.zeros((2, len(seas))) for name in LEADS}
     for n, row in enumerate(zip(seas.Hs, seas.Tp, seas.beta, strict=True)):
@@ -383,7 +401,7 @@ def _deviations(
             key = (train.beta, train.spread)
             if key not in power:
                 theta, share = train.directions()
-                transfer = _transfer(plan, used, tip, omega, theta, L)
+                transfer = _transfer(plan, used, tip, omega, theta, answer)
                 power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer.items()}
             S = train.spectrum.density(omega) * STEP
             for name in LEADS:
@@ -392,7 +410,7 @@ def _deviations(
 
 
 def _transfer(
-    plan: LiftPlan, used: CraneChart, tip: TipPoint, omega: FloatArray, beta: FloatArray, L: float
+    plan: LiftPlan, used: CraneChart, tip: TipPoint, omega: FloatArray, beta: FloatArray, answer: Answer
 ) -> dict[str, ComplexArray]:
     """Leads per metre of wave (j, k) at headings (j,) and frequencies (k,) [rad/m]."""
     assert tip.z is not None
@@ -400,8 +418,10 @@ def _transfer(
     assert psi is not None
     surge, sway, _, roll, pitch, yaw = plan.vessel.at(omega, beta)
     X, Y = surge + tip.z * pitch - tip.y * yaw, sway - tip.z * roll + tip.x * yaw
-    omega_0 = math.sqrt(G / L)
-    swing = omega**2 / (omega_0**2 - omega**2 + 2.0j * used.swing_damping * omega_0 * omega) / L
-    forward, port = swing * X + pitch, swing * Y - roll
+    forward, port = answer.tip * X + pitch, answer.tip * Y - roll
+    if answer.wave is not None:
+        along = tip.x * np.cos(beta) + tip.y * np.sin(beta)
+        wave = answer.wave * np.exp(-1j * np.outer(along, wavenumber(omega, plan.depth)))
+        forward, port = forward + np.cos(beta)[:, None] * wave, port + np.sin(beta)[:, None] * wave
     c, s = math.cos(psi), math.sin(psi)
     return {"off_lead": forward * c + port * s, "side_lead": port * c - forward * s}

@@ -12,11 +12,12 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress, begin
 from stillhook.errors import PlanError
+from stillhook.plan.definition.capacities import LEADS
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.table import Axes, chosen, gathered, governed, limit_table
-from stillhook.plan.tiers.closed_form import LEADS, closed_form
+from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
 from stillhook.plan.tiers.situations import looked_at, thinned
 from stillhook.plan.weather.limit_table import SAME

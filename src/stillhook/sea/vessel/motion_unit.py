@@ -30,6 +30,7 @@ BLOCK = 4096  # samples of noise, and states of the filter, made at once
 ENDLESS = 2**40
 RATE = 100.0  # samples of noise a second [1/s]
 LARGEST_DELAY = 2.0  # s
+NOISES = {"noise_heave": "length", "noise_speed": "speed", "noise_angle": "angle", "noise_rate": "rotation"}
 
 
 @dataclass(frozen=True, init=False)
@@ -75,15 +76,8 @@ class MotionUnit:
         rotations: str = EXACT,
     ) -> None:
         period = None if heave_period is None else parse(heave_period, "time", "unit: heave_period")
-        noise = {
-            name: parse(text, kind, f"unit: {name}")
-            for name, kind, text in (
-                ("noise_heave", "length", noise_heave),
-                ("noise_speed", "speed", noise_speed),
-                ("noise_angle", "angle", noise_angle),
-                ("noise_rate", "rotation", noise_rate),
-            )
-        }
+        texts = zip(NOISES.items(), (noise_heave, noise_speed, noise_angle, noise_rate), strict=True)
+        noise = {name: parse(text, kind, f"unit: {name}") for (name, kind), text in texts}
         place, late = offset(at, "unit: at"), parse(delay, "time", "unit: delay")
         self._fill(at=place, heave_period=period, heave_damping=heave_damping, delay=late, **noise)
         fill(self, seed=seed, rotations=rotations)
@@ -104,7 +98,7 @@ class MotionUnit:
             raise MotionError(f"unit: heave_damping {quote(damping)} is not between 0.1 and 2. Usual is 0.7.")
         if not 0.0 <= self.delay <= LARGEST_DELAY:
             raise MotionError(f"unit: delay {self.delay:g} s is not between 0 s and {LARGEST_DELAY:g} s.")
-        for name in ("noise_heave", "noise_speed", "noise_angle", "noise_rate"):
+        for name in NOISES:
             if getattr(self, name) < 0.0:
                 raise MotionError(f"unit: {name} {getattr(self, name):g} is negative. Give a standard deviation.")
 
@@ -116,7 +110,7 @@ class MotionUnit:
     @property
     def noisy(self) -> bool:
         """Whether it adds noise."""
-        return any((self.noise_heave, self.noise_speed, self.noise_angle, self.noise_rate))
+        return any(getattr(self, name) for name in NOISES)
 
     @property
     def passes(self) -> bool:
@@ -142,10 +136,8 @@ class MotionUnit:
         """The unit in words."""
         heave = f"heave filter {self.heave_period:g} s, damping {self.heave_damping:g}" if self.heave_period else ""
         late = f"{1e3 * self.delay:g} ms late" if self.delay else ""
-        parts = [
-            part for part in (heave, late, "with noise" if self.noisy else "", f"{self.rotations} rotations") if part
-        ]
-        return f"motion unit: {', '.join(parts)}"
+        parts = (heave, late, "with noise" if self.noisy else "", f"{self.rotations} rotations")
+        return f"motion unit: {', '.join(filter(None, parts))}"
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers in SI; `from_dict` is the way back."""
@@ -201,12 +193,10 @@ class Signals:
         if not unit.noisy:
             return Attitude(heave, true.roll, true.pitch)
         n = self._noise_of(np.floor(np.maximum(t, 0.0) * RATE + 1e-6).astype(np.intp))
-        angle, rate = unit.noise_angle, unit.noise_rate
-        return Attitude(
-            Jet(heave.x + unit.noise_heave * n[0], heave.v + unit.noise_speed * n[1], heave.a),
-            Jet(true.roll.x + angle * n[2], true.roll.v + rate * n[3], true.roll.a),
-            Jet(true.pitch.x + angle * n[4], true.pitch.v + rate * n[5], true.pitch.a),
-        )
+        jets, turn = (heave, true.roll, true.pitch), (unit.noise_angle, unit.noise_rate)
+        sizes = ((unit.noise_heave, unit.noise_speed), turn, turn)
+        pairs = zip(jets, sizes, n.reshape(3, 2, -1), strict=True)
+        return Attitude(*(Jet(p.x + x * k[0], p.v + v * k[1], p.a) for p, (x, v), k in pairs))
 
     def _extend(self, node: int) -> None:
         """Make the filter's states up to a node: they follow from those before, so that pieces change nothing."""

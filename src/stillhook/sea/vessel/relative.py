@@ -60,6 +60,33 @@ class OtherVessel:
 
 
 @dataclass(frozen=True, eq=False)
+class DeckMotion:
+    """Height of the place on the deck of another vessel, per metre of wave at the crane vessel's reference point: a
+    `VerticalMotion` of places of the crane tip. depth of the water [m]: the phase between the vessels."""
+
+    other: OtherVessel
+    depth: float = field(default=math.inf)
+
+    @property
+    def name(self) -> str:
+        """What moves."""
+        return f"deck of {self.other.rao.name}"
+
+    @property
+    def omega(self) -> FloatArray:
+        """Frequencies of its table [rad/s]."""
+        return self.other.rao.omega
+
+    def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
+        """Height of the deck with the tip over (x, y) [m], per metre of wave: (k,), or (j, k) for headings (j,)."""
+        omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
+        X, Y = self.other.placed(x, y)
+        along = np.asarray(X * np.cos(beta) + Y * np.sin(beta))
+        deck = self.other.rao.vertical(omega, beta - self.other.heading, self.other.at.x, self.other.at.y)
+        return np.asarray(deck * np.exp(-1j * along[..., None] * wavenumber(omega, self.depth)))
+
+
+@dataclass(frozen=True, eq=False)
 class RelativeMotion:
     """Height of a crane tip over the deck of another vessel, per metre of wave: a `VerticalMotion` of places of the
     crane tip. depth of the water [m]: the phase between the vessels."""
@@ -84,8 +111,5 @@ class RelativeMotion:
         """Height of the tip over (x, y) [m] against the deck, per metre of wave at the crane vessel's reference point:
         (k,), or (j, k) for headings (j,)."""
         omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
-        X, Y = self.other.placed(x, y)
-        along = np.asarray(X * np.cos(beta) + Y * np.sin(beta))
-        deck = self.other.rao.vertical(omega, beta - self.other.heading, self.other.at.x, self.other.at.y)
-        lag = np.exp(-1j * along[..., None] * wavenumber(omega, self.depth))
-        return np.asarray(self.crane.vertical(omega, beta, x, y) - deck * lag)
+        deck = DeckMotion(self.other, self.depth).vertical(omega, beta, x, y)
+        return np.asarray(self.crane.vertical(omega, beta, x, y) - deck)

@@ -4,7 +4,7 @@ the PLC makes of its motion unit's signals."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -30,6 +30,12 @@ Moves = tuple[tuple[float, float, float], ...]
 SIZES = {"heave": "length", "roll": "angle", "pitch": "angle", "surge": "length", "sway": "length", "yaw": "angle"}
 ANGLES = {"slew": "slew", "luff": "main_angle", "fold": "knuckle_angle"}
 """Movements of a boom, and the angle of `Boom` that each changes."""
+GIVEN = {
+    name: (name, f"v_{name}", f"a_{name}")
+    for name in ("heave", "roll", "pitch", "slew", "main", "knuckle", "unit_heave")
+}
+"""Vessel, angles of the boom, and heave as the motion unit gives it, as inputs from outside: each with its rate and
+acceleration."""
 SOFT = 2.0
 """Time over which a boom comes to its speed, and to rest [s]: half of it before a movement's first and last time."""
 LARGEST_ANGLE = math.radians(60.0)  # of roll and pitch
@@ -81,16 +87,11 @@ class VesselTip(Motion):
         fold: Rows = (),
         unit: MotionUnit | None = None,
     ) -> None:
-        given = {"heave": heave, "roll": roll, "pitch": pitch, "surge": surge, "sway": sway, "yaw": yaw}
-        motions = {
-            name: parse_motion(motion, name, SIZES[name]) if isinstance(motion, str) else motion
-            for name, motion in given.items()
-        }
-        rows = {"slew": slew, "luff": luff, "fold": fold}
+        motions = zip(SIZES, (heave, roll, pitch, surge, sway, yaw), strict=True)
         self._fill(
             boom=parse_boom(boom) if isinstance(boom, str) else boom,
-            **motions,
-            **{name: _moves(name, each) for name, each in rows.items()},
+            **{name: parse_motion(x, name, SIZES[name]) if isinstance(x, str) else x for name, x in motions},
+            **{name: _moves(name, rows) for name, rows in zip(ANGLES, (slew, luff, fold), strict=True)},
             unit=unit or MotionUnit(),
         )
 
@@ -108,15 +109,11 @@ class VesselTip(Motion):
     ) -> Self:
         """The tip of a ship that moves as logged; every: as in `stillhook.sea.vessel.ship_motion.tip_motion`. The log
         is taken as the true motion, so that a unit's heave filter comes on top of the logging one's."""
-        columns = {name: getattr(ship, name) for name in ("heave", "roll", "pitch")}
-        for name, column in columns.items():
-            if column is None:
-                raise MotionError(
-                    f"{ship.report.source}: has no {name}, which the tip of a boom needs. Log it as well."
-                )
-        motions = {}
-        for name, column in columns.items():
-            motion = Recorded(ship.t, column, source=ship.report.source, report=ship.report.describe())
+        motions, source = {}, ship.report.source
+        for name in ("heave", "roll", "pitch"):
+            if (column := getattr(ship, name)) is None:
+                raise MotionError(f"{source}: has no {name}, which the tip of a boom needs. Log it as well.")
+            motion = Recorded(ship.t, column, source=source, report=ship.report.describe())
             often = every is not None and np.median(np.diff(ship.t)) <= parse(every, "time", "every") / 2.0
             motions[name] = motion.thinned(every) if often and every is not None else motion
         return cls(boom, **motions, slew=slew, luff=luff, fold=fold, unit=unit)
@@ -172,6 +169,36 @@ class VesselTip(Motion):
         boom = lengths(self.boom, self.unit.at, self.unit.exact)
         return _sample(tip_motion(self._signals.at(flat), self._pose(flat), boom), time)
 
+    def of_inputs(self, values: Mapping[str, float], t: float) -> tuple[Sample, Sample]:
+        """Motion of the tip, and that of the PLC, where the vessel's comes from outside by the names of `GIVEN` [SI].
+
+        Angles of the boom are those of this motion at t [s] unless they are given, unit_heave that at the place of an
+        ideal unit. Errors: MotionError for what is not complete, not possible, or depends on the unit's past.
+        """
+        jets = {}
+        for name, jet in GIVEN.items():
+            given = [each for each in jet if each in values]
+            if (given and len(given) < len(jet)) or (not given and name in ("heave", "roll", "pitch")):
+                lacks = ", ".join(each for each in jet if each not in values)
+                raise MotionError(f"{lacks} missing. Give heave, roll and pitch with their rates and accelerations.")
+            if given:
+                jets[name] = Jet(*np.array([[values[each]] for each in jet]))
+        for name in ("roll", "pitch"):
+            if abs(values[name]) > LARGEST_ANGLE:
+                raise MotionError(f"{name} = {values[name]:g} rad is beyond any ship. Give a value within +-1.047.")
+        if self.unit.delay or self.unit.noisy:
+            raise MotionError("delay and noise of the case's motion unit are those of the input. Leave them out.")
+        if self.unit.heave_period is not None and "unit_heave" not in jets:
+            raise MotionError("unit_heave missing: the case's motion unit filters heave. Give it as the unit does.")
+        true = Attitude(jets["heave"], jets["roll"], jets["pitch"])
+        pose = BoomPose(
+            *(jets.get(n, own) for n, own in zip(("slew", "main", "knuckle"), self._pose(np.array([t])), strict=True))
+        )
+        seen = true._replace(heave=jets["unit_heave"]) if "unit_heave" in jets else self._moved_to_unit(true)
+        now = np.array([t])
+        boom = lengths(self.boom, self.unit.at, self.unit.exact)
+        return _sample(tip_motion(true, pose, lengths(self.boom)), now), _sample(tip_motion(seen, pose, boom), now)
+
     @cached_property
     def _signals(self) -> Signals:
         return Signals(self.unit, self._at_unit, self.duration)
@@ -180,8 +207,11 @@ class VesselTip(Motion):
         return Attitude(*(Jet(*getattr(self, name).sample(t)) for name in ("heave", "roll", "pitch")))
 
     def _at_unit(self, t: FloatArray) -> Attitude:
+        return self._moved_to_unit(self._attitude(t))
+
+    def _moved_to_unit(self, true: Attitude) -> Attitude:
         """Attitude with the heave at the motion unit's place."""
-        true, (x, y, z) = self._attitude(t), self.unit.at
+        x, y, z = self.unit.at
         if not any(self.unit.at):
             return true
         h = rise(true, Jet(x, 0.0, 0.0), Jet(y, 0.0, 0.0), Jet(z, 0.0, 0.0), 1.0)
@@ -195,13 +225,11 @@ class VesselTip(Motion):
         that do not turn with the ship [m]; exact rotations in the order yaw, pitch, roll."""
         time = np.asarray(t, dtype=np.float64)
         turn = {name: getattr(self, name).sample(time)[0] for name in SIZES}
-        x, y, z = (jet.x for jet in lever(self._pose(time), lengths(self.boom)))
-        y, z = y * np.cos(turn["roll"]) - z * np.sin(turn["roll"]), y * np.sin(turn["roll"]) + z * np.cos(turn["roll"])
-        x, z = (
-            x * np.cos(turn["pitch"]) - z * np.sin(turn["pitch"]),
-            x * np.sin(turn["pitch"]) + z * np.cos(turn["pitch"]),
-        )
-        x, y = x * np.cos(turn["yaw"]) - y * np.sin(turn["yaw"]), x * np.sin(turn["yaw"]) + y * np.cos(turn["yaw"])
+        at: list[Any] = [jet.x for jet in lever(self._pose(time), lengths(self.boom))]
+        for name, i, k in (("roll", 1, 2), ("pitch", 0, 2), ("yaw", 0, 1)):
+            c, s = np.cos(turn[name]), np.sin(turn[name])
+            at[i], at[k] = at[i] * c - at[k] * s, at[i] * s + at[k] * c
+        x, y, z = at
         return np.stack([turn["surge"] + x, turn["sway"] + y, turn["heave"] + z])
 
     def describe(self) -> str:

@@ -13,6 +13,8 @@ from stillhook.units import quote, show
 K = PhaseKind
 IN_AIR = (K.LIFT_OFF, K.IN_AIR, K.SET_DOWN)
 """Phases in which the payload is wholly above the water."""
+UNDER_WATER = (K.LOWERING, K.DEEP, K.STAND_OFF, K.LANDING, K.SEABED_LIFT_OFF)
+"""Phases in which it is wholly below."""
 SPEED = {
     K.LIFT_OFF: 0.1,
     K.IN_AIR: 0.1,

@@ -25,7 +25,10 @@ from stillhook.sea.vessel.realisation import (
     moved_by,
     realise,
     samples,
+    tip_motion,
 )
+from stillhook.sea.vessel.relative import DeckMotion, OtherVessel
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
@@ -129,6 +132,7 @@ class Lowering(Record):
     rigging: Rigging = Field(default_factory=Rigging)
     compensator: AnyUnit | None = Field(default=None, description="passive heave compensator above the slings")
     wire: DeepWire = Field(default_factory=DeepWire)
+    deck: Deck | None = Field(default=None, description="that a payload in air is lifted from or set down on")
     tip: SerializeAsAny[Motion] = Field(default_factory=Still)
     waves: WaveField | None = None
     h_tip: u.Length = Field(gt=0, description="mean height of the crane tip above still water")
@@ -156,6 +160,11 @@ class Lowering(Record):
         return 0.0 - self.start_depth
 
     @property
+    def on_deck(self) -> bool:
+        """Whether the payload starts on a deck."""
+        return self.deck is not None and self.deck.slack is not None
+
+    @property
     def moves(self) -> tuple[Move, ...]:
         """What the phases do as planned (`stillhook.spec.lift.phase.moves`)."""
         return moves(self.programme, self.start_depth, self.depth)
@@ -181,7 +190,7 @@ class InSea:
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
     leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
     seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
-    meet the same waves where it is equal.
+    meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
     """
 
     lift: Lowering
@@ -194,6 +203,7 @@ class InSea:
     left: float = 1.0
     amplitudes: Amplitudes = Amplitudes.FIXED
     repeat: float | None = None
+    other: OtherVessel | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
@@ -201,6 +211,8 @@ class InSea:
                 f'lift "{self.lift.name}": it has a tip motion or waves already. Leave them to the sea, or run it as'
                 " it is."
             )
+        if self.other is not None and not (self.lift.deck is not None and isinstance(self.lift.deck.motion, Still)):
+            raise LiftError(f'lift "{self.lift.name}": the vessel `other` moves a deck at rest. Give the lift one.')
         if self.repeat is not None and self.repeat < self.lift.duration:
             raise LiftError(
                 f"repeat {self.repeat:g} s is shorter than the lift, {self.lift.duration:g} s. Give its duration or"
@@ -217,6 +229,7 @@ class InSea:
         """Hash of what tip and water follow from: runs in which it is equal are moved alike."""
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
         place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
+        place += [] if self.other is None else self.other.inputs()
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     @cached_property
@@ -230,4 +243,15 @@ class InSea:
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
         place = waves, self.rao, self.x, self.y
         tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE)
-        return self.lift.model_copy(update={"tip": tip, "waves": water})
+        moved = self.lift.model_copy(update={"tip": tip, "waves": water})
+        if self.other is None or self.lift.deck is None:
+            return moved
+        deck = tip_motion(waves, DeckMotion(self.other, self.lift.depth), self.x, self.y, fine=Resolution.COARSE.angle)
+        return moved.model_copy(update={"deck": self.lift.deck.model_copy(update={"motion": deck})})
+
+    def moved_as(self, other: Lowering) -> Lowering:
+        """The lowering, with the motions of another whose `motion` is equal."""
+        deck = self.lift.deck
+        if deck is not None and other.deck is not None and self.other is not None:
+            deck = deck.model_copy(update={"motion": other.deck.motion})
+        return self.lift.model_copy(update={"tip": other.tip, "waves": other.waves, "deck": deck})

@@ -16,8 +16,11 @@ from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
+from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
+from stillhook.sea.vessel.relative import OtherVessel
+from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
@@ -64,6 +67,10 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
         if isinstance(case, InSea):
             own: dict[str, Any] = {"seed": case.seed, "x": case.x, "y": case.y, "water": case.water, "left": case.left}
             own |= {"amplitudes": case.amplitudes.value, "repeat": case.repeat}
+            if case.other is not None:
+                other, at = case.other, case.other.at
+                own["other"] = {"rao": shared["raos"].place(other.rao), "at": [at.x, at.y], "heading": other.heading}
+                own["other"]["position"] = other.position
             own |= {"sea": shared["seas"].place(case.sea), "rao": shared["raos"].place(case.rao)}
             rows.append({"lift": shared["lifts"].place(case.lift), "in_sea": own})
         else:
@@ -89,6 +96,10 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
             if own := row.get("in_sea"):
                 own["amplitudes"] = Amplitudes(own["amplitudes"])
                 place = {"sea": made["seas"][own.pop("sea")], "rao": made["raos"][own.pop("rao")]}
+                if of := own.pop("other", None):
+                    position = None if of["position"] is None else tuple(of["position"])
+                    deck = made["raos"][of["rao"]], TipPoint(*of["at"]), of["heading"], position
+                    own["other"] = OtherVessel(*deck)
                 cases.append(InSea(lift, **place, **own))
             else:
                 waves = None if row["waves"] is None else made["waters"][row["waves"]]
@@ -104,6 +115,8 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
 
 def _lift(case: Lowering) -> dict[str, Any]:
     plain = case.model_dump(mode="json", exclude={"tip", "waves", "payload"})
+    if plain["deck"] is None:
+        del plain["deck"]
     return {**plain, "payload": case.payload.to_dict()}
 
 
@@ -115,6 +128,8 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
         own = dict(raw["compensator"])
         own["sources"] = {name: Source(**each) for name, each in own["sources"].items()}
         raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
+    if deck := raw.get("deck"):
+        raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")

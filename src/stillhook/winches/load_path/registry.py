@@ -24,12 +24,12 @@ from stillhook.base.variable import Row, Variable
 from stillhook.control.registry import source_of
 from stillhook.errors import ScenarioError
 from stillhook.units import quote
-from stillhook.winches.load_path import gas_spring, host, payload, slings, wire
+from stillhook.winches.load_path import deck, gas_spring, host, payload, slings, wire
 from stillhook.winches.load_path.interface import BODY, OF_A_PATH, Joint, JointUnit, LoadPath, Undeclared
 
 DEFAULT = "gas-spring"
 """Type of a unit that names none."""
-SHIPPED: Mapping[str, Any] = {"host": host, "wire": wire, "slings": slings, "payload": payload}
+SHIPPED: Mapping[str, Any] = {"host": host, "wire": wire, "slings": slings, "payload": payload, "deck": deck}
 """Elements that are no units; what a winch names as its PATH needs no name."""
 PATH = Contract("A load path", LoadPath, type("Nothing", (), {}), source_of)
 CONTRACT = Contract("A unit between hook and slings", Joint, Undeclared, source_of)
@@ -113,15 +113,15 @@ def joint_of(unit: JointUnit | None) -> Any:
     return slings if unit is None else UNITS[unit.type]
 
 
-def path_of(unit: JointUnit | None) -> tuple[str, ...]:
-    """The path of a lowering with this unit between hook and slings, or without one."""
-    return "wire", "slings" if unit is None else unit.type, "payload"
+def path_of(unit: JointUnit | None, *, deck: bool = False) -> tuple[str, ...]:
+    """The path of a lowering with this unit between hook and slings, or without one; deck: there is one below."""
+    return "wire", "slings" if unit is None else unit.type, "deck" if deck else "payload"
 
 
 def joint_rows() -> list[Variable]:
-    """Rows of the signals and numbers of all units, each name once."""
+    """Rows of the signals and numbers of all units and of a deck, each name once."""
     rows: dict[str, Variable] = {}
-    for module in UNITS.values():
+    for module in (*UNITS.values(), deck):
         for name, row in (*marks_of(module.Signals, Row).items(), *module.NUMBERS.items()):
             rows.setdefault(name, row.named(name))
     return list(rows.values())

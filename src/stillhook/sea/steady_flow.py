@@ -1,0 +1,130 @@
+"""Steady flow past a lift: current over depth on wire and payload, wind on a payload in air.
+
+Directions are from the bow, counter-clockwise, as those of waves; `sense` says whether they are where the flow goes
+to or where it comes from. Axes of vectors: x forward, y to port.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from itertools import pairwise
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from stillhook import units as u
+from stillhook.base.arrays import FloatArray
+from stillhook.tables.table import Number, Spec
+
+RHO_AIR = 1.226
+"""Density of air at 15 deg C [kg/m^3]. Source: DNV-RP-C205, not compared with the printed text."""
+T_MEAN, H_MEAN = 600.0, 10.0
+"""Averaging time [s] and height [m] of the mean wind speed."""
+GUST = 0.047
+"""Growth of the wind speed, part of the mean at 10 m, per natural logarithm by which it is averaged over less time.
+Source: DNV-RP-C205, not compared with the printed text."""
+
+
+def _several(value: object) -> object:
+    """One text as a list of one."""
+    return (value,) if isinstance(value, str | int | float) else value
+
+
+FlowSpeed = Annotated[float, u.Quantity("wind_speed")]
+Depths = Annotated[tuple[u.Length, ...], BeforeValidator(_several)]
+Speeds = Annotated[tuple[FlowSpeed, ...], BeforeValidator(_several)]
+Angles = Annotated[tuple[u.Angle, ...], BeforeValidator(_several)]
+
+
+class FlowSense(StrEnum):
+    """What a direction means."""
+
+    GOING_TO = "going-to"
+    COMING_FROM = "coming-from"
+
+    def towards(self, direction: FloatArray) -> FloatArray:
+        """Where the flow goes to [rad]."""
+        return direction if self is FlowSense.GOING_TO else direction + math.pi
+
+
+class Current(Spec):
+    """The table [environment.current]: speed and direction over depth, one number for all depths or one a depth, and
+    what they act on. Between depths the speed is straight and the direction turns the shorter way."""
+
+    depth: Depths = Field(default=(0.0,), min_length=1, description="below the surface, rising from 0 to the seabed")
+    speed: Speeds = Field(min_length=1, description="of the current, one for all depths or one a depth")
+    direction: Angles = Field(
+        min_length=1, description="from the bow, counter-clockwise, for all depths or one a depth"
+    )
+    sense: FlowSense = Field(description='what direction means: "going-to" or "coming-from"')
+    area: u.Area = Field(ge=0, description="side of the payload that the current meets")
+    C_D: Number = Field(default=2.0, ge=0, le=5, description="drag coefficient on it (assumed: a bluff body)")
+    C_D_wire: Number = Field(default=1.8, ge=0, le=5, description="drag coefficient of the wire across it (assumed)")
+    added_mass: u.Mass | None = Field(
+        default=None, ge=0, description="of the payload as it moves sideways; default that in heave (assumed)"
+    )
+    clearance: u.Length | None = Field(
+        default=None, gt=0, description="how far wire and payload may be carried away before they meet something"
+    )
+
+    @model_validator(mode="after")
+    def _profile(self) -> Self:
+        n = len(self.depth)
+        for name in ("speed", "direction"):
+            if len(getattr(self, name)) not in (1, n):
+                raise ValueError(f"{name} has {len(getattr(self, name))} values, depth {n}. Give one, or one a depth.")
+        if self.depth[0] != 0.0 or any(b <= a for a, b in pairwise(self.depth)):
+            raise ValueError("depth must begin at 0 m and rise. Sort the profile, and give the surface.")
+        if min(self.speed) < 0.0:
+            raise ValueError("speed is negative. Give 0 or more, and turn the direction.")
+        return self
+
+    def velocity(self, z: FloatArray | float) -> FloatArray:
+        """Velocity (..., 2) of the water at heights z [m] (0 the surface); 0 above it [m/s]."""
+        h = np.maximum(-np.asarray(z, dtype=np.float64), 0.0)
+        speed = np.interp(h, self.depth, np.broadcast_to(self.speed, len(self.depth)))
+        turn = np.unwrap(np.broadcast_to(self.direction, len(self.depth)))
+        to = self.sense.towards(np.interp(h, self.depth, turn))
+        wet = np.where(np.asarray(z) > 0.0, 0.0, speed)
+        return np.stack((wet * np.cos(to), wet * np.sin(to)), axis=-1)
+
+    def describe(self) -> str:
+        """The current in words and units."""
+        speeds = [u.show(v, "wind_speed", 3) for v in dict.fromkeys((self.speed[0], self.speed[-1]))]
+        turns = [u.show(a, "angle", 4) for a in dict.fromkeys((self.direction[0], self.direction[-1]))]
+        ways = " at the surface to ".join(speeds), " to ".join(turns)
+        return f"current of {ways[0]}{' at the seabed' * (len(speeds) > 1)}, {self.sense.replace('-', ' ')} {ways[1]}"
+
+
+class Wind(Spec):
+    """The table [environment.wind]: mean of 10 minutes at 10 m, its profile and what it acts on."""
+
+    speed: FlowSpeed = Field(ge=0, description="mean of 10 minutes, 10 m above the water")
+    direction: u.Angle = Field(description="from the bow, counter-clockwise")
+    sense: FlowSense = Field(description='what direction means: "going-to" or "coming-from"')
+    exponent: Number = Field(default=0.12, ge=0, le=0.5, description="of the profile over height; open sea")
+    area: u.Area = Field(ge=0, description="side of payload and rigging that the wind meets")
+    C_S: Number = Field(default=2.0, ge=0, le=3, description="shape coefficient on it (assumed: flat sides)")
+    gust: u.Time = Field(default=3.0, gt=0, le=T_MEAN, description="shortest gust that the load feels")
+
+    def at(self, z: float, T: float = T_MEAN) -> float:
+        r"""Wind speed z [m] above the water, averaged over T [s] up to 600 s [m/s].
+
+        .. math:: U = U_{10}\left[(z/10)^\alpha - 0.047 \ln(T/600)\right]
+
+        Source: DNV-RP-C205, power law and its change with averaging time, not compared with the printed text.
+        """
+        return self.speed * (math.pow(max(z, 1.0) / H_MEAN, self.exponent) - GUST * math.log(T / T_MEAN))
+
+    def force(self, z: float, T: float = T_MEAN) -> FloatArray:
+        r"""Force (2,) on what it meets at z [m] with the wind averaged over T [s], 1/2 rho C_S A U^2 [N]."""
+        to = self.sense.towards(np.array(self.direction))
+        F = 0.5 * RHO_AIR * self.C_S * self.area * self.at(z, T) ** 2
+        return np.array((F * math.cos(to), F * math.sin(to)))
+
+    def describe(self) -> str:
+        """The wind in words and units."""
+        U, to = u.show(self.speed, "wind_speed", 3), u.show(self.direction, "angle", 4)
+        return f"wind of {U} (10 min, 10 m), {self.sense.replace('-', ' ')} {to}"
