@@ -6,10 +6,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import HERE, Blocks, percent, picture, save, table
+from blocks import HERE, Blocks, picture, save
 from numpy.typing import NDArray
 
 from stillhook.identify.curve import CurvePoint, FrictionCurve, draw_windows, friction_curve
@@ -29,7 +29,6 @@ TABLE_SPEED = (0.0, 0.01, 0.05, 0.1, 0.4)  # m/s
 TABLE_OUT, TABLE_IN = (0.0, 550.0, 750.0, 1000.0, 2900.0), (0.0, 160.0, 400.0, 700.0, 1200.0)  # N
 SETTINGS = WindowSettings(least_length="1 s")  # strokes of 1.8 m at 0.35 m/s hold their speed for 2 s
 AREA_STEP = 0.01
-EFFORTS = ("force of the machine [N]", "less the oil [N]", "less the gas [N]")
 SAME = 0.01  # speeds closer than this part are one step that was run twice
 
 
@@ -97,29 +96,9 @@ def _with(p: CurvePoint) -> str:
     return f"{p.friction:.0f} ± {p.estimate.half:.0f}"
 
 
-def _friction(r: Results) -> Iterator[tuple[str, ...]]:
+def _friction(r: Results) -> Iterator[dict[str, Any]]:
     for a, b, c in zip(r.whole.points, r.oil_off.points, r.gas_off.points, strict=True):
-        theirs = published(c.speed)
-        yield (
-            f"{a.speed:.3f}",
-            _with(a),
-            _with(b),
-            _with(c),
-            f"{theirs:.0f}",
-            percent(c.friction / theirs - 1.0, sign=True),
-        )
-
-
-def _loads(r: Results) -> Iterator[tuple[str, ...]]:
-    for row in zip(r.whole.points, r.oil_off.points, r.gas_off.points, strict=True):
-        way = row[0].way
-        assert way is not None
-        spans = [p.load_way for p in row]
-        yield (
-            f"{row[0].speed:.3f}",
-            f"{way[0]:.2f} to {way[1]:.2f}",
-            *(f"{s[0]:.0f} to {s[1]:.0f}" for s in spans if s is not None),
-        )
+        yield {"a": a, "b": b, "c": c, "theirs": published(c.speed)}
 
 
 def _steps(r: Results) -> Iterator[tuple[str, ...]]:
@@ -151,16 +130,10 @@ def repeated(found: FrictionCurve) -> tuple[CurvePoint, CurvePoint]:
     )
 
 
-def _repeats(r: Results) -> Iterator[tuple[str, ...]]:
+def _repeats(r: Results) -> Iterator[dict[str, Any]]:
     for name, found in (("force of the machine", r.whole), ("less the oil", r.oil_off), ("less the gas", r.gas_off)):
         a, b = repeated(found)
-        yield (
-            name,
-            _with(a),
-            _with(b),
-            f"{abs(a.friction - b.friction):.0f}",
-            f"{100.0 * abs(a.friction - b.friction) / a.friction:.1f} %",
-        )
+        yield {"name": name, "a": a, "b": b}
 
 
 def compute() -> tuple[Blocks, Results]:
@@ -170,8 +143,8 @@ def compute() -> tuple[Blocks, Results]:
     changes = [(a.speed, b.friction / a.friction - 1.0) for a, b in zip(r.gas_off.points, more.points, strict=True)]
     blocks = {
         "steps": _steps(r),
-        "friction": table(("speed [m/s]", *EFFORTS, "makers' table [N]", "ours against it"), _friction(r)),
-        "loads": table(("speed [m/s]", "way [m]", *EFFORTS), _loads(r)),
+        "friction": _friction(r),
+        "loads": [list(row) for row in zip(r.whole.points, r.oil_off.points, r.gas_off.points, strict=True)],
         "repeats": _repeats(r),
         "area": [(f"{v:.3f}", f"−{-100.0 * c:.1f} %") for v, c in changes],
     }

@@ -4,12 +4,14 @@ A page's script computes numbers. What is said of them is data: the claims of th
 shown, when it is reproduced), its sentences, rows of its tables where they are templates, and the variants that it
 tries stand in `claims/<script>.toml`; the head of a table stands in the page itself. Templates are as those of
 `format`, with expressions of the numbers that the script gives: `{lead:.2f} s`. Formats beside Python's: `%`, `.1%`
-or `+%` makes a part a percentage, `27 %`, `27.3 %` or `−27 %`; `;` or `|` at the end is for each of several values,
-which a comma or the next cell parts; `−` prints a minus as it is set; a unit may follow, `{x:.1f mm|}`.
+or `+%` makes a part a percentage, `27 %`, `27.3 %` or `−27 %`; `;`, `|` or `/` at the end is for each of several
+values, which a comma, the next cell or a slash parts; `−` prints a minus as it is set; a unit may follow, `{x:.1f
+mm|}`. A colon that is no format stands in brackets.
 """
 
 from __future__ import annotations
 
+import math
 import re
 import string
 import tomllib
@@ -20,6 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -29,7 +32,7 @@ FIGURES = HERE / "figures"
 CLAIMS = HERE / "claims"
 DPI = 90
 COLOURS = 64
-JOINTS = {";": ", ", "|": " | "}
+JOINTS = {";": ", ", "|": " | ", "/": " / "}
 CLAIM = ("claim", "theirs", "ours", "verdict")
 
 Rows = Iterable[Any]
@@ -74,8 +77,8 @@ def minus(text: str) -> str:
 class Template(string.Formatter):
     """Texts with expressions of names."""
 
-    def __init__(self, names: dict[str, Any]) -> None:
-        self.names = names
+    def __init__(self, names: Mapping[str, Any]) -> None:
+        self.names = {"math": math, "np": np, "percent": percent, **names}
 
     def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> tuple[Any, str]:
         return eval(field_name, self.names), field_name
@@ -102,8 +105,8 @@ def claims(script: str, numbers: Mapping[str, Any], names: Mapping[str, Any] | N
     """Claim, theirs, ours, verdict of every claim of a page. holds: when it counts as reproduced; otherwise: what is
     said where not; verdict: what is said of a claim that has no such criterion; cells: an expression of theirs, ours
     and verdict."""
-    values = {**(names or {}), **numbers}
-    fill = Template(values).format
+    template = Template({**(names or {}), **numbers})
+    values, fill = template.names, template.format
     rows = []
     for claim in sayings(script)["claim"]:
         if "cells" in claim:

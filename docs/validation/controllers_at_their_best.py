@@ -189,22 +189,16 @@ def claimed(versus: Mapping[str, tuple[float, float]], before: Mapping[str, Scor
     return locals()
 
 
-def settings(names: Sequence[str], strong: Controller) -> Table:
-    shown = {
-        "K_1": "{:.4f} s/m",
-        "K_2": "{:.4f} s²/m",
-        "K_p": "{:.3f} 1/m",
-        "t_lead": "{:.0f} ms",
-        "u_thr": "{:.2f}",
-        "alpha_swl": "{:.2f}",
-    }
+def settings(names: Sequence[str], strong: Controller) -> Rows:
+    shown = {"K_1": "{:.4f} s/m", "K_2": "{:.4f} s²/m", "K_p": "{:.3f} 1/m", "t_lead": "{:.0f} ms"}
+    shown |= {"u_thr": "{:.2f}", "alpha_swl": "{:.2f}"}
     labels = ["as published", "strong-ssc, by rule", *(f"{n}, tuned" for n in names)]
     machines = [CRANE, strong.on(CRANE), *(best(n).on(CRANE) for n in names)]
     rows = []
     for label, crane in zip(labels, machines, strict=True):
         v = present(crane)
         rows.append((label, *(text.format(1e3 * v[n] if n == "t_lead" else v[n]) for n, text in shown.items())))
-    return Table(("", *(f"`{n}`" for n in shown)), rows)
+    return rows
 
 
 MORE_K_1 = 1.015  # the best factor on K_1 alone is between 1.01 and 1.02: what leakage takes on the mean
@@ -213,11 +207,8 @@ MORE_K_1 = 1.015  # the best factor on K_1 alone is between 1.01 and 1.02: what 
 def one_at_a_time(strong: Controller) -> Rows:
     """What each setting of strong SSC, and a feedforward that compensates leakage, is worth alone; NS beside SSC."""
     c, s = present(CRANE), present(strong.on(CRANE))
-    K_1, K_p, t_lead = (
-        {"K_1": MORE_K_1 * c["K_1"], "K_2": MORE_K_1 * c["K_2"]},
-        {"K_p": s["K_p"]},
-        {"t_lead": s["t_lead"]},
-    )
+    K_1 = {"K_1": MORE_K_1 * c["K_1"], "K_2": MORE_K_1 * c["K_2"]}
+    K_p, t_lead = {"K_p": s["K_p"]}, {"t_lead": s["t_lead"]}
     gain, late = f"`K_p` {s['K_p']:.2f} 1/m", f"`t_lead` {1e3 * s['t_lead']:.0f} ms"
     steps: dict[str, dict[str, float]] = {
         "as published": {},
@@ -238,12 +229,8 @@ def one_at_a_time(strong: Controller) -> Rows:
 PURE = load_crane("nov-100t-pure-active")
 PURE_LEAD_CASES = (("0 t", 55, 12), ("40 t", 40, 10), ("80 t", 38, 12))
 LEADS = (0.0, 0.005, 0.010, 0.0175, 0.025, 0.030, 0.040, 0.060)  # s, beyond the delay of the motion signal
-LEAD_CASES = (
-    ("50 t", 20, 12),
-    ("100 t", 60, 8),
-    ("100 t", 78, 12),
-    ("200 t", 60, 10),
-)  # load, peak speed in m/min, period in s
+LEAD_CASES = (("50 t", 20, 12), ("100 t", 60, 8), ("100 t", 78, 12), ("200 t", 60, 10))
+"""Load, peak speed [m/min] and period [s]."""
 
 
 def lead() -> Table:
@@ -253,25 +240,14 @@ def lead() -> Table:
         strong = strong_ssc(crane, delay=delay).on(crane)
         rule = strong.control.t_lead
         assert rule is not None
-        machines = [
-            strong.model_copy(update={"control": strong.control.model_copy(update={"t_lead": delay + t})})
-            for t in LEADS
-        ]
+        machines = [with_settings(strong, {"t_lead": delay + t}) for t in LEADS]
         for load, v, T in cases:
-            case = Scenario(
-                load=load,
-                s_w="100 m",
-                tip=f"sine {v / 60.0 * T / 6.283185307:.5f} m {T} s",
-                warm_up="20 s",
-                duration="52 s",
-                sensors={"delay": f"{delay} s"},
-            )
+            tip, sensors = f"sine {v / 60.0 * T / 6.283185307:.5f} m {T} s", {"delay": f"{delay} s"}
+            case = Scenario(load=load, s_w="100 m", tip=tip, warm_up="20 s", duration="52 s", sensors=sensors)
             old, ours, *others = [s["e_c_pp"] for s in run_cases([crane, strong, *machines], case)]
             at = min(range(len(LEADS)), key=lambda i: others[i])
-            label = (
-                f"{load}, {v} m/min, {T}"
-                f" s{', signal 0.1 s late' if delay else ''}{' (pure active)' if crane is PURE else ''}"
-            )
+            late, pure = ", signal 0.1 s late" if delay else "", " (pure active)" if crane is PURE else ""
+            label = f"{load}, {v} m/min, {T} s{late}{pure}"
             rows.append((label, mm(old), mm(others[0]), mm(ours), mm(others[at]), f"{1e3 * LEADS[at]:.0f} ms"))
     rule_text = f"rule, {1e3 * (strong_ssc(CRANE).on(CRANE).control.t_lead or 0.0):.1f} ms"
     return Table(("scenario", "published", "strong, no lead", rule_text, "best lead", "at (beyond the delay)"), rows)
@@ -288,19 +264,12 @@ def ringing(which: Sequence[Controller]) -> Rows:
     return rows
 
 
-SLOW: Mapping[str, tuple[str, str, float, Sequence[str]]] = {
-    "100 t, 2 m/min": ("100 t", "15 m", 2.0, ()),
-    "100 t, 5 m/min": ("100 t", "15 m", 5.0, ()),
-    "150 t, 5 m/min": ("150 t", "15 m", 5.0, ()),
-    "150 t, 100 m out, 5 m/min": ("150 t", "100 m", 5.0, ()),
-    "100 t, 5 m/min, soft oil": ("100 t", "15 m", 5.0, ("bulk modulus x 0.7",)),
-    "200 t, 2 m/min, soft oil, more friction": ("200 t", "15 m", 2.0, ("bulk modulus x 0.7", "friction 30 % more")),
-}
+SLOW: Mapping[str, Sequence[Any]] = SAID["slow"]
 """Load, wire out, speed of the tip [m/min] and what is changed on the winch (of `VARIATIONS`) of the runs at a slow
 steady speed."""
 
 
-def slow(which: Sequence[Controller]) -> Table:
+def slow(which: Sequence[Controller]) -> Rows:
     """Pressure above 0.5 Hz in the minute about the fastest moment of a swell of 600 s, where the winch's slow swing
     has time to grow."""
     columns = []
@@ -310,20 +279,12 @@ def slow(which: Sequence[Controller]) -> Table:
         for what in winch_is:
             machine = scaled(machine, VARIATIONS[what][0])
         for k in which:
-            case = Scenario(
-                load=load,
-                s_w=s_w,
-                tip=tip,
-                mode=k.mode,
-                warm_up="270 s",
-                duration="330 s",
-                ramp="20 s",
-                gas_held=True,
-            )
+            times = {"warm_up": "270 s", "duration": "330 s", "ramp": "20 s"}
+            case = Scenario(load=load, s_w=s_w, tip=tip, mode=k.mode, gas_held=True, **times)
             run = simulate(with_control_of(k, machine), case, every="0.05 s")
             column.append(f"{rms_above(run, 'p_a', frequency=0.5, start=270.0) / 1e5:.1f} bar")
         columns.append(column)
-    return Table(("controller", *SLOW), list(zip((k.name for k in which), *columns, strict=True)))
+    return list(zip((k.name for k in which), *columns, strict=True))
 
 
 def with_control_of(k: Controller, machine: Crane) -> Crane:
@@ -331,11 +292,9 @@ def with_control_of(k: Controller, machine: Crane) -> Crane:
     return machine.model_copy(update={"control": k.on(CRANE).control})
 
 
-def varied(which: Sequence[Controller]) -> Table:
+def varied(which: Sequence[Controller]) -> Rows:
     found = variations(CRANE, which, CASES)
-    return Table(
-        ("winch", *(k.name for k in which)), [(name, *map(brief, outcomes)) for name, outcomes in found.items()]
-    )
+    return [(name, *map(brief, found_)) for name, found_ in found.items()]
 
 
 def brief(o: Outcome) -> str:
@@ -365,14 +324,9 @@ def draw(shown: tuple[Mapping[str, Rated], Mapping[str, Sequence[Point]]]) -> No
     rows = {n: (a.score, b.score, a.held_out, b.held_out) for n, (a, b) in pairs.items()}
     strong = by["strong-ssc"]
     rows["strong-ssc\n(by rule)"] = (strong.score, strong.score, strong.held_out, strong.held_out)
-    save(
-        bars_figure(rows, title="nov-250t, 50 and 150 t, 20 to 75 m/min: as published and tuned"),
-        "controllers-at-their-best.png",
-    )
-    marks = {n: (a.score, b.score) for n, (a, b) in pairs.items() if n in lines} | {
-        "strong-ssc (by rule)": (strong.score, strong.score)
-    }
-    save(
-        pareto_figure(lines, marks, title="nov-250t: mean error against highest pressure"),
-        "controllers-at-their-best-front.png",
-    )
+    title = "nov-250t, 50 and 150 t, 20 to 75 m/min: as published and tuned"
+    save(bars_figure(rows, title=title), "controllers-at-their-best.png")
+    marks = {n: (a.score, b.score) for n, (a, b) in pairs.items() if n in lines}
+    marks["strong-ssc (by rule)"] = strong.score, strong.score
+    title = "nov-250t: mean error against highest pressure"
+    save(pareto_figure(lines, marks, title=title), "controllers-at-their-best-front.png")

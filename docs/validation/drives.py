@@ -63,7 +63,8 @@ def sizes(runs: list[DriveRun]) -> list[dict[str, Any]]:
     rows = []
     for run in runs:
         of, crane = load_crane(run.drive.source), run.drive.crane
-        reserve = [capability(c) / holding_torque(c) for c in (of, crane)]
+        less, more = (capability(c) / holding_torque(c) for c in (of, crane))
+        more /= less
         rows.append({**locals()})
     return rows
 

@@ -104,23 +104,6 @@ def spread(rows: Sequence[np.ndarray]) -> tuple[float, float]:
     return math.sqrt(variances.mean()), float(variances.std(ddof=1) / variances.mean() / 2.0 / math.sqrt(len(rows)))
 
 
-def row(pair: Pair) -> tuple[str, ...]:
-    case, T = pair.case, natural_periods(pair.load.rod, pair.load.end)[0]
-    where = "in air" if case.z > 0.0 else f"{-case.z:.0f} m"
-    first = (
-        case.payload,
-        where,
-        f"{T:.1f} s",
-        f"{case.H_s:g} m, {case.T_p:g} s",
-        "AHC" if case.mode == "ahc" else "brake",
-        case.reason,
-    )
-    cells = []
-    for (_, _, scale), computed, time in zip((("u", "", 1e3), *SHOWN), pair.computed, pair.time, strict=True):
-        cells.append(f"{scale * time:.3g} ({100.0 * (computed / time - 1.0):+.0f} %)".replace("-", "−"))
-    return (*first, *cells)
-
-
 def closed_forms() -> tuple[float, float, float]:
     """How far the exact rod is off its equation of modes, a sum of pieces, and a chain of masses solved apart [-]."""
     rod, end = Rod(L=3000.0, EA=836e6, mu=36.0, w=300.0), End(m=100e3, A33=50e3)
@@ -151,7 +134,7 @@ def compute() -> tuple[Blocks, None]:
     scatter = max(s for p in pairs for s in p.scatter[1:])
     return {
         "claims": locals(),
-        "cases": [row(p) for p in pairs],
+        "cases": pairs,
         "scatter": [
             ("largest scatter of a mean over the seeds", percent(scatter, digits=1)),
             ("slings slack in time, largest share", percent(max(p.slack for p in pairs), digits=2)),

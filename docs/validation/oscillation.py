@@ -58,10 +58,6 @@ class Tally(NamedTuple):
     false: int = 0
     none: int = 0
 
-    def plus(self, truth: bool, named: bool) -> Tally:
-        name = ("found" if named else "missed") if truth else ("false" if named else "none")
-        return self._replace(**{name: getattr(self, name) + 1})
-
     def cells(self) -> tuple[str, ...]:
         return tuple(str(n) for n in self)
 
@@ -108,14 +104,8 @@ TIPS: Mapping[str, Motion] = {
 
 
 def scenario(load: float, s_w: float, tip: Motion, duration: float, **more: Any) -> Scenario:
-    return Scenario(
-        load=f"{load!r} kg",
-        s_w=f"{s_w!r} m",
-        tip=tip,
-        duration=f"{duration!r} s",
-        warm_up=more.pop("warm_up", "20 s"),
-        **more,
-    )
+    of = {"duration": f"{duration!r} s", "warm_up": "20 s"} | more
+    return Scenario(load=f"{load!r} kg", s_w=f"{s_w!r} m", tip=tip, **of)
 
 
 class Steady(NamedTuple):
@@ -154,16 +144,9 @@ def steady_runs(name: str) -> list[Steady]:
     late, before = (
         np.ptp(v[:, (t > STEADY - k * LATE) & (t <= STEADY - (k - 1.0) * LATE)], axis=1) for k in (1.0, 2.0)
     )
+    named, swing = (run[x].values for x in ("status", "oscillation_v_w"))
     return [
-        Steady(
-            name,
-            part,
-            speed,
-            OSCILLATES in str(run["status"].values[i]),
-            float(run["oscillation_v_w"].values[i]),
-            float(late[i]),
-            float(before[i]),
-        )
+        Steady(name, part, speed, OSCILLATES in str(named[i]), *map(float, (swing[i], late[i], before[i])))
         for i, (part, speed) in enumerate(what)
         if np.isfinite(late[i])
     ]
@@ -206,10 +189,8 @@ def runs_in_waves(name: str) -> list[InWaves]:
 
 
 def tallied(rows: Sequence[Any]) -> Tally:
-    tally = Tally()
-    for row in rows:
-        tally = tally.plus(row.truth, row.named)
-    return tally
+    pairs = [(row.truth, row.named) for row in rows]
+    return Tally(*(pairs.count(x) for x in itertools.product((True, False), repeat=2)))
 
 
 def share(part: int, whole: int) -> str:

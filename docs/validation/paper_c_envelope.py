@@ -3,13 +3,12 @@ the 250 t crane."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import causes
 import xarray
-from blocks import Blocks, percent, save
+from blocks import Blocks, save
 
 from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.steady.envelope import envelope, setting_curves
@@ -88,26 +87,21 @@ def claims_e(curves: xarray.Dataset) -> dict[str, Any]:
     return locals()
 
 
-def load_rows(crane: Crane) -> list[tuple[object, ...]]:
+MODES = ("ns", "hs", "ssc", "ssc-cubic")
+HEAVY = ABOVE[0]
+
+
+def load_rows(crane: Crane) -> list[dict[str, Any]]:
     """Highest speed of every mode by load [m/min], what binds the machine, and the least displacement of SSC."""
-    rows = []
-    for load in LOADS:
-        modes = [top(crane, m, load) for m in ("ns", "hs", "ssc", "ssc-cubic")]
-        any_ = top(crane, "", load)
-        here = station(crane, load)
-        cells = ["–" if math.isnan(t.v_w) else mpm(t.v_w) for t in modes]
-        least = (f"{here.alpha_least:.2f}", f"{here.alpha_reserve:.2f}")
-        rows.append((f"{load / 1e3:.0f}", *cells, mpm(any_.v_w), str(any_.binds), *least))
-    return rows
+    return [
+        {"load": m, "modes": [top(crane, x, m) for x in MODES], "any_": top(crane, "", m), "here": station(crane, m)}
+        for m in LOADS
+    ]
 
 
-def variant(row: causes.Variant) -> tuple[object, ...]:
+def variant(row: causes.Variant) -> dict[str, Any]:
     crane = row.on(C150)
-    ns, hs, linear, cubic = (top(crane, m, HS_LOAD).v_w for m in ("ns", "hs", "ssc", "ssc-cubic"))
-    speeds = (mpm(ns), mpm(hs), mpm(linear), mpm(cubic))
-    gains = (percent(gain(crane, m, ABOVE[0]), sign=True) for m in ("ssc-cubic", "ssc"))
-    pumps = percent(pumps_at(crane, "ssc-cubic", HS_LOAD, hs))
-    return (row.label, *speeds, pumps, *gains, tenth(gain(crane, "ssc-cubic", crane.SWL)))
+    return {"row": row, "crane": crane, "tops": [top(crane, m, HS_LOAD).v_w for m in MODES]}
 
 
 def speeds(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:

@@ -9,12 +9,9 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, percent, save
+from blocks import Blocks, save
 
-from stillhook import (
-    Scenario,
-    simulate,
-)
+from stillhook import Scenario, simulate
 from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.thesis.gallery import Drawing
 from stillhook.thesis.oscillation import (
@@ -95,13 +92,6 @@ def attribution() -> causes.Attribution:
     return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=evaluate)
 
 
-def variant(row: causes.Variant) -> tuple[object, ...]:
-    low, high = found(row, LOW), found(row, HIGH)
-    pairs = ((low.p_a, high.p_a, 1), (low.v_w, high.v_w, 2), (low.off, high.off, 2))
-    cells = [f"{a:.{n}f} / {b:.{n}f} ({percent(a / b - 1.0, sign=True)})" for a, b, n in pairs]
-    return (row.label, *cells, f"{low.p_max:.0f} / {high.p_max:.0f}")
-
-
 def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     both = {D: found(ROWS[0], D) for D in (LOW, HIGH)}
@@ -112,7 +102,7 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
         "notes": causes.notes({f"{D} cm³/rev": f.run for D, f in both.items()}),
         "claims": said,
         "numbers": numbers,
-        "sensitivity": [variant(r) for r in ROWS],
+        "sensitivity": [{"label": r.label, "all": [found(r, LOW), found(r, HIGH)]} for r in ROWS],
     }
     return blocks, {D: f.run for D, f in both.items()}
 

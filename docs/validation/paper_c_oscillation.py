@@ -15,37 +15,14 @@ from blocks import Blocks, save
 
 from stillhook import Scenario, simulate
 from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
-from stillhook.thesis.oscillation import (
-    D_MAX,
-    LEAST,
-    RAMP,
-    ROUNDING,
-    SEEN,
-    SPEED,
-    START,
-    THEIRS,
-    constant,
-    ramp,
-    ramped,
-    swing,
-    twelve_motors,
-)
+from stillhook.thesis import oscillation
+from stillhook.thesis.oscillation import D_MAX, LEAST, RAMP, ROUNDING, SEEN, SPEED, START, THEIRS
 from stillhook.thesis.ringing import Ringing, ringing
 from stillhook.units import in_display
 
 PICTURE = "paper-c-oscillation.png"
 THROWN = 0.2  # s: the stick thrown over
-CRANE = twelve_motors()
-
-
-def oil(part: float) -> dict[str, Any]:
-    return {"active": {"line": {"V": f"{part * CRANE.active.line.V!r} m^3"}}}
-
-
-def low_side(dp_open: str, conductance: str = "60 L/min/bar") -> dict[str, Any]:
-    return {
-        "active": {"flushing": {"dp_open": dp_open, "conductance": conductance}, "boost": {"conductance": conductance}}
-    }
+CRANE = oscillation.twelve_motors()
 
 
 ROWS = causes.variants(globals())
@@ -53,7 +30,8 @@ ROWS = causes.variants(globals())
 
 def of_row(D: int, row: causes.Variant, thrown: bool = False) -> Scenario:
     """The row's ramp at a fixed displacement D [cm^3/rev], or the same thrown over."""
-    return ramped(D, **{"ramp": RAMP, "speed": SPEED, "load": 0.0, **row.own} | ({"ramp": THROWN} if thrown else {}))
+    more = {"ramp": THROWN} if thrown else {}
+    return oscillation.ramped(D, **({"ramp": RAMP, "speed": SPEED, "load": 0.0} | row.own | more))
 
 
 class Found(NamedTuple):
@@ -81,7 +59,7 @@ def found(row: causes.Variant) -> dict[int, Found]:
             run=run,
             ring=ringing(run, "p_a", start=START, least=LEAST),
             thrown=ringing(thrown, "p_a", start=START, least=LEAST, free=START + THROWN),
-            swing=swing(run, end - 2.0),
+            swing=oscillation.swing(run, end - 2.0),
             late=float(t[np.argmax(v > 0.02 * asked)]) - START,
             lost=1.0 - float(np.mean(v[t > end - 2.0])) / asked,
             linear=eigenfrequency(crane, D / D_MAX),
@@ -134,7 +112,7 @@ def read(run: xarray.Dataset) -> dict[str, float]:
     return {
         "period": ringing(run, "p_a", start=START, least=LEAST).period,
         "decay": ringing(run, "p_a", start=START, least=LEAST, free=START + THROWN).decay,
-        "swing": swing(run, end - 2.0),
+        "swing": oscillation.swing(run, end - 2.0),
     }
 
 
@@ -154,21 +132,11 @@ def attribution() -> causes.Attribution:
     return causes.attribute(runs, causes.figures(globals()), tried, pairs=False, evaluate=evaluate)
 
 
-def variant(row: causes.Variant) -> tuple[object, ...]:
-    f = found(row)
-    return (
-        row.label,
-        *(f"{f[D].linear.period:.2f} / {f[D].ring.period:.2f}" for D in THEIRS),
-        seconds([f[D].thrown.decay for D in THEIRS], 1),
-        ", ".join(f"{100.0 * f[D].swing:.0f}" for D in THEIRS),
-    )
-
-
 def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = found(ROWS[0])
     said = claims(base)
-    least, most = constant()
+    least, most = oscillation.constant()
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
         "causes": causes.block(attribution()),
@@ -177,10 +145,10 @@ def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
         "constant": ({"inertia": inertia, "least": least, "line": line, "most": most}),
         "periods": periods(base),
         "effects": periods(base),
-        "sensitivity": [variant(r) for r in ROWS],
+        "sensitivity": [{"label": row.label, "f": found(row)} for row in ROWS],
     }
     return blocks, {D: f.run for D, f in base.items()}
 
 
 def draw(runs: Mapping[int, xarray.Dataset]) -> None:
-    save(ramp("p_a", "v_w", runs=runs).figure(), PICTURE)
+    save(oscillation.ramp("p_a", "v_w", runs=runs).figure(), PICTURE)

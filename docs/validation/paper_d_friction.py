@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table, panel, percent, picture, save
+from blocks import Blocks, panel, percent, picture, save
 from numpy.typing import NDArray
 from trials.campaigns.friction import campaign_plan, write_campaign
 from trials.campaigns.plc_log import Instruments, noise_of
@@ -52,9 +52,7 @@ COUNT = 11
 SENSOR = 0.5 * BAR
 SEEDS = range(10)
 CHANCE, LITTLE = 2.0, 1.5  # N m a motor: how much tests differ by chance
-UNMODELLED = (
-    60.0  # N m of 11 motors between 145 and 215 cm^3/rev at 1000 rev/min: of the size of paper D figure 11's 100
-)
+UNMODELLED = 60.0  # N m of 11 motors between 145 and 215 cm^3/rev at 1000 rev/min: of the size of D figure 11's 100
 THEIRS: Mapping[str, tuple[str, float, str, int]] = {
     "Y_1": ("`Y_1` [1e-7]", 1e-7, "", 1),
     "Y_2": ("`Y_2` [N m]", 1.0, "", 2),
@@ -282,7 +280,7 @@ def costs_of(found: Friction, other: Friction) -> Costs:
     )
 
 
-def cost_rows(r: Results) -> Iterator[tuple[str, ...]]:
+def cost_rows(r: Results) -> Iterator[dict[str, Any]]:
     c = r.costs
     chance = float(np.median([one.first.fitted for one in r.loops["chance"]]))
     flow = float(np.median([one.first.fitted for one in r.loops["flow"]]))
@@ -295,7 +293,7 @@ def cost_rows(r: Results) -> Iterator[tuple[str, ...]]:
         (f"tests that differ by chance, {CHANCE:.0f} N m a motor (median of {len(SEEDS)})", chance),
         (f"unmodelled loss of {UNMODELLED:.0f} N m and {LITTLE} N m of chance (median of {len(SEEDS)})", flow),
     ):
-        yield label, f"{E:.0f}" if E >= 10.0 else f"{E:.1f}", f"{math.sqrt(E / c.points):.2f} N m"
+        yield {"label": label, "E": E, "points": c.points}
 
 
 # (d) The second loop
@@ -305,16 +303,12 @@ def loop_rows(r: Results) -> Iterator[tuple[str, ...]]:
     other = r.other.second
     assert other is not None
     yield "paper D", "−30 %", "", "", *refined(motor(SECOND).loss)
-    yield (
-        "logs: the truth is the second-loop set",
-        *(signed(x) for x in fall(other)),
-        other.verdict,
-        *refined(other.loss),
-    )
+    of = [signed(x) for x in fall(other)]
+    yield "logs: the truth is the second-loop set", *of, other.verdict, *refined(other.loss)
     for name, found in r.loops.items():
         falls = np.array([fall(one) for one in found])
         cells = [f"{signed(np.median(x))} ({signed(x.min())} to {signed(x.max())})" for x in falls.T]
-        yield f"points: {EXPERIMENTS[name].label}", *cells, verdicts(found), *median_of(found)
+        yield f"points: {EXPERIMENTS[name].label}", *cells, verdicts(found), *refined(*(one.loss for one in found))
 
 
 def signed(part: float) -> str:
@@ -330,14 +324,9 @@ def verdicts(found: list[SecondLoop]) -> str:
 UNITS = {"X_1": (1e-3, 1), "X_2": (1e10, 1), "X_3": (1e-3, 1), "X_4": (1.0, 1), "X_5": (1e-14, 1)}
 
 
-def refined(loss) -> list[str]:
-    return [f"{getattr(loss, n) / unit:.{d}f}" for n, (unit, d) in UNITS.items()]
-
-
-def median_of(found: list[SecondLoop]) -> list[str]:
-    return [
-        f"{float(np.median([getattr(one.loss, n) for one in found])) / unit:.{d}f}" for n, (unit, d) in UNITS.items()
-    ]
+def refined(*losses: Any) -> list[str]:
+    """Median of each parameter."""
+    return [f"{float(np.median([getattr(x, n) for x in losses])) / unit:.{d}f}" for n, (unit, d) in UNITS.items()]
 
 
 def rounds(r: Results) -> list[float]:
@@ -365,12 +354,6 @@ def minus(x: float) -> str:
     return f"{x:+.1f}".replace("-", "−")
 
 
-def loss_rows() -> Iterator[tuple[str, ...]]:
-    for D, dp in POINTS:
-        cells = [f"{_at(ONE, n, D, dp):.1f} to {_at(TWO, n, D, dp):.1f} N m" for n in (100.0, 500.0, 1000.0)]
-        yield f"{D:.0f} cm³/rev, {dp:.0f} bar", *cells
-
-
 def _at(loss: Loss, n: float, D: float, dp: float) -> float:
     return float(loss(np.array([n * RPM]), np.array([D * CC]), np.array([dp * BAR]))[0])
 
@@ -378,20 +361,7 @@ def _at(loss: Loss, n: float, D: float, dp: float) -> float:
 def spread() -> tuple[float, float]:
     """Loss of 11 motors at 215 less that at 145 cm^3/rev, 58 t and 1000 rev/min, by both sets [N m]."""
     D = np.array([215.0, 145.0]) * CC
-    one = np.ones(2)
-    at = Points(
-        ("",),
-        np.zeros(2, dtype=np.intp),
-        1000.0 * RPM * one,
-        1000.0 * RPM * one,
-        one,
-        one,
-        D,
-        drum_torque(CRANE, 58e3) * one,
-        COUNT * one,
-        0.0 * one,
-        one > 2.0,
-    )
+    at = Points.planned(np.full(2, 1000.0 * RPM), drum_torque(CRANE, 58e3), D, count=COUNT)
     p = staged(at, ONE, Y_ONE, CRANE)
     first, second = (COUNT * -np.diff(motor_loss_at(p, loss))[0] for loss in (ONE, TWO))
     return float(first), float(second)
@@ -400,13 +370,13 @@ def spread() -> tuple[float, float]:
 # (e) Two cranes
 
 
-def crane_rows() -> Iterator[tuple[str, ...]]:
+def crane_rows() -> Iterator[dict[str, Any]]:
     for name, label in (("crane-1", "crane 1"), ("crane-2", "crane 2")):
         for layer, where in ((None, "outermost layer"), (1, "innermost layer")):
             s = split(load_friction(name), drum_torque(CRANE, 100e3, layer), speeds())
             fast = float(np.interp(1000.0, s.omega / RPM, s.viscous))
-            total = [f"{np.interp(n, s.omega / RPM, s.total):.0f}" for n in (0.0, 250.0, 1000.0)]
-            yield f"{label}, {where}", f"{s.stiction[0]:.0f}", f"{s.coulomb[0]:.0f}", f"{fast:.0f}", *total
+            total = [float(np.interp(n, s.omega / RPM, s.total)) for n in (0.0, 250.0, 1000.0)]
+            yield {"label": label, "where": where, "s": s, "fast": fast, "total": total}
 
 
 # Printed arithmetic
@@ -450,29 +420,20 @@ def compute() -> tuple[Blocks, Results]:
     """Blocks of the page, its claims, and what the picture is drawn from."""
     r = run()
     found = claims(r)
-    head = ("", "printed", "noise-free logs", "typical sensors (95 %)")
     grid = r.noisy["crane-2-extended"].grid.fitted()
     tops = [float(grid.omega[grid.test == k].max()) / RPM for k in np.unique(grid.test)]
-    points = (
-        f"Tests 1 to 7 have {len(grid)} points on the 25 rev/min grid in our logs, up to {min(tops):.0f} rev/min in one"
-        f" and {max(tops):.0f} in another. The printed E is then {math.sqrt(E_FIRST / len(grid)):.1f} N m a motor (RMS)"
-        f" before and {math.sqrt(E_SECOND / len(grid)):.1f} N m after the second loop,"
-        f" {COUNT * math.sqrt(E_FIRST / len(grid)):.0f} N m of all motors."
-    )
     blocks = {
         "claims": found,
-        "l4593": Table(("L4593, table 2.4", *head[1:]), parameter_rows("L4593", Y.of(library_friction("L4593")), r)),
-        "crane-2": Table(("crane 2, D table 3", *head[1:]), parameter_rows("crane-2-extended", Y_ONE, r)),
+        "l4593": parameter_rows("L4593", Y.of(library_friction("L4593")), r),
+        "crane-2": parameter_rows("crane-2-extended", Y_ONE, r),
         "held-out": held_rows(r),
-        "grid": Table(
-            ("parameters", *(THEIRS[n][0] for n in Y_NAMES if n != "Y_3"), "E", "largest error"), grid_rows(r)
-        ),
-        "points": points,
+        "grid": grid_rows(r),
+        "points": {"grid": grid, "tops": tops},
         "ahc": ({}),
         "cost": cost_rows(r),
         "loops": loop_rows(r),
         "change": change_rows(r),
-        "losses": loss_rows(),
+        "losses": POINTS,
         "cranes": crane_rows(),
     }
     return blocks, r

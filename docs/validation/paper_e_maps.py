@@ -114,17 +114,12 @@ def step_row(row: causes.Variant, found: Map) -> dict[str, Any]:
     return locals()
 
 
-def corner(found: Map) -> str:
+def corner(found: Map) -> dict[str, Any]:
     """How far SSC is from being applicable at the highest speed."""
-    share = of(found, "ssc", found.values["saturation_time"])[:, -1] / 20.0
-    error = of(found, "ssc", found.values["e_c_pp"])[:, -1]
     light = [i for i, m in enumerate(found.axes.loads) if m <= 0.61 * CRANE.SWL]
-    return (
-        f"Highest speeds in m/min by load: NS {by_load(found, 'ns')}; HS {by_load(found, 'hs')}; SSC"
-        f" {by_load(found, 'ssc')}. At 120 m/min and up to 150 t the pumps of SSC are full for"
-        f" {percent(share[light].min())} to {percent(share[light].max())} of the time, and the error is"
-        f" {error[light].min() * 1e3:.0f} to {error[light].max() * 1e3:.0f} mm."
-    )
+    share = of(found, "ssc", found.values["saturation_time"])[light, -1] / 20.0
+    error = of(found, "ssc", found.values["e_c_pp"])[light, -1]
+    return locals()
 
 
 CELLS = cells_of(CRANE, ("ns", "hs", "ssc"), loads=FEWER)

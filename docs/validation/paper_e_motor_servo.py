@@ -12,26 +12,13 @@ import causes
 import numpy as np
 import xarray
 from batch import side_by_side
-from blocks import Blocks, percent, save
+from blocks import Blocks, save
 
 from stillhook import Crane
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.library import changed
-from stillhook.thesis.quay import (
-    CRANE,
-    D_ONE,
-    DURATION,
-    HALF,
-    OPEN_LOOP,
-    PATTERNS,
-    WARM,
-    done_in_a_second,  # noqa: F401  # in the claims
-    motor_patterns,
-    motor_steps,
-    pattern,
-    staircase_offsets,
-)
-from stillhook.thesis.quay import run as run_of
+from stillhook.thesis import quay
+from stillhook.thesis.quay import CRANE, D_ONE, DURATION, HALF, OPEN_LOOP, PATTERNS, WARM, pattern
 
 SLOW_PAGE = True
 PICTURE = "paper-e-motor-servo.png"
@@ -67,7 +54,7 @@ class Found(NamedTuple):
 
 
 def found(v: causes.Variant, period: float, amplitude: float) -> Found:
-    run = run_of(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
+    run = quay.run(crane_of(v), pattern(amplitude, period)).sel(time=slice(WARM, None))
     return Found(
         run=run,
         v_tip=60.0 * float(run["v_tip_max"]),
@@ -90,7 +77,6 @@ def attribution() -> causes.Attribution:
     """What the printed comparison depends on, both patterns read as amplitudes."""
     named = {"closed": CLOSED, "open": OPEN, "blind": BLIND}
     runs = {f"{name} {T:g}": (crane_of(v), pattern(A, T)) for name, v in named.items() for T, A in PATTERNS}
-
     return causes.attribute(runs, causes.figures(globals()), [v.alternative() for v in ROWS[1:]])
 
 
@@ -119,7 +105,7 @@ def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, Any]:
     whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in CONTROLS}
     half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
     open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))
-    least, most = staircase_offsets()
+    least, most = quay.staircase_offsets()
     lead = reduction_lead(CRANE, 110.0 / 60.0, 6.0)
     same = all(abs(a.e_c_pp / b.e_c_pp - 1.0) < 0.1 for a, b in zip(open_, closed, strict=True))
     u_04 = found(next(r for r in ROWS if r.label == "`u_thr` 0.4"), *PATTERNS[0]).motors_full
@@ -136,33 +122,13 @@ def _reading(amplitude: Sequence[bool], height: Sequence[bool]) -> str:
     }[all(amplitude), all(height)]
 
 
-def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
-    rows = []
-    for (label, T), both in runs.items():
-        for share, f in zip((1.0, HALF), both, strict=True):
-            name = f"{T:g} s, {share * dict(PATTERNS)[T]:g} m, {label}"
-            speeds, motors = (
-                (f"{f.v_tip:.0f}", f"{f.v_w:.0f}"),
-                (f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}"),
-            )
-            rows.append((name, *speeds, f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), *motors))
-    return sorted(rows, key=lambda r: [float(x.split()[0]) for x in str(r[0]).split(", ")[:2]], reverse=True)
-
-
-def variant(v: causes.Variant) -> tuple[object, ...]:
-    both = [found(v, T, A) for T, A in PATTERNS]
-    cells = (
-        (
-            f"{f.e_c_pp:.1f}",
-            percent(f.alpha_p),
-            percent(f.pumps_full),
-            f"{f.alpha_m:.2f}",
-            f"{f.bottom:.0f}",
-            f"{f.above:.0f}",
-        )
-        for f in both
-    )
-    return (v.label, *(" / ".join(pair) for pair in zip(*cells, strict=True)))
+def pattern_rows(runs: Readings) -> list[dict[str, Any]]:
+    rows = [
+        {"label": label, "T": T, "share": share, "f": f}
+        for (label, T), both in runs.items()
+        for share, f in zip((1.0, HALF), both, strict=True)
+    ]
+    return sorted(rows, key=lambda r: (r["T"], r["share"]), reverse=True)
 
 
 def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
@@ -170,13 +136,12 @@ def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
     runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in CONTROLS}
     limit = {v.label: followed(v, PATTERNS[0][0]) for v in CONTROLS}
     said = claims(runs, limit)
-    limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {
         "causes": causes.block(attribution()),
         "claims": said,
         "patterns": pattern_rows(runs),
-        "limits": limits,
-        "sensitivity": [variant(r) for r in ROWS],
+        "limits": [{"name": name, "x": x} for name, x in limit.items()],
+        "sensitivity": [{"label": r.label, "both": [found(r, T, A) for T, A in PATTERNS]} for r in ROWS],
     }
     shown = {(T, share): runs[OPEN.label, T][i].run for T, _ in PATTERNS for i, share in enumerate((1.0, HALF))}
     return blocks, shown
@@ -184,5 +149,5 @@ def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
 
 def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
     """Steps at standstill (figure 13) above the two patterns in both readings (figure 14)."""
-    steps, patterns = motor_steps(), motor_patterns(runs)
+    steps, patterns = quay.motor_steps(), quay.motor_patterns(runs)
     save(replace(patterns, panels=(*steps.panels, *patterns.panels)).figure(), PICTURE)

@@ -8,7 +8,7 @@ from typing import Any
 import causes
 import xarray
 from blocks import Blocks, save
-from quay import CRANE, ROWS, WARM, Found, attributions, beside, found, less
+from quay import CRANE, ROWS, WARM, Found, attributions, found, less
 
 from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.report.plots.run import four_panels
@@ -68,7 +68,7 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
         "claims": said,
         "frequencies": {"rings": rings},
         "numbers": [{"m": m, "f": f} for m, f in base.items()],
-        "sensitivity": [(r.label, *beside([*three(r).values()])) for r in (*OWN, *ROWS)],
+        "sensitivity": [{"label": r.label, "all": [*three(r).values()]} for r in (*OWN, *ROWS)],
     }
     return blocks, {m.upper(): f.run for m, f in base.items()}
 

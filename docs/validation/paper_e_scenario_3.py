@@ -8,8 +8,8 @@ from typing import Any
 import causes
 import numpy as np
 import xarray
-from blocks import Blocks, percent, save
-from quay import ROWS, Found, attributions, beside, found
+from blocks import Blocks, save
+from quay import ROWS, Found, attributions, found
 
 from stillhook.report.plots.run import four_panels
 from stillhook.sea.motion.motion import Motion
@@ -42,17 +42,13 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = both_of(OWN[0], MODES)
     said = claims(base, both_of(OWN[1]))
-    rows = []
-    for row in TRIED:
-        both = both_of(row)
-        rows.append((row.label, *beside([*both.values()]), percent(both["ssc"].alpha_p)))
     blocks = {
         **attributions(globals(), TIP, COMPARED, BEAT, TRIED[1:]),
         "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": said,
         "tip": ({}),
         "numbers": [{"m": m, "f": f} for m, f in base.items()],
-        "sensitivity": rows,
+        "sensitivity": [{"label": r.label, "all": [*both_of(r).values()]} for r in TRIED],
     }
     return blocks, {m.upper(): base[m].run for m in COMPARED}
 

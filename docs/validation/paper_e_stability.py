@@ -8,10 +8,11 @@ from typing import Any
 
 import causes
 import numpy as np
-from blocks import Blocks, Rows, Table, save
+from blocks import Blocks, Rows, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.analysis.loop_stability import sweeps, transfer
 from stillhook.analysis.loop_stability.governing import Governing, governing
 from stillhook.analysis.loop_stability.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.loops import sampled
@@ -26,19 +27,6 @@ from stillhook.analysis.loop_stability.stability import (
     range_of_modes,
     stability,
 )
-from stillhook.analysis.loop_stability.sweeps import (
-    bode_figure,
-    motor_pole_figure,
-    sweep,
-    sweep_figure,
-)
-from stillhook.analysis.loop_stability.transfer import (
-    about,
-    closed_loop_polynomial,
-    full_matrices,
-    motor_poles,
-    position_loop,
-)
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
@@ -49,43 +37,24 @@ from stillhook.units import in_display
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
 SPEEDS = (0.0, 40.0, 60.0, 80.0, 100.0, 120.0)  # m/min
-POINTS = (
-    (0.0, 15.0, 1.0),
-    (0.0, 15.0, 10.0),
-    (0.0, 15.0, 60.0),
-    (100e3, 15.0, 1.0),
-    (100e3, 15.0, 5.0),
-    (100e3, 15.0, 20.0),
-    (100e3, 15.0, 60.0),
-    (100e3, 100.0, 5.0),
-    (100e3, 100.0, 60.0),
-    (100e3, 1000.0, 5.0),
-    (100e3, 1000.0, 60.0),
-)
+LOADED = ((15.0, (1.0, 5.0, 20.0, 60.0)), (100.0, (5.0, 60.0)), (1000.0, (5.0, 60.0)))
+POINTS = (*((0.0, 15.0, v) for v in (1.0, 10.0, 60.0)), *((100e3, s_w, v) for s_w, speeds in LOADED for v in speeds))
 """Load [kg], wire out [m], wire speed [m/min] of the comparison."""
 SLOW = (100e3, 15.0, 5.0)
 """Load, wire out and speed at which the limit is looked for in runs."""
 DAMPED = changed(CRANE, {"wire": causes.WIRE})
 """The crane with the wire's damping that paper C assumes."""
 SLOW_RUNS = (
-    (CRANE, "hs", 0.04),
-    (CRANE, "hs", 0.16),
-    (CRANE, "hs", 0.40),
-    (CRANE, "ssc", 0.16),
-    (CRANE, "ssc", 0.50),
-    (DAMPED, "hs", 0.16),
-    (DAMPED, "hs", 0.20),
-    (DAMPED, "hs", 0.35),
-    (DAMPED, "hs", 0.40),
-    (DAMPED, "ssc", 0.16),
-    (DAMPED, "ssc", 0.50),
+    *((CRANE, mode, K_p) for mode, gains in (("hs", (0.04, 0.16, 0.40)), ("ssc", (0.16, 0.50))) for K_p in gains),
+    *(
+        (DAMPED, mode, K_p)
+        for mode, gains in (("hs", (0.16, 0.20, 0.35, 0.40)), ("ssc", (0.16, 0.50)))
+        for K_p in gains
+    ),
 )
 """Crane, mode and K_p [1/m] of those runs: below and above the limit of HS."""
 DISPLACEMENTS = (1075, 860, 645, 215, 75, 40)
-
-
-def digits(x: float) -> str:
-    return f"{x:.6f}"
+NAMES = {"ssc": "SSC, least", "full": "SSC, at rest"}
 
 
 def or_swings(K_p: float) -> str:
@@ -97,38 +66,24 @@ def four_ways() -> Rows:
     rows = []
     for D in DISPLACEMENTS:
         a = D / 1075
-        loop, closed = position_loop(CRANE, a), gain_limit(CRANE, a)
-        by_routh = gain_limit_by_routh(*closed_loop_polynomial(CRANE, a))
+        loop, closed = transfer.position_loop(CRANE, a), gain_limit(CRANE, a)
+        by_routh = gain_limit_by_routh(*transfer.closed_loop_polynomial(CRANE, a))
         by_poles, (by_response, _) = gain_limit_by_poles(loop.closed_poles), gain_limit_of(loop)
         plc, _ = gain_limit_of(sampled(loop, CRANE.control.t_cycle, CRANE.control.computing))
-        rows.append(
-            (D, *(digits(v) for v in (closed.K_p_ms, by_routh, by_poles, by_response, plc)), f"{closed.omega_c:.3f}")
-        )
+        rows.append({**locals()})
     return rows
 
 
 def margin_rows() -> Rows:
-    rows = []
-    for mode, (alpha, _) in {**range_of_modes(CRANE), "full": (1.0, 1.0)}.items():
-        for delay in (0.0, 0.05):
-            s = stability(CRANE, alpha, delay=delay)
-            rows.append(
-                (
-                    {"ssc": "SSC, least", "full": "SSC, at rest"}.get(mode, mode.upper()),
-                    f"{alpha:g}",
-                    f"{1e3 * delay:g} ms",
-                    f"{s.gain_margin:.2f}",
-                    f"{s.gain_margin_plc:.2f}",
-                    f"{math.degrees(s.phase_margin_plc):.1f}°",
-                    f"{s.delay_margin_plc:.2f} s",
-                    f"{s.sensitivity_peak_plc:.3f}",
-                    f"{s.K_p_strong:.3f}",
-                )
-            )
-    return rows
+    modes = {**range_of_modes(CRANE), "full": (1.0, 1.0)}
+    pairs = [(mode, alpha, delay) for mode, (alpha, _) in modes.items() for delay in (0.0, 0.05)]
+    return [
+        {"mode": mode, "alpha": alpha, "delay": delay, "s": stability(CRANE, alpha, delay=delay)}
+        for mode, alpha, delay in pairs
+    ]
 
 
-def holding_rows() -> Table:
+def holding_rows() -> Rows:
     """The one margin on the crane's own wire, and on that of paper C, for every mode and length of wire."""
     rows = []
     for mode in (Mode.NS, Mode.HS, Mode.SSC):
@@ -138,15 +93,7 @@ def holding_rows() -> Table:
             )
             own, paper_c = (governing(crane, mode, wires=(s_w,)) for crane in (CRANE, DAMPED))
             rows.append({**locals()})
-    cells = ("oscillates at any `K_p`", "limit beyond", "`K_p` kept")
-    head = (
-        "mode",
-        "wire out",
-        "limit published",
-        *(f"{cell}, own wire (0.01)" for cell in cells),
-        *(f"{cell}, paper C's (0.95)" for cell in cells),
-    )
-    return Table(head, rows)
+    return rows
 
 
 def _margin_cells(found: Governing) -> tuple[str, str, str]:
@@ -163,21 +110,11 @@ def _margin_cells(found: Governing) -> tuple[str, str, str]:
 def ssc_rows() -> Rows:
     rows = []
     for v in SPEEDS:
-        at = about(CRANE, v / 60.0)
-        p = motor_poles(CRANE, v / 60.0)[0]
-        whole = np.linalg.eigvals(full_matrices(CRANE, at)[0])
+        at = transfer.about(CRANE, v / 60.0)
+        p = transfer.motor_poles(CRANE, v / 60.0)[0]
+        whole = np.linalg.eigvals(transfer.full_matrices(CRANE, at)[0])
         swing = max((q for q in whole if q.imag > 0.0), key=lambda q: q.real)
-        limit = gain_limit(CRANE, at.alpha_m).K_p_ms
-        rows.append(
-            (
-                f"{v:g}",
-                f"{at.alpha_m:.3f}",
-                f"{limit:.4f}",
-                f"{abs(p):.2f}",
-                f"{-p.real / abs(p):.3f}",
-                f"{swing:.3f}".replace("j", "i"),
-            )
-        )
+        rows.append({**locals()})
     return rows
 
 
@@ -204,16 +141,9 @@ def slow_rows() -> Rows:
     load, s_w, v = SLOW
     rows = []
     for crane, mode, K_p in SLOW_RUNS:
-        case = Scenario(
-            load=f"{load} kg",
-            s_w=f"{s_w} m",
-            tip=f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s",
-            mode=mode,
-            warm_up="270 s",
-            duration="330 s",
-            ramp="20 s",
-            gas_held=True,
-        )
+        tip = f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s"
+        times = {"warm_up": "270 s", "duration": "330 s", "ramp": "20 s"}
+        case = Scenario(load=f"{load} kg", s_w=f"{s_w} m", tip=tip, mode=mode, gas_held=True, **times)
         run = simulate(changed(crane, {"control": {"K_p": f"{K_p} 1/m"}}), case, every="0.05 s")
         counted = run.sel(time=slice(270.0, None))
         alpha = float(counted["alpha_m"].mean())
@@ -237,21 +167,21 @@ def afloat() -> float:
 def _apart(crane: Crane, v_tip: float) -> float:
     """How far the limit of the whole controller about a tip speed is from that of the position loop alone,
     relatively."""
-    at = about(crane, v_tip)
-    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(full_matrices(crane, at, K_p=K_p)[0]))
+    at = transfer.about(crane, v_tip)
+    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(transfer.full_matrices(crane, at, K_p=K_p)[0]))
     return abs(whole / gain_limit(crane, at.alpha_m).K_p_ms - 1.0)
 
 
 def speed_response(crane: Crane, s: complex) -> complex:
     """V_w / V_tip with the tip about rest (paper E eq. 21), A_tip = s V_tip; -1 is perfect compensation."""
-    A, B, C, D = full_matrices(crane, about(crane, 0.0))
+    A, B, C, D = transfer.full_matrices(crane, transfer.about(crane, 0.0))
     return complex((C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)[0] @ (1.0, s))
 
 
 def claims() -> dict[str, Any]:
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s", "zeta": 0.5}}}})
     same = max(_apart(c, v) for c in (CRANE, lazy) for v in (0.0, 1.0, 1.6))
-    zeta = [-p.real / abs(p) for p in (motor_poles(CRANE, v / 60.0)[0] for v in (40.0, 120.0))]
+    zeta = [-p.real / abs(p) for p in (transfer.motor_poles(CRANE, v / 60.0)[0] for v in (40.0, 120.0))]
     full, least = gain_limit(CRANE).K_p_ms, gain_limit(CRANE, 0.6).K_p_ms
     without = changed(CRANE, {"control": {"K_2": "0 s^2/m"}})
     errors = [abs(1.0 + speed_response(c, 2j * math.pi / 12.0)) for c in (CRANE, without)]
@@ -289,7 +219,7 @@ def compute() -> tuple[Blocks, Any]:
 
 def draw(_: Any) -> None:
     save(gain_limits().figure(), "paper-e-gain-limit.png")
-    save(motor_pole_figure(CRANE), "paper-e-motor-poles.png")
-    save(bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
+    save(sweeps.motor_pole_figure(CRANE), "paper-e-motor-poles.png")
+    save(sweeps.bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")
     over = ("layer", "leakage", "damping", "bulk_modulus", "delay")
-    save(sweep_figure(CRANE, [sweep(CRANE, o, alpha_m=0.6) for o in over]), "paper-e-limit-sweeps.png")
+    save(sweeps.sweep_figure(CRANE, [sweeps.sweep(CRANE, o, alpha_m=0.6) for o in over]), "paper-e-limit-sweeps.png")

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import causes
-import numpy as np
 import xarray
 from batch import Numbers, side_by_side
-from blocks import Blocks, percent, save
+from blocks import Blocks, save
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import wire_speed_max
@@ -110,19 +109,15 @@ V_VARIED = 65.0  # m/min: more than NS has left without unit 2, less than HS and
 ROWS = causes.variants(globals())
 
 
-def sensitivity() -> list[tuple[object, ...]]:
+def sensitivity() -> list[dict[str, Any]]:
     asked = []
     for row in ROWS:
         period = row.own.get("period", PERIOD)
         some = losses(2, period, **row.own.get("loss", {}))
         asked += [(row.on(CRANE), [case(V_VARIED, m, loss, period, **row.more) for loss in some]) for m in MODES]
     found = outcomes(asked)
-    rows = []
-    for i, row in enumerate(ROWS):
-        ns, hs, ssc = found[3 * i : 3 * i + 3]
-        cells = (f"{one.quiet:.1f}, {one.error:.1f}" for one in (ns, hs, ssc))
-        rows.append((row.label, *cells, f"{ns.p_quiet:.0f}, {ns.p:.0f}", f"{ssc.p_quiet:.0f}, {ssc.p:.0f}"))
-    return rows
+    every = [found[3 * i : 3 * i + 3] for i in range(len(ROWS))]
+    return [{"row": row, "all": all_, "ns": all_[0], "ssc": all_[2]} for row, all_ in zip(ROWS, every, strict=True)]
 
 
 GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to continue
@@ -202,18 +197,11 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     known, never, limit = transients("0.1 s"), transients(NEVER), limits()
     told = claims(known, never, limit)
-    speeds = [
-        (
-            "none" if unit == 0 else f"{unit}, {D * 2e6 * np.pi:.0f} cm³/rev",
-            percent(1.0 if unit == 0 else share_left(unit)),
-            *(f"{limit[unit, m]:.0f} ({ideal_limit(m, unit):.0f})" for m in MODES),
-        )
-        for unit, D in zip((0, *UNITS), (0.0, *CRANE.active.pump.D), strict=True)
-    ]
+    lost = zip((0, *UNITS), (0.0, *CRANE.active.pump.D), strict=True)
     blocks = {
         "causes": causes.block(attribution()),
         "claims": told,
-        "speeds": speeds,
+        "speeds": [{"unit": unit, "D": D, "limit": limit} for unit, D in lost],
         "transients": [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS],
         "passive": passive(),
         "sensitivity": sensitivity(),

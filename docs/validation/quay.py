@@ -62,12 +62,6 @@ def attributions(
     return {"causes": causes.block(first), "causes-oscillation": causes.block(second, rule)}
 
 
-def beside(all_: Sequence[Found]) -> tuple[str, ...]:
-    """Cells of a variant, the controllers side by side: speed, pressure, error, highest pressure."""
-    columns = (("v_w", 2), ("p_a", 1), ("e_c_pp", 1), ("p_a_max", 0))
-    return tuple(" / ".join(f"{getattr(f, name):.{digits}f}" for f in all_) for name, digits in columns)
-
-
 def less(new: float, old: float) -> str:
     """The new one against the old one: −25 %."""
     return percent(new / old - 1.0, sign=True)

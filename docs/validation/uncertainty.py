@@ -13,21 +13,13 @@ from typing import Any, NamedTuple
 import paper_c_90t
 import paper_e_scenario_2
 import xarray
-from blocks import HERE, Blocks, Table, percent, save
+from blocks import HERE, Blocks, Table, save
 
+from stillhook.analysis.uncertainty import report
 from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
-from stillhook.analysis.uncertainty.report import (
-    Limit,
-    band,
-    band_figure,
-    chance,
-    chances,
-    failures,
-    index_figure,
-    paired_difference,
-)
+from stillhook.analysis.uncertainty.report import Limit
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, sensitivity
 from stillhook.kernels.build import results_hash
 from stillhook.statistics.estimate import Estimate
@@ -70,9 +62,9 @@ def drawn(name: str, crane: Any, cases: Sequence[Any]) -> Looked:
 def numbers(looked: Sequence[Looked]) -> list[dict[str, Any]]:
     rows: list[tuple[object, ...]] = []
     for one in looked:
-        failed = failures(one.run)
+        failed = report.failures(one.run)
         for mode in one.modes:
-            e, p = (band(one.run[name].sel(case=mode).values) for name in ("e_c_pp", "p_max"))
+            e, p = (report.band(one.run[name].sel(case=mode).values) for name in ("e_c_pp", "p_max"))
             described = at_values(one.run, mode)
             rows.append({**locals()})
     return rows
@@ -83,18 +75,13 @@ def at_values(run: xarray.Dataset, mode: str) -> Mapping[str, float]:
     return found
 
 
-def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
-    rows: list[tuple[object, ...]] = []
+def differences(looked: Sequence[Looked]) -> list[dict[str, Any]]:
+    rows = []
     for one in looked:
         new = one.modes[-1]
         for other in one.modes[:-1]:
-            row: list[object] = [one.name, f"{new} against {other}"]
-            for name in ("e_c_pp", "p_max"):
-                pair = paired_difference(one.run, new, other, name)
-                b = pair.relative
-                low, high = percent(b.low, sign=True), percent(b.high, sign=True)
-                row += [percent(b.median, sign=True), f"{low} to {high}", percent(pair.lower.value)]
-            rows.append(tuple(row))
+            pairs = [report.paired_difference(one.run, new, other, name) for name in ("e_c_pp", "p_max")]
+            rows.append({"one": one, "new": new, "other": other, "pairs": pairs})
     return rows
 
 
@@ -110,14 +97,14 @@ def survives(share: float) -> str:
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, Any]:
     """Numbers of the claims."""
-    within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].value
-    beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].value
+    within = 1.0 - report.chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].value
+    beyond = report.chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].value
     p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}
-    gap = chance(p["hs"] - p["ssc"] > 120e5).value
+    gap = report.chance(p["hs"] - p["ssc"] > 120e5).value
     of = ((two, "ssc"), (ninety, "ssc-cubic"))
-    lower = [paired_difference(run, new, "hs", "e_c_pp").lower.value for run, new in of]
-    pressure = [paired_difference(run, new, "hs", "p_max").lower.value for run, new in of]
-    against_ns = paired_difference(two, "ssc", "ns", "e_c_pp")
+    lower = [report.paired_difference(run, new, "hs", "e_c_pp").lower.value for run, new in of]
+    pressure = [report.paired_difference(run, new, "hs", "p_max").lower.value for run, new in of]
+    against_ns = report.paired_difference(two, "ssc", "ns", "e_c_pp")
     return locals()
 
 
@@ -194,6 +181,7 @@ def compute() -> tuple[Blocks, dict[str, Any]]:
 
 def draw(shown: Mapping[str, Any]) -> None:
     keep(shown["all"], shown["cases"])
-    save(band_figure(shown["two"], f"scenario 2, nov-250t, empty hook: {DRAWS} draws"), "uncertainty-scenario-2.png")
-    save(band_figure(shown["ninety"], f"90 t, nov-150t: {DRAWS} draws"), "uncertainty-90t.png")
-    save(index_figure(shown["indices"], "scenario 2: where the spread comes from"), "uncertainty-indices.png")
+    title = f"scenario 2, nov-250t, empty hook: {DRAWS} draws"
+    save(report.band_figure(shown["two"], title), "uncertainty-scenario-2.png")
+    save(report.band_figure(shown["ninety"], f"90 t, nov-150t: {DRAWS} draws"), "uncertainty-90t.png")
+    save(report.index_figure(shown["indices"], "scenario 2: where the spread comes from"), "uncertainty-indices.png")

@@ -364,10 +364,9 @@ class Payload(Symbol):
 
 
 class OnOffValve(Symbol):
-    """Electric valve of one cylinder, closed at rest by a spring; coil at `coil`, on the left."""
+    """Electric valve of one cylinder, closed at rest by a spring; its coil is on the left."""
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(**params)
+    def strokes(self) -> None:
         s = 0.5
         for x in (-s, 0.0):
             self.box(x - 0.5 * s, -0.5 * s, s, s)
@@ -378,7 +377,6 @@ class OnOffValve(Symbol):
         self.box(-1.5 * s - 0.3, -0.16, 0.3, 0.32)
         self.line((-1.5 * s - 0.24, -0.16), (-1.5 * s - 0.06, 0.16), lw=0.8)
         self.spring((0.5 * s, 0.0), (0.5 * s + 0.35, 0.0), turns=2, width=0.1)
-        self.anchors = {"inlet": (0, -0.5 * s), "outlet": (0, 0.5 * s), "coil": (-1.5 * s - 0.15, 0.16)}
 
 
 class Block(Symbol):
