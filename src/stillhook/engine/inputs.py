@@ -18,7 +18,7 @@ from stillhook.control.registry import code_of
 from stillhook.engine.saved import Range
 from stillhook.errors import MotionError, SimulationError, StillhookError
 from stillhook.kernels.lanes import room_for
-from stillhook.kernels.tip.sampling import sampled
+from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
 from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane

@@ -25,12 +25,12 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import Ready, first_lane
 from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
+from stillhook.export.twin.vessel_tip import GIVEN, tip_of_vessel
 from stillhook.kernels import plc_alone
 from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
-from stillhook.kernels.tip.vessel import GIVEN, tip_of_vessel
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane

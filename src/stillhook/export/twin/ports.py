@@ -47,7 +47,7 @@ VESSEL = {
     for name, text in _MOVED.items()
     for each, of, per in zip(GIVEN[name], ("", "rate of ", "acceleration of "), ("", "/s", "/s^2"), strict=True)
 }
-"""Inputs where the vessel moves the tip, in the order of `stillhook.kernels.tip.vessel`, with what they are and their
+"""Inputs where the vessel moves the tip, in the order of `stillhook.export.twin.vessel_tip`, with their meanings and
 units."""
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}

@@ -154,7 +154,7 @@ def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Parameters of a run. Errors: SpecError for units with another loss model than MJ4."""
     if crane.secondary.unit.loss_model is not None:
         raise SpecError(
-            f"{crane.name}: secondary.unit.loss_model: the loss of single cylinders is that of MJ4. Leave out"
+            f"{crane.name}: secondary.unit.loss_model: the loss of single cylinders follows from MJ4 alone. Leave out"
             " loss_model."
         )
     rail_alone = secondary.pack(crane, case, parts)._asdict()

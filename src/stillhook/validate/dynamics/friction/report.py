@@ -42,6 +42,7 @@ FRICTION = ("friction\n[bar]", "+- (95 %)", "of measured\nfriction")
 RANGE = ("", *FRICTION, *HEADER[1:])
 TEST = ("test", "use", "load", "displacement", *FRICTION[::2], "load\n[bar]")
 DIRECTION = ("test", "direction", "measured\n[bar]", "rms of\nsamples\n[bar]")
+PASSIVE_HEADER = ("test", "accumulator,\nmeasured\n[bar]", "simulated\n[bar]", "displacement,\nmeasured", "simulated")
 FORM = 0.02
 """Difference of the friction's deviation between two ranges, over the measured friction, that is reported."""
 FASTER = 0.05
@@ -62,9 +63,11 @@ def verification_report(v: Verification, pictures: Mapping[str, bytes]) -> Docum
     shown = [Figure(png, f"{name}: pressure drop across the motors and motor speed.") for name, png in pictures.items()]
     ways = list(_by_way(v))
     ranges = [(words, *_friction(same), *_cells(deviation(same))[1:]) for _, words, same in by_range(v)]
+    passive = [row for r in v.runs if r.passive for row in [_passive(r)]]
     sections = [
         Section("Deviation by test", [Table((*TEST, *SHARES, "limits"), [_row(v, r) for r in v.runs])]),
         *([Section("Deviation by direction", [Table((*DIRECTION, *HEADER), ways)])] if ways else []),
+        *([Section("Passive circuit in heave compensation", [Table(PASSIVE_HEADER, passive)])] if passive else []),
         Section("Deviation by motor speed and displacement", [Table(RANGE, ranges)]),
         Section("Remarks", [Bullets(list(_remarks(v)))]),
         *([Section("Figures (as paper D figures 15 and 18 to 23)", shown)] if shown else []),
@@ -111,6 +114,15 @@ def _row(v: Verification, r: Repetition) -> Sequence[str | Verdict]:
     load = 0.5 * (up + down)
     parts = (*_friction(r.judged)[::2], f"{load:+.2f}" if np.isfinite(load) else EMPTY)
     return *row, *parts, *_cells(deviation(r.judged))[2:], Verdict("exceeded" if over else "met", not over)
+
+
+def _passive(r: Repetition) -> Sequence[str]:
+    """Accumulator pressure and displacement of the passive motors, measured and simulated."""
+    cells = [
+        (1e-5, ".1f", *r.passive.get("p_hp", (np.nan, np.nan))),
+        (1.0, ".3f", *r.passive.get("alpha_pm", (np.nan,) * 2)),
+    ]
+    return r.test.name, *(f"{x * k:{form}}" if np.isfinite(x) else EMPTY for k, form, *both in cells for x in both)
 
 
 def _friction(stretches: Sequence[PressureStretch]) -> Sequence[str]:
@@ -199,6 +211,7 @@ def verification_dict(v: Verification) -> dict[str, Any]:
         row |= {"deviation": deviation(r.judged) if r.judged else None}
         row |= {"friction": None if parts is None else {**parts[0].to_dict(), "measured": parts[1]}}
         row |= {"directions": {words: deviation(same) for words, same in ways.items() if same}}
+        row |= {"passive": {n: {"measured": both[0], "simulated": both[1]} for n, both in r.passive.items()}}
         tests.append(plain({**row, "exceeded": v.exceeded(r), "stretches": list(r.stretches)}))
     limits = v.campaign.verify.model_dump()
     return {"friction": v.friction, "passed": v.passed, "judged_from": JUDGED_FROM, "limits": limits, "tests": tests}

@@ -8,7 +8,7 @@ Source: Moslatt 2020 paper D sections 4.2 and 4.3. Limits: 10 % of the measured 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -49,6 +49,8 @@ MOST_MISSING = 0.05
 """Share of a command's samples that may be missing: they are filled by straight lines."""
 FEWEST = 2
 """Stretches in each direction that an interval needs."""
+PASSIVE = ("p_hp", "alpha_pm")
+"""Signals of the passive circuit that are compared where a log has them."""
 WAYS = {1: "hauling in", -1: "paying out"}
 SPEED = show(JUDGED_FROM, "rotation", 3)
 
@@ -118,7 +120,8 @@ def friction_parts(stretches: Sequence[PressureStretch]) -> tuple[Estimate, floa
 @dataclass(frozen=True)
 class Repetition:
     """A test that the twin repeated. t (n,) [s in the log]; omega_m, dp_m (n, 2): logged, and of the twin; loaded:
-    whether the limit of torque applies."""
+    whether the limit of torque applies; passive: means of accumulator pressure [Pa] and displacement [-] of the passive
+    motors, logged and of the twin, by name, of those that a run in heave compensation has."""
 
     test: CraneTest
     use: Use
@@ -127,6 +130,7 @@ class Repetition:
     dp_m: FloatArray
     stretches: tuple[PressureStretch, ...]
     loaded: bool
+    passive: Mapping[str, tuple[float, float]]
 
     @property
     def judged(self) -> tuple[PressureStretch, ...]:
@@ -283,6 +287,12 @@ def _repeated(
     )
     every = max(1, round(float(np.median(np.diff(t))) / crane.control.t_cycle))
     (run,) = run_cases(crane, case, every=every, keep=unchanged, lanes=1)
+    late = t >= SETTLE
+    passive = {
+        name: (float(np.nanmean(log.signals[name][late])), float(on_samples(run, (name,), t[late]).mean()))
+        for name in PASSIVE
+        if test.ahc and name in log.signals and name in run.signals
+    }
     p_a, p_b, omega = on_samples(run, ("p_a", "p_b", "omega_m"), t).T
     both = np.stack([measured, np.column_stack([omega, p_a - p_b])])  # (2, n, 2)
     gross, d = load + crane.hook_mass, campaign.diameter(test) or campaign.layer_diameter(s_w)
@@ -297,7 +307,7 @@ def _repeated(
     own = campaign.verify.friction in OWN_FRICTIONS
     use = Use.AHC if test.ahc else Use.FITTED if own and not test.hold_out else Use.UNSEEN
     loaded = not test.ahc and gross >= LOADED * (crane.SWL + crane.hook_mass)
-    return Repetition(test, use, log.t, both[..., 0].T, both[..., 1].T, tuple(stretches), loaded)
+    return Repetition(test, use, log.t, both[..., 0].T, both[..., 1].T, tuple(stretches), loaded, passive)
 
 
 def _command(log: Log, name: str) -> FloatArray:

@@ -18,7 +18,7 @@ GIVEN, BOOM = size(VesselInputs), size(BoomLengths)
 given_at, boom_at, put = access(VesselInputs, 1).load, access(BoomLengths, 1).load, access(Jet, 1).store
 
 
-def tip_of_vessel(I: Array, B: Array, out: Array):
+def tip_of_vessel(I: Array, B: Array, out: Array):  # type: ignore[no-untyped-def]
     """A `VesselInputs` in I, in B the `BoomLengths` from the point of the motion and those of the PLC from its motion
     unit; out s, v, a of the tip, true and as the PLC calculates them."""
     given = given_at(I, 0)

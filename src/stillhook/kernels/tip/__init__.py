@@ -1,1 +1,0 @@
-"""Motion of the crane tip inside a kernel: sampled, or from the motion of the vessel."""
