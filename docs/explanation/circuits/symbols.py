@@ -5,7 +5,6 @@ valve goes from below to above before it is turned.
 """
 
 import math
-from typing import Any
 
 from schemdraw.segments import SegmentArc, SegmentPoly
 from sheet import BLACK, GREY, THICK, THIN, WHITE, Symbol
