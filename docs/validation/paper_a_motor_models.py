@@ -264,7 +264,7 @@ def draw(_: None) -> None:
     title = (
         "SYNTHETIC maps (points and errors): made from published parameters and assumed extra losses, measured on no"
     )
-    figure = picture(12.0, 8.6, f"{title} motor")
+    figure = picture(12.0, 8.6, f"{title} motor", "large")
     axes = figure.subplots(2, 2)
     _errors(axes[0, 0])
     terms().draw_on(axes[0, 1], "Terms of the published MJ4, A6VM280, 250 cm³/rev, 200 bar (fig. 7)")

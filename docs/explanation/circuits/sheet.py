@@ -68,14 +68,6 @@ class Lettering:
         x, y = self.pos
         return BBox(x + left, y - 0.5 * h, x + left + w, y + 0.5 * h)
 
-    def doreverse(self, centerx: float) -> None:
-        """Mirror the place, not the text."""
-        self.pos = (2.0 * centerx - self.pos[0], self.pos[1])
-
-    def doflip(self) -> None:
-        """Mirror the place upside down, not the text."""
-        self.pos = (self.pos[0], -self.pos[1])
-
     def draw(self, fig: Any, transform: Any, **style: Any) -> None:
         """Add the text to a figure."""
         x, y = fig.xform(*transform.transform(self.pos))
@@ -181,13 +173,9 @@ class Sheet:
         self.drawing = schemdraw.Drawing(canvas="svg", show=False)
         self.drawing.config(inches_per_unit=UNIT / 72.0, margin=MARGIN)
 
-    def add(self, symbol: Symbol, xy: Point, theta: float = 0.0, flip: bool = False, mirror: bool = False) -> Symbol:
-        """Place a symbol; theta turns it [deg], flip turns it upside down, mirror exchanges left and right."""
+    def add(self, symbol: Symbol, xy: Point, theta: float = 0.0) -> Symbol:
+        """Place a symbol; theta turns it [deg]."""
         symbol.at(xy).theta(theta)
-        if flip:
-            symbol.flip()
-        if mirror:
-            symbol.reverse()
         self.drawing.add(symbol)
         return symbol
 

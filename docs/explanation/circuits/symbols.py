@@ -91,15 +91,13 @@ class Check(Symbol):
 class Restrictor(Symbol):
     """A restriction that depends on viscosity: two arcs about a line. Laminar leakage is drawn by it."""
 
-    def strokes(self, adjustable: bool = False) -> None:
+    def strokes(self) -> None:
         for s in (-1.0, 1.0):
             start = 130.0 if s > 0 else -50.0
             self.segments.append(
                 SegmentArc((s * 0.42, 0.0), 0.6, 0.6, theta1=start, theta2=start + 100.0, color=BLACK, lw=THIN)
             )
         self.line((0.0, -0.4), (0.0, 0.4), lw=0.8)
-        if adjustable:
-            self.arrow((-0.45, -0.4), (0.45, 0.4), lw=0.8)
 
 
 class Orifice(Symbol):
