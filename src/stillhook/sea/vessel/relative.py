@@ -6,7 +6,7 @@ point at (X, Y) from that of the crane's, and its bow turned by alpha from the c
 .. math:: H_{rel}(\omega, \beta) = H_{tip}(\omega, \beta)
           - H_{deck}(\omega, \beta - \alpha)\, e^{-i k (X\cos\beta + Y\sin\beta)}
 
-Linear; each vessel alone in the waves: shielding, and motions by the other's waves, are left out.
+Sideways as well, there without the low-frequency motions that mooring or DP leave. Linear; each vessel alone in the waves: shielding, and motions by the other's waves, are left out.
 """
 
 from __future__ import annotations
@@ -62,11 +62,13 @@ class OtherVessel:
 @dataclass(frozen=True, eq=False)
 class RelativeMotion:
     """Height of a crane tip over the deck of another vessel, per metre of wave: a `VerticalMotion` of places of the
-    crane tip. depth of the water [m]: the phase between the vessels."""
+    crane tip. depth of the water [m]: the phase between the vessels; left: part of the tip's motion that a winch
+    leaves, 0 for the deck alone."""
 
     crane: Rao
     other: OtherVessel
     depth: float = field(default=math.inf)
+    left: float = 1.0
 
     @property
     def name(self) -> str:
@@ -84,8 +86,28 @@ class RelativeMotion:
         """Height of the tip over (x, y) [m] against the deck, per metre of wave at the crane vessel's reference point:
         (k,), or (j, k) for headings (j,)."""
         omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
+        deck = self.other.rao.vertical(omega, beta - self.other.heading, self.other.at.x, self.other.at.y)
+        return np.asarray(self.left * self.crane.vertical(omega, beta, x, y) - deck * self._lag(omega, beta, x, y))
+
+    def _lag(self, omega: FloatArray, beta: FloatArray, x: float, y: float) -> ComplexArray:
+        """The wave at the other vessel's reference point over that at the crane vessel's."""
         X, Y = self.other.placed(x, y)
         along = np.asarray(X * np.cos(beta) + Y * np.sin(beta))
-        deck = self.other.rao.vertical(omega, beta - self.other.heading, self.other.at.x, self.other.at.y)
-        lag = np.exp(-1j * along[..., None] * wavenumber(omega, self.depth))
-        return np.asarray(self.crane.vertical(omega, beta, x, y) - deck * lag)
+        return np.asarray(np.exp(-1j * along[..., None] * wavenumber(omega, self.depth)))
+
+    def deck(self, omega: FloatArray, beta: FloatArray, x: float, y: float, z: float) -> ComplexArray:
+        """Motion of the place on deck, z above the waterline [m], forward and to port of the crane vessel [m], and
+        the deck's roll and pitch [rad], per metre of wave at the crane vessel's reference point, the crane tip over
+        (x, y): (4, j, k)."""
+        alpha, at = self.other.heading, self.other.at
+        of_wave = self.other.rao.at(omega, beta - alpha)
+        X, Y = sideways(of_wave, at.x, at.y, z)
+        c, s = math.cos(alpha), math.sin(alpha)
+        return np.asarray([c * X - s * Y, s * X + c * Y, of_wave[3], of_wave[4]]) * self._lag(omega, beta, x, y)
+
+
+def sideways(motions: ComplexArray, x: float, y: float, z: float) -> tuple[ComplexArray, ComplexArray]:
+    """Motion forward and to port of a place (x, y, z) of a vessel [m], of its six motions about its reference point
+    (6, ...)."""
+    surge, sway, _, roll, pitch, yaw = motions
+    return surge + z * pitch - y * yaw, sway - z * roll + x * yaw

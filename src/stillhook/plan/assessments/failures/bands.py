@@ -15,7 +15,7 @@ from stillhook.plan.assessments.failures.depths import Braked, time_between
 from stillhook.plan.assessments.failures.judging import TOUCH_DOWN, rules_of_failure
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.tiers.time_domain.lowering import SeaState
-from stillhook.spec.lift.phase import PhaseKind
+from stillhook.spec.lift.phase import OFF_DECK, ON_DECK, PhaseKind
 
 HOLD, HOIST, LOWER, NOT_ASSESSED = "hold", "hoist", "lower-on", "not-assessed"
 ROUNDED = 1e-3
@@ -183,7 +183,7 @@ def actions(
     for phase in plan.phases:
         if phase.held or phase.kind is None or phase.z_start is None or phase.z_end is None:
             continue
-        if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN, PhaseKind.SEABED_LIFT_OFF):
+        if phase.kind in (*OFF_DECK, *ON_DECK, PhaseKind.SEABED_LIFT_OFF):
             continue
         top, bottom = max(phase.z_start, phase.z_end), min(phase.z_start, phase.z_end)
         if phase.kind is PhaseKind.SPLASH and not stopped:
