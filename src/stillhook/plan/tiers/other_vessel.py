@@ -1,5 +1,5 @@
-"""A lift from the deck of another vessel, which moves on its own, or onto one or onto a fixed platform: what that adds to
-the lift-off and the set-down.
+"""A lift from the deck of another vessel, which moves on its own, or onto one or onto a fixed platform: what that adds
+to the lift-off and the set-down.
 
 Source: EN 13852-1 as publicly quoted (B.4); the standard itself was not seen. EN 13852-1:2004 excludes subsea lifts:
 the formulas are of the lift-off in air. Where the plan has the other vessel's transfer functions, the speed of the hook

@@ -6,7 +6,8 @@ point at (X, Y) from that of the crane's, and its bow turned by alpha from the c
 .. math:: H_{rel}(\omega, \beta) = H_{tip}(\omega, \beta)
           - H_{deck}(\omega, \beta - \alpha)\, e^{-i k (X\cos\beta + Y\sin\beta)}
 
-Sideways as well, there without the low-frequency motions that mooring or DP leave. Linear; each vessel alone in the waves: shielding, and motions by the other's waves, are left out.
+Sideways as well, without the low-frequency motions that mooring or DP leave. Linear; each vessel alone in the waves:
+shielding, and motions by the other's waves, are left out.
 """
 
 from __future__ import annotations
