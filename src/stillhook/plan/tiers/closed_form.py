@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -360,9 +361,8 @@ def leads(
     still = used.static_leads(tip)
     largest = {name: np.full(len(seas), still[name]) for name in LEADS}
     for L in _lengths(plan, phase, tip):
-        for name, (sigma, rate) in deviations(
-            plan.environment, seas, lambda omega, beta, L=L: _transfer(plan, used, tip, omega, beta, L)
-        ).items():
+        transfer = partial(_transfer, plan, used, tip, L=L)
+        for name, (sigma, rate) in deviations(plan.environment, seas, transfer).items():
             T = zero_crossing_period(sigma, rate)
             cycles = duration / np.where(np.isnan(T), np.inf, T)
             value = still[name] + largest_of_parts(0.0, sigma[None], cycles[None], quantile[name])
