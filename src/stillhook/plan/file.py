@@ -446,7 +446,10 @@ def _digest(plan: LiftPlan) -> str:
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
         "phases": [
-            phase.model_dump(mode="json", exclude={name for name in ("hold", "stand_off") if not getattr(phase, name)})
+            phase.model_dump(
+                mode="json",
+                exclude={name for name in ("hold", "stand_off", "deck", "reference") if not getattr(phase, name)},
+            )
             for phase in plan.phases
         ],
         "environment": plan.environment.inputs(),

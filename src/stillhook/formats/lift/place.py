@@ -26,6 +26,7 @@ from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, moved_by, realise, tip_motion
 from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
 from stillhook.spec.lift.deck import Deck
+from stillhook.spec.lift.phase import called
 from stillhook.spec.lift.rigging import Carrier
 from stillhook.units import quote, show
 
@@ -150,12 +151,16 @@ def still_place(file: LiftTables, table: TomlTable) -> Place:
 
 def other_vessel_of(file: LiftTables, table: TomlTable) -> OtherVessel | None:
     """The vessel that the payload is lifted from or set down on; None where the file has none."""
-    of = file.other_vessel
+    of, at = file.other_vessel, [phase for phase in file.phase if phase.on_other_vessel]
+    off = [phase for phase in at if phase.deck is None]
+    if of is None and at:
+        do = 'Write [other_vessel] with vessel and at; the table of EN 13852-1 alone is of kind = "lift-off".'
+        raise LiftError(f"other_vessel: missing, and {called(at[0])} is at its deck. {do}")
     if of is None:
         return None
     if file.vessel is None:
         raise LiftError("other_vessel: moves against the crane vessel, and vessel is missing. Give vessel as well.")
-    if file.rigging.carrier is not Carrier.VESSEL:
+    if file.rigging.carrier is not Carrier.VESSEL and (off or not at):
         problem = f"the payload is on another vessel, and rigging.carrier is {quote(file.rigging.carrier.value)}"
         raise LiftError(f'other_vessel: {problem}. Write [rigging] carrier = "{Carrier.VESSEL.value}".')
     position = None if of.position is None else parse_point(of.position, "other_vessel.position")

@@ -25,7 +25,7 @@ from stillhook.response.sideways import Line, WireShape, gust_factor, pendulum, 
 from stillhook.sea.steady_flow import T_MEAN
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import IN_AIR, UNDER_WATER
-from stillhook.spec.lift.phase import Phase, PhaseKind, called
+from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind, called
 from stillhook.spec.lift.rigging import Carrier, DAF_in_air
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
@@ -75,24 +75,32 @@ def static_tension(plan: LiftPlan, phase: Phase) -> float:
 
 def off_other_vessel(plan: LiftPlan, phase: Phase) -> bool:
     """Whether a phase lifts the payload off the deck of another vessel."""
-    return phase.kind is PhaseKind.LIFT_OFF and plan.gear.carrier is Carrier.VESSEL
+    plain = phase.kind is PhaseKind.LIFT_OFF and plan.gear.carrier is Carrier.VESSEL
+    return plain or phase.kind is PhaseKind.LIFT_OFF_BARGE
+
+
+def at_deck(plan: LiftPlan, phase: Phase) -> bool:
+    """Whether a phase begins or ends on a deck that moves otherwise than the crane vessel."""
+    return phase.kind in APART or off_other_vessel(plan, phase)
 
 
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
     """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other
-    phases.
+    phases."""
+    lifts = phase.kind in (*OFF_DECK, PhaseKind.SEABED_LIFT_OFF)
+    return max(float(taken_up(0.0, v, K, m)) for K, m in springs(plan, phase)) if lifts else 0.0
 
-    Wire and slings as a spring (`stillhook.spec.lift.simplified.taken_up`), the largest over the phase's way; added
-    mass on the seabed.
+
+def springs(plan: LiftPlan, phase: Phase) -> list[tuple[float, float]]:
+    """What takes up the load over a phase's way: stiffness [N/m], and mass [kg] that hangs on it.
+
+    Wire and slings as a spring (`stillhook.spec.lift.simplified.taken_up`); added mass on the seabed.
     """
-    if phase.kind not in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
-        return 0.0
     crane, load = plan.crane, plan.payload
     A33 = load.covered(plan.rho).A33 if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
     EA, _ = wire_strength(crane)
     lengths = [at_rest(plan, phase, z).s_w for z in places(phase)]
-    springs = [1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness) for L in lengths]
-    return max(float(taken_up(0.0, v, K, load.mass + A33)) for K in springs)
+    return [(1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness), load.mass + A33) for L in lengths]
 
 
 def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
@@ -107,6 +115,7 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "DAF": (F_sling + F_jerk) / (plan.of_high.payload.mass * G),
         "v_w_demand": v,
         "v_landed": v,
+        "deck_tilt": plan.gear.tilt,
         **still_leads(plan, phase),
     }
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import (
     LEADS,
     along,
+    at_deck,
     jerk,
     off_other_vessel,
     places,
@@ -32,14 +34,15 @@ from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
-from stillhook.plan.tiers.other_vessel import from_other_vessel
+from stillhook.plan.tiers.other_vessel import deviations, hook_in_air, with_deck
 from stillhook.plan.tiers.sideways import Answer, answers, in_air
 from stillhook.response.forcing import HIGHEST, LOWEST, STEP
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import wavenumber
+from stillhook.sea.vessel.relative import sideways
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.joining import IN_AIR
-from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
+from stillhook.spec.lift.phase import OFF_DECK, Phase, PhaseKind, WinchMode
 from stillhook.spec.validity import CAP
 from stillhook.statistics.extremes import largest_of_parts, most_probable_maximum, zero_crossing_period
 
@@ -149,8 +152,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
-    if off_other_vessel(plan, phase):
-        values = from_other_vessel(plan, phase, seas, T, values)
+    if at_deck(plan, phase):
+        values = with_deck(plan, phase, seas, T, values, left)
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 
@@ -162,6 +165,8 @@ def duration_of(plan: LiftPlan, phase: Phase) -> float:
 def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
     """What moves payload and water, with what the winch leaves of the tip's motion, from 1 (all)."""
     tip = tip_motion(plan, phase, seas)
+    if phase.follows_deck:
+        tip, left = Tip(tip.T_w, *hook_in_air(plan, phase, seas, left)), 1.0
     eta, v, a = tip.largest(duration_of(plan, phase))
     zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
     return Motions(left * eta, left * v, left * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
@@ -189,7 +194,9 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
         ("phc", {}, lambda p: phc),
         ("splash-mode", {}, lambda p: p.mode is WinchMode.SPLASH),
         ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF and not off_other_vessel(plan, p)),
-        (f"other-vessel{moves}", {}, lambda p: off_other_vessel(plan, p)),
+        (f"other-vessel{moves}", {}, lambda p: p.on_other_vessel or off_other_vessel(plan, p)),
+        ("platform", {}, lambda p: p.kind is PhaseKind.SET_DOWN_PLATFORM and not p.on_other_vessel),
+        ("relative", {"cap": CAP}, lambda p: p.follows_deck),
         ("harmonic", {}, lambda p: p.kind in deep),
     ]
     result = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]
@@ -270,7 +277,7 @@ def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w = way(plan, phase)
     s = sm.swing(m.eta, m.omega, w.K, plan.payload.mass, w.above)
     F = jerk(plan, phase, m.V)
-    off = phase.kind is PhaseKind.LIFT_OFF  # its slings come taut: that they were slack is no fault
+    off = phase.kind in OFF_DECK  # its slings come taut: that they were slack is no fault
     values = _tensions(plan, w, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
     return values | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
 
@@ -367,7 +374,8 @@ def leads(
     largest = {name: np.full(len(seas), still[name]) for name in LEADS}
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     for answer in _answers(plan, phase, tip, omega):
-        for name, (sigma, rate) in _deviations(plan, used, tip, seas, omega, answer).items():
+        transfer = partial(_transfer, plan, used, tip, answer=answer)
+        for name, (sigma, rate) in deviations(plan.environment, seas, transfer).items():
             T = zero_crossing_period(sigma, rate)
             cycles = duration / np.where(np.isnan(T), np.inf, T)
             value = still[name] + largest_of_parts(0.0, sigma[None], cycles[None], quantile[name])
@@ -390,25 +398,6 @@ def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:
     return np.unique(np.linspace(min(hangs), max(hangs), LENGTHS))
 
 
-def _deviations(
-    plan: LiftPlan, used: CraneChart, tip: TipPoint, seas: Seas, omega: FloatArray, answer: Answer
-) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Standard deviations of each lead [rad] and of its rate [rad/s] in seas (n,)."""
-    power: dict[tuple[float, float | None], dict[str, FloatArray]] = {}
-    moments = {name: np.zeros((2, len(seas))) for name in LEADS}
-    for n, row in enumerate(zip(seas.Hs, seas.Tp, seas.beta, strict=True)):
-        for train in plan.environment.sea(*(float(v) for v in row)).trains:
-            key = (train.beta, train.spread)
-            if key not in power:
-                theta, share = train.directions()
-                transfer = _transfer(plan, used, tip, omega, theta, answer)
-                power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer.items()}
-            S = train.spectrum.density(omega) * STEP
-            for name in LEADS:
-                moments[name][:, n] += np.sum(power[key][name] * S), np.sum(power[key][name] * S * omega**2)
-    return {name: (np.sqrt(m[0]), np.sqrt(m[1])) for name, m in moments.items()}
-
-
 def _transfer(
     plan: LiftPlan, used: CraneChart, tip: TipPoint, omega: FloatArray, beta: FloatArray, answer: Answer
 ) -> dict[str, ComplexArray]:
@@ -416,9 +405,9 @@ def _transfer(
     assert tip.z is not None
     psi = used.direction_of(tip)
     assert psi is not None
-    surge, sway, _, roll, pitch, yaw = plan.vessel.at(omega, beta)
-    X, Y = surge + tip.z * pitch - tip.y * yaw, sway - tip.z * roll + tip.x * yaw
-    forward, port = answer.tip * X + pitch, answer.tip * Y - roll
+    motions = plan.vessel.at(omega, beta)
+    X, Y = sideways(motions, tip.x, tip.y, tip.z)
+    forward, port = answer.tip * X + motions[4], answer.tip * Y - motions[3]
     if answer.wave is not None:
         along = tip.x * np.cos(beta) + tip.y * np.sin(beta)
         wave = answer.wave * np.exp(-1j * np.outer(along, wavenumber(omega, plan.depth)))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.capacities import off_other_vessel
+from stillhook.plan.definition.capacities import at_deck
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
 from stillhook.spec.lift.phase import Phase, PhaseKind
@@ -134,8 +134,8 @@ Looks = Sequence[tuple[Phase, Sequence[Situation]]]
 
 
 def looked_at(plan: LiftPlan) -> Looks:
-    """Phases that the method covers: those that do not cut the surface, and are no lift-off from another vessel."""
-    pairs = ((phase, situations(plan, phase)) for phase in plan.phases if not off_other_vessel(plan, phase))
+    """Phases that the method covers: those that do not cut the surface, nor are at a deck that moves on its own."""
+    pairs = ((phase, situations(plan, phase)) for phase in plan.phases if not at_deck(plan, phase))
     return [(phase, parts) for phase, parts in pairs if parts]
 
 

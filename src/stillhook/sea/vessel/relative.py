@@ -6,7 +6,8 @@ point at (X, Y) from that of the crane's, and its bow turned by alpha from the c
 .. math:: H_{rel}(\omega, \beta) = H_{tip}(\omega, \beta)
           - H_{deck}(\omega, \beta - \alpha)\, e^{-i k (X\cos\beta + Y\sin\beta)}
 
-Linear; each vessel alone in the waves: shielding, and motions by the other's waves, are left out.
+Sideways as well, without the low-frequency motions that mooring or DP leave. Linear; each vessel alone in the waves:
+shielding, and motions by the other's waves, are left out.
 """
 
 from __future__ import annotations
@@ -45,6 +46,13 @@ class OtherVessel:
         c, s = math.cos(self.heading), math.sin(self.heading)
         return x - (c * self.at.x - s * self.at.y), y - (s * self.at.x + c * self.at.y)
 
+    def lag(self, omega: FloatArray, beta: FloatArray, x: float, y: float, depth: float) -> ComplexArray:
+        """The wave at its reference point over that at the crane vessel's, the crane tip over (x, y) [m], in water of
+        a depth [m]."""
+        X, Y = self.placed(x, y)
+        along = np.asarray(X * np.cos(beta) + Y * np.sin(beta))
+        return np.asarray(np.exp(-1j * along[..., None] * wavenumber(omega, depth)))
+
     def inputs(self) -> list[Any]:
         """What its motion follows from, as plain data."""
         position = None if self.position is None else list(self.position)
@@ -80,20 +88,20 @@ class DeckMotion:
     def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
         """Height of the deck with the tip over (x, y) [m], per metre of wave: (k,), or (j, k) for headings (j,)."""
         omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
-        X, Y = self.other.placed(x, y)
-        along = np.asarray(X * np.cos(beta) + Y * np.sin(beta))
         deck = self.other.rao.vertical(omega, beta - self.other.heading, self.other.at.x, self.other.at.y)
-        return np.asarray(deck * np.exp(-1j * along[..., None] * wavenumber(omega, self.depth)))
+        return np.asarray(deck * self.other.lag(omega, beta, x, y, self.depth))
 
 
 @dataclass(frozen=True, eq=False)
 class RelativeMotion:
     """Height of a crane tip over the deck of another vessel, per metre of wave: a `VerticalMotion` of places of the
-    crane tip. depth of the water [m]: the phase between the vessels."""
+    crane tip. depth of the water [m]: the phase between the vessels; left: part of the tip's motion that a winch
+    leaves, 0 for the deck alone."""
 
     crane: Rao
     other: OtherVessel
     depth: float = field(default=math.inf)
+    left: float = 1.0
 
     @property
     def name(self) -> str:
@@ -112,4 +120,21 @@ class RelativeMotion:
         (k,), or (j, k) for headings (j,)."""
         omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
         deck = DeckMotion(self.other, self.depth).vertical(omega, beta, x, y)
-        return np.asarray(self.crane.vertical(omega, beta, x, y) - deck)
+        return np.asarray(self.left * self.crane.vertical(omega, beta, x, y) - deck)
+
+    def deck(self, omega: FloatArray, beta: FloatArray, x: float, y: float, z: float) -> ComplexArray:
+        """Motion of the place on deck, z above the waterline [m], forward and to port of the crane vessel [m], and
+        the deck's roll and pitch [rad], per metre of wave at the crane vessel's reference point, the crane tip over
+        (x, y): (4, j, k)."""
+        alpha, at = self.other.heading, self.other.at
+        of_wave = self.other.rao.at(omega, beta - alpha)
+        X, Y = sideways(of_wave, at.x, at.y, z)
+        c, s = math.cos(alpha), math.sin(alpha)
+        return np.asarray([c * X - s * Y, s * X + c * Y, of_wave[3], of_wave[4]]) * self.other.lag(omega, beta, x, y, self.depth)
+
+
+def sideways(motions: ComplexArray, x: float, y: float, z: float) -> tuple[ComplexArray, ComplexArray]:
+    """Motion forward and to port of a place (x, y, z) of a vessel [m], of its six motions about its reference point
+    (6, ...)."""
+    surge, sway, _, roll, pitch, yaw = motions
+    return surge + z * pitch - y * yaw, sway - z * roll + x * yaw

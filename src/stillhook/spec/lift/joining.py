@@ -7,22 +7,22 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from stillhook.errors import LiftError
-from stillhook.spec.lift.phase import RUN_ENDS, Phase, PhaseKind, WinchMode, called
+from stillhook.spec.lift.phase import OFF_DECK, ON_DECK, RUN_ENDS, Phase, PhaseKind, WinchMode, called
 from stillhook.units import quote, show
 
 K = PhaseKind
-IN_AIR = (K.LIFT_OFF, K.IN_AIR, K.SET_DOWN)
+IN_AIR = (*OFF_DECK, K.IN_AIR, *ON_DECK)
 """Phases in which the payload is wholly above the water."""
 UNDER_WATER = (K.LOWERING, K.DEEP, K.STAND_OFF, K.LANDING, K.SEABED_LIFT_OFF)
 """Phases in which it is wholly below."""
 SPEED = {
-    K.LIFT_OFF: 0.1,
+    **dict.fromkeys(OFF_DECK, 0.1),
     K.IN_AIR: 0.1,
     K.SPLASH: 0.25,
     K.LOWERING: 0.5,
     K.LANDING: 0.1,
     K.SEABED_LIFT_OFF: 0.1,
-    K.SET_DOWN: 0.05,
+    **dict.fromkeys(ON_DECK, 0.05),
 }
 """Speed of a phase that moves, where its file has none [m/s]: usual of each kind (assumed)."""
 TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0, K.STAND_OFF: 300.0}
@@ -101,7 +101,7 @@ def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase],
     if phase.depth is not None:
         return phase.depth
     usual = {
-        K.LIFT_OFF: start - CLEAR_OF_DECK,
+        **dict.fromkeys(OFF_DECK, start - CLEAR_OF_DECK),
         K.IN_AIR: start,
         K.SPLASH: -ABOVE_WATER if start > 0.0 else water.reach + BELOW_WAVES,
         K.DEEP: start,
@@ -121,7 +121,7 @@ def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase],
     deck = next((p.start_depth for p in done if p.kind is K.LIFT_OFF), None)
     if phase.kind is K.SET_DOWN and deck is not None:
         return deck
-    example = '"-4 m", the deck above still water' if phase.kind is K.SET_DOWN else '"1475 m"'
+    example = '"-4 m", the deck above still water' if phase.kind in ON_DECK else '"1475 m"'
     raise LiftError(
         f"{called(phase)}: depth: missing, that of the payload's underside as the phase ends. Give it, such as"
         f" {example}."
@@ -156,7 +156,8 @@ def _check_depths(phase: Phase, start: float, end: float, water: Water) -> None:
 
 def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
     way = f"from {_at(start)} to {_at(end)}"
-    up = {K.LIFT_OFF: True, K.SEABED_LIFT_OFF: True, K.LANDING: False, K.SET_DOWN: False}.get(phase.kind or K.DEEP)
+    ups = {**dict.fromkeys((*OFF_DECK, K.SEABED_LIFT_OFF), True), **dict.fromkeys((*ON_DECK, K.LANDING), False)}
+    up = ups.get(phase.kind or K.DEEP)
     if up is not None and (start - end) * (1.0 if up else -1.0) < CLOSE:
         raise LiftError(f"{called(phase)}: {way}, and it goes {'up' if up else 'down'}. Exchange or correct them.")
     if phase.kind in STANDS and abs(end - start) > CLOSE:
@@ -218,7 +219,7 @@ class OneRun(NamedTuple):
     notes: tuple[str, ...]
 
 
-NO_RUN = (K.LIFT_OFF, K.SET_DOWN, K.SEABED_LIFT_OFF)
+NO_RUN = (*OFF_DECK, *ON_DECK, K.SEABED_LIFT_OFF)
 """Phases that need a ground under the load at the start or the end, which no run has."""
 
 
@@ -263,6 +264,8 @@ def _run_of(phase: Phase, tension: Callable[[], float], bottom: float) -> list[P
         "tip": None,
         "hold": None,
         "stand_off": None,
+        "deck": None,
+        "reference": None,
     }
     if phase.speed is None:
         return [phase.model_copy(update={**bare, "depth": None})]

@@ -44,6 +44,22 @@ class PhaseKind(StrEnum):
     LANDING = "landing"
     SEABED_LIFT_OFF = "seabed-lift-off"
     SET_DOWN = "set-down"
+    LIFT_OFF_BARGE = "lift-off-barge"
+    SET_DOWN_PLATFORM = "set-down-platform"
+
+
+class Deck(StrEnum):
+    """What a payload is set down on that is not the crane vessel: a fixed platform, or the file's other vessel."""
+
+    FIXED = "fixed"
+    OTHER = "other-vessel"
+
+
+class Reference(StrEnum):
+    """What a compensating winch holds the hook still against: the earth, or the deck, by a motion unit on it."""
+
+    EARTH = "earth"
+    DECK = "deck"
 
 
 MODES: Mapping[PhaseKind, tuple[WinchMode, ...]] = MappingProxyType(
@@ -57,9 +73,17 @@ MODES: Mapping[PhaseKind, tuple[WinchMode, ...]] = MappingProxyType(
         PhaseKind.LANDING: (WinchMode.LANDING, WinchMode.AHC, WinchMode.MANUAL),
         PhaseKind.SEABED_LIFT_OFF: (WinchMode.AHC, WinchMode.MANUAL),
         PhaseKind.SET_DOWN: (WinchMode.MANUAL,),
+        PhaseKind.LIFT_OFF_BARGE: (WinchMode.MANUAL, WinchMode.AHC),
+        PhaseKind.SET_DOWN_PLATFORM: (WinchMode.MANUAL, WinchMode.AHC),
     }
 )
 """Winch modes that a phase of a kind may have, the usual one first."""
+OFF_DECK = (PhaseKind.LIFT_OFF, PhaseKind.LIFT_OFF_BARGE)
+"""Phases that lift the payload off a deck: the crane vessel's, or another vessel's."""
+ON_DECK = (PhaseKind.SET_DOWN, PhaseKind.SET_DOWN_PLATFORM)
+"""Phases that set it down on one."""
+APART = (PhaseKind.LIFT_OFF_BARGE, PhaseKind.SET_DOWN_PLATFORM)
+"""Phases at a deck that moves otherwise than the crane vessel."""
 HELD_KINDS = (PhaseKind.SPLASH, PhaseKind.LANDING)
 """Phases in which the payload is also held: at the worst depth of a passage, at the stand-off of a landing."""
 MOST_HOLD, MOST_STAND_OFF = 24.0 * 3600.0, 50.0
@@ -92,7 +116,9 @@ class Phase(Record):
     limits, rule -> limit of this phase in place of the rule's own, as text, or "off"; hold, how long the payload is
     also held at its worst depth of a splash zone, or at the stand-off above the seabed before it is landed [s], 0
     ("off" in a file) for none, None for the rule set's time; stand_off, height of that stop above the seabed [m], None
-    for the rule set's. `start_depth` is where a joined phase begins; a file gives that of the lift.
+    for the rule set's; deck that a
+    set-down-platform ends on, None for a fixed one; reference of the compensation at a deck, None for the earth.
+    `start_depth` is where a joined phase begins; a file gives that of the lift.
 
     Raises ScenarioError, one line, for a phase that could not do what it says.
     """
@@ -122,6 +148,10 @@ class Phase(Record):
     limits: Mapping[str, Any] = Field(default_factory=dict)
     hold: u.Time | None = Field(default=None, ge=0, le=MOST_HOLD)
     stand_off: u.Length | None = Field(default=None, gt=0, le=MOST_STAND_OFF)
+    deck: Deck | None = Field(default=None, description="what set-down-platform ends on: fixed, or other-vessel")
+    reference: Reference | None = Field(
+        default=None, description="what ahc holds the hook still against at a deck: earth, or deck"
+    )
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -140,6 +170,16 @@ class Phase(Record):
     def compensated(self) -> bool:
         """Whether the winch follows the tip."""
         return self.mode in (WinchMode.AHC, WinchMode.LANDING)
+
+    @property
+    def on_other_vessel(self) -> bool:
+        """Whether its deck is the one of the file's other vessel."""
+        return self.kind is PhaseKind.LIFT_OFF_BARGE or self.deck is Deck.OTHER
+
+    @property
+    def follows_deck(self) -> bool:
+        """Whether the winch holds the hook still against a moving deck."""
+        return self.compensated and self.on_other_vessel and self.reference is Reference.DECK
 
     @property
     def held(self) -> bool:
@@ -211,6 +251,16 @@ class Phase(Record):
             raise ValueError(
                 f"{called(self)}: tension belongs to constant-tension and landing, and this is {self.mode}. Leave it"
                 " out; a tension that ends a phase is end_tension."
+            )
+        if self.deck is not None and self.kind is not PhaseKind.SET_DOWN_PLATFORM:
+            raise ValueError(
+                f"{called(self)}: deck belongs to {PhaseKind.SET_DOWN_PLATFORM} alone. Leave it out; the deck that a"
+                " lift begins on is rigging.carrier."
+            )
+        if self.reference is not None and not (self.kind in APART and self.compensated):
+            raise ValueError(
+                f'{called(self)}: reference belongs to {" and ".join(APART)} with mode = "{WinchMode.AHC}". Leave it'
+                " out, or give that mode."
             )
         if self.kind is None:
             self.check_run()

@@ -14,8 +14,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.assessments.failures.depths import Braked, time_between
 from stillhook.plan.assessments.failures.judging import TOUCH_DOWN, rules_of_failure
 from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.limits import limits_in
+from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.time_domain.lowering import SeaState
-from stillhook.spec.lift.phase import PhaseKind
+from stillhook.spec.lift.phase import APART, OFF_DECK, ON_DECK, PhaseKind
 
 HOLD, HOIST, LOWER, NOT_ASSESSED = "hold", "hoist", "lower-on", "not-assessed"
 ROUNDED = 1e-3
@@ -47,7 +49,7 @@ def without_ahc(
     columns = plan.environment.table().columns
     touch = touch_down_rule(plan)
     compensated = {p.name for p in plan.phases if p.compensated}
-    lost = [place for place in places if place.phase in compensated]
+    lost = [*(place for place in places if place.phase in compensated), *_at_decks(plan)]
     loads = [
         row
         for place in lost
@@ -75,6 +77,18 @@ def without_ahc(
         },
         "by_depth": [_row(place, touch, columns, heights) for place in places],
     }
+
+
+def _at_decks(plan: LiftPlan) -> list[Braked]:
+    """Lift-offs and set-downs at a deck that moves otherwise, whose compensation is lost: by the closed form."""
+    seas, result = plan.environment.table(), []
+    for phase in plan.phases:
+        if phase.kind in APART and phase.compensated and phase.z_end is not None:
+            limits = limits_in(plan, closed_form(plan, phase, seas))
+            known = {key: Hs for key, Hs in limits.Hs.items() if not np.isnan(Hs).all()}
+            unknown = np.full(len(seas.columns), np.nan)
+            result.append(Braked(phase.name, phase.z_end, math.nan, known, unknown))
+    return result
 
 
 def _least(place: Braked, rules: Sequence[str], columns: Sequence[Any]) -> dict[str, Any] | None:
@@ -183,7 +197,7 @@ def actions(
     for phase in plan.phases:
         if phase.held or phase.kind is None or phase.z_start is None or phase.z_end is None:
             continue
-        if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN, PhaseKind.SEABED_LIFT_OFF):
+        if phase.kind in (*OFF_DECK, *ON_DECK, PhaseKind.SEABED_LIFT_OFF):
             continue
         top, bottom = max(phase.z_start, phase.z_end), min(phase.z_start, phase.z_end)
         if phase.kind is PhaseKind.SPLASH and not stopped:

@@ -20,7 +20,7 @@ from stillhook.plan.tiers.frequency import Part, forcing_at, of_load, quantiles
 from stillhook.plan.tiers.situations import Situation, situations
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.phase import OFF_DECK, ON_DECK, Phase, PhaseKind
 from stillhook.statistics.extremes import largest_of_parts, speed_at_crossing, zero_crossing_period
 
 IN_WATER = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
@@ -132,13 +132,10 @@ def _part(plan: LiftPlan, place: Situation, seas: Seas) -> Part:
 
 def speeds(plan: LiftPlan) -> list[tuple[float, float, float]]:
     """Ways over the side of the phases that move: upper and lower end of each [m] and its wire speed [m/s]."""
-    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed and p.kind not in ON_DECK]
+    ways = [(p.z_start, p.z_end, p.speed) for p in plan.phases if p.speed and p.kind not in (*OFF_DECK, *ON_DECK)]
     return [
         (max(z_0, z_1), min(z_0, z_1), v) for z_0, z_1, v in ways if z_0 is not None and z_1 is not None and z_0 != z_1
     ]
-
-
-ON_DECK = (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN)
 
 
 def time_between(plan: LiftPlan, z_0: float, z_1: float) -> float:

@@ -10,7 +10,7 @@ from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.time_domain.lowering import SeaState
-from stillhook.spec.lift.phase import PhaseKind
+from stillhook.spec.lift.phase import OFF_DECK, ON_DECK
 
 OFF_LEAD = math.radians(3.0)
 """Off-lead that is allowed where no load chart gives one [rad]. Assumed: cranes of this type have 3 to 5 deg."""
@@ -39,7 +39,7 @@ def drive_off(plan: LiftPlan, seas: Sequence[SeaState]) -> dict[str, Any]:
     """
     rows = []
     for phase in plan.phases:
-        if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SET_DOWN) or phase.held or phase.z_end is None:
+        if phase.kind in (*OFF_DECK, *ON_DECK) or phase.held or phase.z_end is None:
             continue
         chart = CAPACITIES["off_lead_chart"].find(plan, phase, Alternative.NONE)
         limit = OFF_LEAD if chart is None else min([chart.value, *(value for _, value in chart.by_Hs)])

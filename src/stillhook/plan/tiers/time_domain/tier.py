@@ -26,7 +26,7 @@ from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, or_inf, prediction_factors, snapped
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.plan.tiers.weight_cases import joined, lower_of
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.phase import APART, Phase, PhaseKind
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
@@ -378,7 +378,7 @@ def _reason(work: Work, phase: Phase) -> Cause:
     lines = [line for line in work.lines if line.phase is phase]
     run = [line for line in lines if line.started]
     if not lines:
-        return cause("no-ground", kind=str(phase.kind))
+        return cause("no-deck" if phase.kind in APART else "no-ground", kind=str(phase.kind))
     if len(run) == len(lines):
         return cause("run-everywhere")
     tier = Tier.CLOSED_FORM if phase.kind is PhaseKind.SPLASH else Tier.FREQUENCY
