@@ -23,8 +23,8 @@ from stillhook.spec.scenario import Mode
 from stillhook.units import in_display
 
 SLOW_PAGE = True
-BY_TORQUE = Controller("SSC by torque", Mode.SSC, {"control": {"displacement_limit": "torque"}})
-LOWER = Controller("330 bar", Mode.SSC, {"control": {"displacement_limit": "torque", "p_most": "330 bar"}})
+BY_TORQUE = Controller("SSC by torque", Mode("ssc"), {"control": {"displacement_limit": "torque"}})
+LOWER = Controller("330 bar", Mode("ssc"), {"control": {"displacement_limit": "torque", "p_most": "330 bar"}})
 LOADS = {"nov-150t": (100, 130, 150), "nov-250t": (180, 225, 250), "nov-100t-pure-active": (60, 80)}  # t
 CELLS = {  # t, m/min
     "nov-250t": (250, (70, 90, 100)),
@@ -69,13 +69,13 @@ def tops(name: str) -> list[Top]:
     other = BY_TORQUE.on(crane)
     for t in LOADS[name]:
         a, b = station(crane, 1e3 * t), station(other, 1e3 * t)
-        of_rule = b.top_of_mode(Mode.SSC)
+        of_rule = b.top_of_mode(Mode("ssc"))
         out.append(
             Top(
                 name,
                 t,
-                60.0 * a.top_of_mode(Mode.NS).v_w,
-                60.0 * a.top_of_mode(Mode.SSC).v_w,
+                60.0 * a.top_of_mode(Mode("ns")).v_w,
+                60.0 * a.top_of_mode(Mode("ssc")).v_w,
                 60.0 * of_rule.v_w,
                 a.alpha_least,
                 b.alpha_least,
@@ -86,11 +86,11 @@ def tops(name: str) -> list[Top]:
     return out
 
 
-def cells(name: str) -> list[tuple[object, ...]]:
+def cells(name: str) -> list[tuple[str, ...]]:
     """Error, highest pressure and the map's cause: by load, by torque, with a lower permitted pressure."""
     load, speeds = CELLS[name]
     of = map_of(load_crane(name), ("ssc", BY_TORQUE, LOWER), loads=[f"{load} t"], speeds=[f"{v} m/min" for v in speeds])
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for j, v in enumerate(speeds):
         texts = []
         for k in (of.labels.index(x) for x in ("ssc", BY_TORQUE.name, LOWER.name)):

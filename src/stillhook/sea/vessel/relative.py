@@ -130,7 +130,9 @@ class RelativeMotion:
         of_wave = self.other.rao.at(omega, beta - alpha)
         X, Y = sideways(of_wave, at.x, at.y, z)
         c, s = math.cos(alpha), math.sin(alpha)
-        return np.asarray([c * X - s * Y, s * X + c * Y, of_wave[3], of_wave[4]]) * self.other.lag(omega, beta, x, y, self.depth)
+        return np.asarray([c * X - s * Y, s * X + c * Y, of_wave[3], of_wave[4]]) * self.other.lag(
+            omega, beta, x, y, self.depth
+        )
 
 
 def sideways(motions: ComplexArray, x: float, y: float, z: float) -> tuple[ComplexArray, ComplexArray]:
