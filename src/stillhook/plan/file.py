@@ -444,11 +444,10 @@ def _digest(plan: LiftPlan) -> str:
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
         "phases": [
-            phase.model_dump(
-                mode="json",
-                exclude={name for name in ("hold", "stand_off", "deck", "reference") if not getattr(phase, name)},
+            p.model_dump(
+                mode="json", exclude={k for k in ("hold", "stand_off", "deck", "reference") if not getattr(p, k)}
             )
-            for phase in plan.phases
+            for p in plan.phases
         ],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,

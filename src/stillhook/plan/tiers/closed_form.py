@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,9 +24,9 @@ from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
-from stillhook.plan.tiers.other_vessel import deviations, hook_in_air, with_deck
+from stillhook.plan.tiers.other_vessel import hook_in_air, with_deck
+from stillhook.response.forcing import HIGHEST, LOWEST, STEP
 from stillhook.sea.vessel.boom import TipPoint
-from stillhook.sea.vessel.relative import sideways
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import OFF_DECK, Phase, PhaseKind, WinchMode
@@ -361,8 +360,7 @@ def leads(
     still = used.static_leads(tip)
     largest = {name: np.full(len(seas), still[name]) for name in LEADS}
     for L in _lengths(plan, phase, tip):
-        transfer = partial(_transfer, plan, used, tip, L=L)
-        for name, (sigma, rate) in deviations(plan.environment, seas, transfer).items():
+        for name, (sigma, rate) in _deviations(plan, used, tip, seas, L).items():
             T = zero_crossing_period(sigma, rate)
             cycles = duration / np.where(np.isnan(T), np.inf, T)
             value = still[name] + largest_of_parts(0.0, sigma[None], cycles[None], quantile[name])
@@ -377,6 +375,26 @@ def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:
     return np.unique(np.linspace(min(hangs), max(hangs), LENGTHS))
 
 
+def _deviations(
+    plan: LiftPlan, used: CraneChart, tip: TipPoint, seas: Seas, L: float
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Standard deviations of each lead [rad] and of its rate [rad/s] in seas (n,), by a pendulum of L [m]."""
+    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    power: dict[tuple[float, float | None], dict[str, FloatArray]] = {}
+    moments = {name: np.zeros((2, len(seas))) for name in LEADS}
+    for n, row in enumerate(zip(seas.Hs, seas.Tp, seas.beta, strict=True)):
+        for train in plan.environment.sea(*(float(v) for v in row)).trains:
+            key = (train.beta, train.spread)
+            if key not in power:
+                theta, share = train.directions()
+                transfer = _transfer(plan, used, tip, omega, theta, L)
+                power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer.items()}
+            S = train.spectrum.density(omega) * STEP
+            for name in LEADS:
+                moments[name][:, n] += np.sum(power[key][name] * S), np.sum(power[key][name] * S * omega**2)
+    return {name: (np.sqrt(m[0]), np.sqrt(m[1])) for name, m in moments.items()}
+
+
 def _transfer(
     plan: LiftPlan, used: CraneChart, tip: TipPoint, omega: FloatArray, beta: FloatArray, L: float
 ) -> dict[str, ComplexArray]:
@@ -384,9 +402,8 @@ def _transfer(
     assert tip.z is not None
     psi = used.direction_of(tip)
     assert psi is not None
-    motions = plan.vessel.at(omega, beta)
-    X, Y = sideways(motions, tip.x, tip.y, tip.z)
-    roll, pitch = motions[3], motions[4]
+    surge, sway, _, roll, pitch, yaw = plan.vessel.at(omega, beta)
+    X, Y = surge + tip.z * pitch - tip.y * yaw, sway - tip.z * roll + tip.x * yaw
     omega_0 = math.sqrt(G / L)
     swing = omega**2 / (omega_0**2 - omega**2 + 2.0j * used.swing_damping * omega_0 * omega) / L
     forward, port = swing * X + pitch, swing * Y - roll

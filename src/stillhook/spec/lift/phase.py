@@ -48,7 +48,7 @@ class PhaseKind(StrEnum):
     SET_DOWN_PLATFORM = "set-down-platform"
 
 
-class Deck(StrEnum):
+class SetDownDeck(StrEnum):
     """What a payload is set down on that is not the crane vessel: a fixed platform, or the file's other vessel."""
 
     FIXED = "fixed"
@@ -148,7 +148,7 @@ class Phase(Record):
     limits: Mapping[str, Any] = Field(default_factory=dict)
     hold: u.Time | None = Field(default=None, ge=0, le=MOST_HOLD)
     stand_off: u.Length | None = Field(default=None, gt=0, le=MOST_STAND_OFF)
-    deck: Deck | None = Field(default=None, description="what set-down-platform ends on: fixed, or other-vessel")
+    deck: SetDownDeck | None = Field(default=None, description="what set-down-platform ends on: fixed, or other-vessel")
     reference: Reference | None = Field(
         default=None, description="what ahc holds the hook still against at a deck: earth, or deck"
     )
@@ -174,7 +174,7 @@ class Phase(Record):
     @property
     def on_other_vessel(self) -> bool:
         """Whether its deck is the one of the file's other vessel."""
-        return self.kind is PhaseKind.LIFT_OFF_BARGE or self.deck is Deck.OTHER
+        return self.kind is PhaseKind.LIFT_OFF_BARGE or self.deck is SetDownDeck.OTHER
 
     @property
     def follows_deck(self) -> bool:
