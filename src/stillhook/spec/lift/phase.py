@@ -90,6 +90,8 @@ MOST_HOLD, MOST_STAND_OFF = 24.0 * 3600.0, 50.0
 """Longest hold [s], and highest stand-off [m]: what is given in a wrong unit is more."""
 FASTEST = 5.0
 """Fastest phase of a kind [m/s]: what is given in a wrong unit is more."""
+LATER = ("hold", "stand_off", "deck", "reference")
+"""Fields of a phase that digests have only where they are given."""
 OFF = "off"
 """What a file writes for a limit, or a hold, that a phase does not have."""
 STOPS = (WinchMode.STOP, WinchMode.BLACKOUT)
