@@ -56,7 +56,7 @@ from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.joining import Water, joined
 from stillhook.spec.lift.lowering import Rigging
-from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
+from stillhook.spec.lift.phase import LATER, OFF, Phase, PhaseKind
 from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
@@ -446,10 +446,7 @@ def _digest(plan: LiftPlan) -> str:
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
         "phases": [
-            phase.model_dump(
-                mode="json",
-                exclude={name for name in ("hold", "stand_off", "deck", "reference") if not getattr(phase, name)},
-            )
+            phase.model_dump(mode="json", exclude={name for name in LATER if not getattr(phase, name)})
             for phase in plan.phases
         ],
         "environment": plan.environment.inputs(),

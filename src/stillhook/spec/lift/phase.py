@@ -48,7 +48,7 @@ class PhaseKind(StrEnum):
     SET_DOWN_PLATFORM = "set-down-platform"
 
 
-class Deck(StrEnum):
+class SetDownDeck(StrEnum):
     """What a payload is set down on that is not the crane vessel: a fixed platform, or the file's other vessel."""
 
     FIXED = "fixed"
@@ -90,6 +90,8 @@ MOST_HOLD, MOST_STAND_OFF = 24.0 * 3600.0, 50.0
 """Longest hold [s], and highest stand-off [m]: what is given in a wrong unit is more."""
 FASTEST = 5.0
 """Fastest phase of a kind [m/s]: what is given in a wrong unit is more."""
+LATER = ("hold", "stand_off", "deck", "reference")
+"""Fields of a phase that digests have only where they are given."""
 OFF = "off"
 """What a file writes for a limit, or a hold, that a phase does not have."""
 STOPS = (WinchMode.STOP, WinchMode.BLACKOUT)
@@ -148,7 +150,7 @@ class Phase(Record):
     limits: Mapping[str, Any] = Field(default_factory=dict)
     hold: u.Time | None = Field(default=None, ge=0, le=MOST_HOLD)
     stand_off: u.Length | None = Field(default=None, gt=0, le=MOST_STAND_OFF)
-    deck: Deck | None = Field(default=None, description="what set-down-platform ends on: fixed, or other-vessel")
+    deck: SetDownDeck | None = Field(default=None, description="what set-down-platform ends on: fixed, or other-vessel")
     reference: Reference | None = Field(
         default=None, description="what ahc holds the hook still against at a deck: earth, or deck"
     )
@@ -174,7 +176,7 @@ class Phase(Record):
     @property
     def on_other_vessel(self) -> bool:
         """Whether its deck is the one of the file's other vessel."""
-        return self.kind is PhaseKind.LIFT_OFF_BARGE or self.deck is Deck.OTHER
+        return self.kind is PhaseKind.LIFT_OFF_BARGE or self.deck is SetDownDeck.OTHER
 
     @property
     def follows_deck(self) -> bool:
