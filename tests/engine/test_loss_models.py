@@ -8,11 +8,13 @@ import pytest
 from tests.engine.test_c99 import SAME, compile_c
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.analysis.loop_stability.differences import numbers_of
 from stillhook.engine.pack.winch import losses_of, pack
 from stillhook.engine.scenario.checks import foresee
 from stillhook.identify.motor.fit import fit_loss
 from stillhook.identify.motor.map import read_map
 from stillhook.kernels import build
+from stillhook.kernels.lanes import flatten
 from stillhook.library import changed
 from stillhook.library.examples import MOTOR_MAP
 from stillhook.physics.hydraulics.motor import torque_loss
@@ -161,3 +163,12 @@ def test_a_kernel_with_a_map_is_the_same_in_c(tmp_path, example):
         for _ in block.steps():
             pass
     assert blocks[1].out == pytest.approx(blocks[0].out, rel=SAME, abs=1e-9)
+
+
+def test_the_linearised_loop_has_the_numbers_of_another_model(example):
+    """A plan and `stability` go by them."""
+    crane = load_crane("nov-150t")
+    case = Scenario(load="40 t", s_w="100 m", tip="still", mode="ssc")
+    params = pack(with_model(crane, model_of("mj6", example)), case).params
+    assert numbers_of([params]) == flatten(params)
+    assert set(fit_loss(example, "mj6").values.tolist()) <= set(numbers_of([params]))

@@ -17,7 +17,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
 from stillhook.kernels.build import equations
 from stillhook.kernels.drivers.winch import Driver
-from stillhook.kernels.lanes import paths
+from stillhook.kernels.lanes import flatten, paths
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick
 
@@ -123,7 +123,17 @@ def numbers_of(records: Sequence[Any]) -> list[float]:
 def _getter(cls: Any) -> Callable[[Any], tuple[float, ...]]:
     names = [path[1:] for path in paths(cls)]
     of_all: Any = operator.attrgetter(*names)
-    return of_all if len(names) > 1 else lambda record: (of_all(record),)
+    if len(names) == 1:
+        return lambda record: (of_all(record),)
+
+    def numbers(record: Any) -> tuple[float, ...]:
+        try:
+            values: tuple[float, ...] = of_all(record)
+        except AttributeError:  # another loss model than the record's class has
+            return tuple(flatten(record))
+        return values
+
+    return numbers
 
 
 def _batch(kernel: Any, numbers: Sequence[float], columns: Sequence[int], results: int) -> Batch:
