@@ -84,7 +84,8 @@ def libraries() -> list[Library]:
     from stillhook.winches.load_path.registry import UNITS
     from stillhook.winches.registry import WINCH_TYPES
 
-    setups = [Setup(), *(Setup(("wire", name, "payload")) for name in ("slings", *UNITS))]
+    paths = [*(("wire", name, "payload") for name in ("slings", *UNITS)), ("wire", "slings", "deck")]
+    setups = [Setup(), *map(Setup, paths)]
     of = {plant: controllers_of_winch(winch) for plant, winch in WINCH_TYPES.items()}
     kinds = [(plant, setup) for plant in of for setup in setups]
     kinds += [(plant, Setup(ports=True)) for plant, winch in WINCH_TYPES.items() if "active" in winch.tables]

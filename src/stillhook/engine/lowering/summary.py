@@ -171,8 +171,7 @@ def names_of(crane: Crane, case: Lowering | InSea, joints: tuple[str, ...] | Non
 @functools.cache
 def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...], checks: bool) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
-    names = phase_numbers_of(winch, joints=joints)
-    of_phases = (f"{i} {name}" for i in range(phases) for name in names)
+    of_phases = (f"{i} {name}" for i in range(phases) for name in phase_numbers_of(winch, joints=joints))
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
     return (*run_numbers_of(winch, joints=joints, checks=checks), *of_phases, *of_intervals)
 
