@@ -77,7 +77,8 @@ class CustomBuildHook(BuildHookInterface):
 
 def libraries() -> list[Library]:
     """Every kernel that the package calls without a winch or controller of the user."""
-    from stillhook.kernels import plc_alone, swash_log, tip_sampling
+    from stillhook.identify.component import swash_fit
+    from stillhook.kernels import plc_alone, tip_sampling
     from stillhook.kernels.build import Setup, driver, equations
     from stillhook.kernels.control_laws import controllers_of_winch
     from stillhook.kernels.lanes import VL
@@ -92,7 +93,7 @@ def libraries() -> list[Library]:
     runs = [driver(plant, lanes, setup, of[plant]).run for plant, setup in kinds for lanes in (1, VL)]
     rates = [equations(driver(plant, 1, extra_controllers=extra)).rates_at for plant, extra in of.items()]
     alone = [plc_alone.kernel(names).run for names in sorted(set(of.values()))]
-    return [entry.library for entry in (*runs, *rates, *alone, tip_sampling.kernel(), swash_log.kernel())]
+    return [entry.library for entry in (*runs, *rates, *alone, tip_sampling.kernel(), swash_fit.kernel())]
 
 
 def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:

@@ -65,7 +65,7 @@ def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp
     assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--out", str(out), "--verbose"]) == 0
     text = capsys.readouterr().out
     assert "OP_LIM with 80 % cap, credited: limiting Hs [m]" in text
-    assert "rules: offshore-lift 3; editions not entered" in text
+    assert "rules: offshore-lift 4; editions not entered" in text
     assert sorted(p.name for p in out.iterdir()) == ["plan.json", "plan.nc", "report.html", "report.pdf"]
 
 

@@ -25,7 +25,7 @@ from stillhook.identify.component.leakage import motor_leakage, pump_leakage
 from stillhook.identify.component.lines import line_restrictions
 from stillhook.identify.component.result import Component
 from stillhook.identify.component.servo import servo, swash_log
-from stillhook.kernels.swash_log import SwashFit, kernel
+from stillhook.identify.component.swash_fit import SwashFit, kernel
 from stillhook.logs.types import Log
 from stillhook.units import parse
 from trials import store

@@ -17,7 +17,7 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.component.result import DEFAULT, Change, Component, ComponentSettings, Parameter
-from stillhook.kernels.swash_log import SwashFit, kernel
+from stillhook.identify.component.swash_fit import SwashFit, kernel
 from stillhook.logs.log import Log
 from stillhook.report.formatting import percent_fixed
 from stillhook.report.kit import axis, legend, panels
