@@ -185,7 +185,7 @@ def test_no_file_names_a_folder_of_one_machine():
             text = path.read_text(encoding="utf-8")
         except UnicodeDecodeError:
             continue
-        if path != Path(__file__).resolve():
+        if path.name not in (Path(__file__).name, "test_platforms.py"):  # these look for such paths
             found += [f"{relative(path)}: {hit}" for hit in pattern.findall(text)]
     assert found == []
 
