@@ -24,6 +24,8 @@ PARTS = 8
 of 0.01 Hz."""
 LOWEST, HIGHEST, STEP = 0.15, 3.0, 0.0075
 """Frequencies on which seas in words are taken [rad/s]: 42 s to 2.1 s, in steps that resolve that ringing."""
+OMEGA: FloatArray = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+"""Frequencies of what answers to the waves: the middles of even steps [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +146,7 @@ def forcing_of_seas(
     listed = [seas] if isinstance(seas, Sea) else list(seas)
     if not listed:
         raise SeaError("seas: the list is empty. Enter at least one sea.")
-    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    omega = OMEGA
     shape = (len(listed), len(omega))
     tip, wave, mixed = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=complex)
     transfers: dict[tuple[float, float | None], tuple[FloatArray, ComplexArray]] = {}
@@ -245,7 +247,7 @@ def forcing_of_states(
         raise SeaError(
             f"{states.source}: enter either the direction of the waves from the bow, or the heading of the bow."
         )
-    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    omega = OMEGA
     if ship is None:
         beta = 0.0 if beta is None else beta
         place, valid = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -208,10 +208,10 @@ def flow_lead(plan: LiftPlan, phase: Phase, z: float) -> FloatArray:
     return np.zeros(2)
 
 
-def in_boom(lead: FloatArray, psi: float) -> dict[str, float]:
-    """off_lead and side_lead, as magnitudes, of an angle (2,) of the wire with the boom at psi [rad]."""
+def in_boom(forward: Any, port: Any, psi: float) -> dict[str, Any]:
+    """off_lead and side_lead of what goes forward and to port, with the boom at psi [rad]: along it, and across."""
     c, s = math.cos(psi), math.sin(psi)
-    return {"off_lead": abs(float(lead[0] * c + lead[1] * s)), "side_lead": abs(float(lead[1] * c - lead[0] * s))}
+    return {"off_lead": forward * c + port * s, "side_lead": port * c - forward * s}
 
 
 @remembered
@@ -223,8 +223,8 @@ def still_leads(plan: LiftPlan, phase: Phase) -> dict[str, float]:
     psi = None if plan.load_chart is None else plan.load_chart.direction_of(tip)
     if psi is None or (plan.environment.wind is None and plan.environment.current is None):
         return still
-    flows = [in_boom(flow_lead(plan, phase, z), psi) for z in along(phase)]
-    return {name: still[name] + max(flow[name] for flow in flows) for name in LEADS}
+    flows = [in_boom(x, y, psi) for x, y in (flow_lead(plan, phase, z) for z in along(phase))]
+    return {name: still[name] + max(abs(float(flow[name])) for flow in flows) for name in LEADS}
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:

@@ -23,6 +23,7 @@ from stillhook.plan.definition.capacities import (
     LEADS,
     along,
     at_deck,
+    in_boom,
     jerk,
     off_other_vessel,
     places,
@@ -36,7 +37,7 @@ from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
 from stillhook.plan.tiers.other_vessel import deviations, hook_in_air, with_deck
 from stillhook.plan.tiers.sideways import Answer, answers, in_air
-from stillhook.response.forcing import HIGHEST, LOWEST, STEP
+from stillhook.response.forcing import OMEGA
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.relative import sideways
@@ -372,8 +373,7 @@ def leads(
         return {}
     still = still_leads(plan, phase)
     largest = {name: np.full(len(seas), still[name]) for name in LEADS}
-    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
-    for answer in _answers(plan, phase, tip, omega):
+    for answer in _answers(plan, phase, tip, OMEGA):
         transfer = partial(_transfer, plan, used, tip, answer=answer)
         for name, (sigma, rate) in deviations(plan.environment, seas, transfer).items():
             T = zero_crossing_period(sigma, rate)
@@ -412,5 +412,4 @@ def _transfer(
         along = tip.x * np.cos(beta) + tip.y * np.sin(beta)
         wave = answer.wave * np.exp(-1j * np.outer(along, wavenumber(omega, plan.depth)))
         forward, port = forward + np.cos(beta)[:, None] * wave, port + np.sin(beta)[:, None] * wave
-    c, s = math.cos(psi), math.sin(psi)
-    return {"off_lead": forward * c + port * s, "side_lead": port * c - forward * s}
+    return in_boom(forward, port, psi)

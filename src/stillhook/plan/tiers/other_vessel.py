@@ -8,7 +8,6 @@ against the deck follows from both vessels in the same waves as well, and the la
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -17,12 +16,13 @@ from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.capacities import jerk, off_other_vessel, places, springs
+from stillhook.plan.definition.capacities import in_boom, jerk, off_other_vessel, places, springs
 from stillhook.plan.definition.lift_plan import Environment, LiftPlan, remembered
 from stillhook.plan.definition.load_chart import SWING_DAMPING
 from stillhook.plan.definition.rules import Seas
 from stillhook.plan.tiers.frequency import forcing_at
-from stillhook.response.forcing import HIGHEST, LOWEST, STEP, Forcing, forcing_of_seas
+from stillhook.plan.tiers.sideways import in_air
+from stillhook.response.forcing import OMEGA, STEP, Forcing, forcing_of_seas
 from stillhook.sea.vessel.relative import sideways
 from stillhook.spec.lift.phase import APART, OFF_DECK, Phase
 from stillhook.spec.lift.simplified import taken_up
@@ -114,7 +114,6 @@ Transfer = Callable[[FloatArray, FloatArray], Mapping[str, ComplexArray]]
 
 def deviations(environment: Environment, seas: Seas, transfer: Transfer) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Standard deviation of each motion, and of its rate, in seas (n,)."""
-    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     power: dict[tuple[float, float | None], dict[str, FloatArray]] = {}
     moments: dict[str, FloatArray] = {}
     for n, row in enumerate(zip(seas.Hs, seas.Tp, seas.beta, strict=True)):
@@ -122,11 +121,11 @@ def deviations(environment: Environment, seas: Seas, transfer: Transfer) -> dict
             key = (train.beta, train.spread)
             if key not in power:
                 theta, share = train.directions()
-                power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer(omega, theta).items()}
-            S = train.spectrum.density(omega) * STEP
+                power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer(OMEGA, theta).items()}
+            S = train.spectrum.density(OMEGA) * STEP
             for name, H2 in power[key].items():
                 of = moments.setdefault(name, np.zeros((2, len(seas))))
-                of[:, n] += np.sum(H2 * S), np.sum(H2 * S * omega**2)
+                of[:, n] += np.sum(H2 * S), np.sum(H2 * S * OMEGA**2)
     return {name: (np.sqrt(m[0]), np.sqrt(m[1])) for name, m in moments.items()}
 
 
@@ -143,8 +142,7 @@ def _sideways(plan: LiftPlan, phase: Phase, seas: Seas, duration: float) -> dict
     psi = None if chart is None else chart.direction_of(tip)
 
     def transfer(omega: FloatArray, beta: FloatArray) -> dict[str, ComplexArray]:
-        w = math.sqrt(G / L)
-        gain = 1.0 if off else 1.0 + omega**2 / (w**2 - omega**2 + 2.0j * zeta * w * omega)
+        gain = 1.0 if off else 1.0 + L * in_air(L, zeta, omega).tip
         X, Y = (gain * x for x in sideways(plan.vessel.at(omega, beta), tip.x, tip.y, tip.z or 0.0))
         roll = pitch = 0.0 * X
         if phase.on_other_vessel:
@@ -153,8 +151,7 @@ def _sideways(plan: LiftPlan, phase: Phase, seas: Seas, duration: float) -> dict
             X, Y = X - dX, Y - dY
         result = {"forward": X, "port": Y, "roll": roll, "pitch": pitch}
         if psi is not None:
-            c, s = math.cos(psi), math.sin(psi)
-            result |= {"off_lead": X * c + Y * s, "side_lead": Y * c - X * s}
+            result |= in_boom(X, Y, psi)
         return result
 
     each = deviations(plan.environment, seas, transfer)
