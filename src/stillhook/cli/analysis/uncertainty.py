@@ -29,10 +29,10 @@ from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.formatting import cell, percent
 from stillhook.report.terminal import (
     Answer,
+    Cells,
+    Line,
     columns,
     print_document,
-    print_implausible,
-    print_twin,
     progress_bar,
     started,
     twin_lines,
@@ -132,12 +132,7 @@ def uncertainty(
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
-    present(
-        data,
-        lambda: _print(request, data, indices, causes),
-        brief=lambda: _brief(request, data, causes),
-        json=json,
-    )
+    present(data, brief=lambda: _answer(request, data, indices, causes), json=json)
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
@@ -204,8 +199,9 @@ OF_BRIEF = {"e_c_pp": "error p-p", "p_max": "peak pressure"}
 """Numbers in the short answer, where the winch type has them."""
 
 
-def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) -> Answer:
+def _answer(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> Answer:
     """Control error of each controller with its band, chances of limits, and which controller is lower."""
+    from stillhook.analysis.uncertainty.report import document
 
     crane, case = request.cranes[0], request.cases[0]
     names = [name for name in OF_BRIEF if all(name in of["band_90"] for of in data["cases"].values())]
@@ -219,26 +215,21 @@ def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) 
             f"{label}: {text} {'met' if x['kept'] else 'not met'}, exceeded in {percent(x['share'])} of the draws."
             for text, x in of["limits"].items()
         ]
-    lines = [*columns(heads, rows), *limits]
+
+    def in_full() -> None:
+        factors = request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe()
+        print_document(document(crane, case, factors, data, indices, causes))
+
+    brief = [*limits, *(causes.words()[:2] if causes is not None else ())]
+    lines: list[Line] = [
+        *columns(heads, rows),
+        *map(Cells, brief),
+        in_full,
+        *twin_lines(crane, *request.cases),
+    ]
     title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out: {data['draws']} draws"
-    if causes is not None:
-        lines += causes.words()[:2]
     more = f"factors, differences, limits{', causes' if causes is not None else ''}"
-    return Answer(title, [*lines, *data["notes"][:1], *twin_lines(crane, *request.cases)], more=more)
-
-
-def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
-    from stillhook.analysis.uncertainty.report import document
-
-    crane, factors = (
-        request.cranes[0],
-        request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe(),
-    )
-    print_document(document(crane, request.cases[0], factors, data, indices, causes))
-    for note in data["notes"]:
-        print(note)
-    print_twin(crane, *request.cases)
-    print_implausible(crane)
+    return Answer(title, lines, more=more, notes=data["notes"])
 
 
 def _write(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,8 +12,7 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
-from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import Answer, print_table
+from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import quote
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def inspect(
     result = READERS[form](file, rows) if form is not None else _by_content(file, rows)
     if save is not None:
         _save(result, file, save)
-    present(result.facts(), lambda: _print(result), brief=lambda: _brief(result, file), json=json)
+    present(result.facts(), brief=lambda: _answer(result, file), json=json)
     if save is not None and not json:
         print(f"written: {save}")
     raise typer.Exit(1 if result.problem else 0)
@@ -64,32 +64,22 @@ def _save(result: Understood, file: Path, save: Path) -> None:
         part.write_text(mapping_text(result), encoding="utf-8")
 
 
-def _brief(result: Understood, file: Path) -> Answer:
+def _answer(result: Understood, file: Path) -> Answer:
     read = "; ".join(
         f"{row.name} = {row.heading}{f' [{row.unit}]' if row.unit else ''}{' down' if row.sign < 0 else ''}"
         for row in result.rows
     )
-    lines = [
+    lines: list[Line] = [
         f"Refused as it is: {result.problem}" if result.problem else "",
-        f"Read: {read}." if read else "",
+        Cells(f"Read: {read}.") if read else "",
         f"Not read: {', '.join(result.unused)}." if result.unused else "",
         *result.notes,
     ]
-    step = "" if result.fixed or not result.rows else f"stillhook inspect {file} --save mapping.toml"
-    return Answer(f"{result.source}: {result.noun}", lines, step, "ranges and remarks of every column")
-
-
-def _print(result: Understood) -> None:
-    print(f"{result.source}: {result.noun}")
     if result.rows:
         cells = [[row.name, row.text, row.range, row.remark] for row in result.rows]
-        print_table(["read as", "column", "values", "remark"], cells, left=2, texts=(3,))
-    if result.unused:
-        wrapped(f"not read: {', '.join(result.unused)}")
-    for note in result.notes:
-        wrapped(note)
-    if result.problem:
-        wrapped(f"refused as it is: {result.problem}")
+        lines.insert(1, partial(print_table, ["read as", "column", "values", "remark"], cells, left=2, texts=(3,)))
+    step = "" if result.fixed or not result.rows else f"stillhook inspect {file} --save mapping.toml"
+    return Answer(f"{result.source}: {result.noun}", lines, step, "ranges and remarks of every column")
 
 
 def _motion(file: Path, rows: Mapping[str, Any]) -> Understood:

@@ -188,13 +188,8 @@ def new(
 
         commands = commands if first in plans() else ("lower {}",)
     steps = [f"stillhook {command.format(written)}" for command in commands]
-    title, step = f"written: {written}", "; then ".join(steps)
-    present(
-        {"file": str(written), "like": first, "next": steps},
-        lambda: print("\n".join((title, *(f"next: {each}" for each in steps)))),
-        brief=lambda: Answer(title, (), step),
-        json=json,
-    )
+    answer = Answer(f"written: {written}", step="; then ".join(steps))
+    present({"file": str(written), "like": first, "next": steps}, brief=lambda: answer, json=json)
 
 
 def _one_file(out: Path, text: str) -> Path:
