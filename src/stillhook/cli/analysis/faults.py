@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.cli.parser import check_out, present, write_out
+from stillhook.cli.parser import check_out, present
 from stillhook.report.formatting import fmt
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
 
@@ -34,9 +34,7 @@ def compare_faults(
             subject.crane, case, modes, settings.faults or None, limit=settings.fault_limit, progress=progress
         )
     data = _data(table)
-    present(data, brief=lambda: _answer(table), json=json)
-    if out is not None:
-        write_out(out, {FILES[0]: data}, quiet=json)
+    present(data, out, {FILES[0]: data}, brief=lambda: _answer(table), json=json)
     return table.ok
 
 

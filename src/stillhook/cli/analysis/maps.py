@@ -150,7 +150,7 @@ def _answer(result: Map, metric: str) -> Answer:
             [controller_name(label), f"{summary['applicable_share']:.0%}", *shown, causes[0][0] if causes else "-"]
         )
     ends = [show(x, kind) for kind, of in (("mass", axes.loads), ("speed", axes.speeds)) for x in (min(of), max(of))]
-    applicable, *against = one_line(result).split("; ")
+    applicable, *against = _comparisons(result)
     lines: list[Line] = [
         *columns(["controller", "applicable", "median", "largest", "most frequent limit"], rows, left=(0, 4)),
         partial(_print, result, name),
@@ -214,7 +214,7 @@ def controller_name(label: str) -> str:
     return label.upper() if label in NAMES else label
 
 
-def one_line(result: Map) -> str:
+def _comparisons(result: Map) -> list[str]:
     """Where each controller can be used, and the new ones against the best classic one."""
     from stillhook.analysis.maps.result import BEST_CLASSIC
     from stillhook.control.registry import CLASSIC
@@ -229,4 +229,4 @@ def one_line(result: Map) -> str:
         texts = [f"{LABELS[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
         if texts and label != BEST_CLASSIC and mode not in CLASSIC:
             parts.append(f"{controller_name(label)} against best classic (median where both apply): {', '.join(texts)}")
-    return "; ".join(parts)
+    return parts

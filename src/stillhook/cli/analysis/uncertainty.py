@@ -22,7 +22,6 @@ from stillhook.cli.parser import (
     check_out,
     client_of,
     present,
-    write_out,
 )
 from stillhook.cli.runs import simulation
 from stillhook.errors import ScenarioError, SpecError
@@ -132,9 +131,8 @@ def uncertainty(
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
-    present(data, brief=lambda: _answer(request, data, indices, causes), json=json)
-    if out is not None:
-        _write(out, run, data, limits, indices, quiet=json)
+    brief, pictures = lambda: _answer(request, data, indices, causes), lambda: _pictures(run, limits, indices)
+    present(data, out, {FILES[0]: run, FILES[1]: data}, brief=brief, json=json, pictures=pictures)
     cases = data["cases"].values()
     within = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
     raise typer.Exit(0 if any(within) else 1)
@@ -232,20 +230,12 @@ def _answer(request: _Request, data: dict[str, Any], indices: list[Sensitivity],
     return Answer(title, lines, more=more, notes=data["notes"])
 
 
-def _write(
-    out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
-) -> None:
-    """NetCDF, numbers and pictures."""
+def _pictures(run: Any, limits: list[Limit], indices: list[Sensitivity]) -> dict[str, Any]:
     from stillhook.analysis.uncertainty.report import band_figure, index_figure
 
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    series, numbers, bands = FILES
-
-    def pictures() -> dict[str, Any]:
-        figures = {bands: band_figure(run, title, limits)}
-        return figures | ({INDICES: index_figure(indices, title)} if indices else {})
-
-    write_out(out, {series: run, numbers: data}, pictures=pictures, quiet=quiet)
+    figures = {FILES[2]: band_figure(run, title, limits)}
+    return figures | ({INDICES: index_figure(indices, title)} if indices else {})
 
 
 def _fixed(label: str) -> bool:
