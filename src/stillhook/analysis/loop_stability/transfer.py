@@ -92,21 +92,6 @@ def loop_matrices(
     return A, B, np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 
 
-def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator of the cut loop, highest power first: 1 + K_p num/den = 0 gives the poles.
-
-    Multiplied out from the transfer functions of circuit, servo and integration, for Routh's table.
-    """
-    a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
-    circuit_matrices(crane, alpha_m)  # refuses a displacement outside its range
-    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
-    hydraulic = np.polyadd(np.polymul([J, B_v], [C_h, a.C_leak]), [D_m * D_m])
-    pump = np.array([1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2])
-    den = np.polymul(np.polymul(hydraulic, pump), [1.0, 0.0])
-    num = np.array([servo.omega_n**2 * a.pump.D_total * a.pump.omega_p * D_m * effective_radius(crane, K_wire)])
-    return num / den[0], den / den[0]
-
-
 def about(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0) -> About:
     """Steady operation at a constant tip speed [m/s, up positive], which the winch follows exactly.
 

@@ -36,6 +36,8 @@ from stillhook.spec.scenario import Mode
 
 COMPARED = (0.0, 1.0)
 """Payloads at which wire dampings are compared, over the heaviest of the mode [-]."""
+SHOWN = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak")
+"""Margins of the complete plant that are shown."""
 COMPARED_SPEEDS = (SLOW[0], SLOW[2], SLOW[-1])
 
 
@@ -89,10 +91,7 @@ class Verdict(NamedTuple):
             "K_p_strong": self.found.K_p,
             "K_p_ms_plc": math.nan if least is None else least.gains.high,
             "omega_c_plc": math.nan if least is None else least.gains.omega_c,
-            "gain_margin_plc": math.nan if m is None else m.gain_margin,
-            "phase_margin_plc": math.nan if m is None else m.phase_margin,
-            "delay_margin_plc": math.nan if m is None else m.delay_margin,
-            "sensitivity_peak_plc": math.nan if m is None else m.sensitivity_peak,
+            **{f"{name}_plc": getattr(m, name, math.nan) for name in SHOWN},
             "least_at": None if least is None else _place(least),
             "places": len(self.found.places),
             "decide": len(self.found.decide),

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from stillhook.analysis.effects import nested
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
@@ -25,6 +24,7 @@ from stillhook.library.draws import draw
 from stillhook.library.parameter_sets import FrictionSet, LossSet, is_path
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import nested
 from stillhook.library.write import file_value, items
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
