@@ -189,6 +189,10 @@ def _values(module: ModuleType) -> dict[str, Rule]:
             ),
             "pairs of numbers that rise [SI], by path of a number in a table of TABLES",
         ),
+        "SERVOS": Rule(
+            lambda v: isinstance(v, dict) and all(u in module.Command._fields and _is_field(module, v[u]) for u in v),
+            f"paths of tables in TABLES, by field of Command, of {', '.join(module.Command._fields)}",
+        ),
         "PER_MOTOR": Rule(
             lambda v: isinstance(v, tuple) and all(_is_field(module, path) for path in v),
             "a tuple of paths of tables in TABLES",

@@ -174,7 +174,7 @@ def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
 def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
-    d = driver(packed.name, 1, Setup(losses=packed.losses), packed.extra_controllers)
+    d = driver(packed.name, 1, Setup(losses=packed.setup.losses), packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
     load, _, v_tip, at = place
     stroke = _stroke(crane, load)

@@ -20,6 +20,10 @@ from stillhook.winches.interface import Stiffness
 from stillhook.winches.records import folded
 
 
+SERVOS = {"u_p": "active.pump.servo", "u_m": "active.motor.servo"}
+"""Displacement controls of the circuit, by their command."""
+
+
 class ActiveCircuit(NamedTuple):
     """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; lines the
     restriction of each; internal share of the leak that goes from port to port [-]; n_full, n_max shaft speed limits at

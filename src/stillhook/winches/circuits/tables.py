@@ -55,9 +55,13 @@ class Servo(Spec):
         default=None, gt=0, description="highest rate as the displacement falls; default rate_max"
     )
 
+    dead_time: u.Time | None = Field(
+        default=None, ge=0, le=1, description="time before it answers its command, at most 20 PLC cycles; default 0"
+    )
+
     @property
     def lag(self) -> float:
-        """Time by which it lags a ramp of its command [s]."""
+        """Time by which it lags a ramp of its command, dead time apart [s]."""
         return 2.0 * self.zeta / self.omega_n
 
 
