@@ -102,7 +102,7 @@ class WinchType:
 
     def dead_times(self, crane: Any) -> dict[str, float]:
         """Dead times of the displacement controls of a crane [s], by the command that each follows."""
-        return {u: operator.attrgetter(path)(crane).dead_time or 0.0 for u, path in self.SERVOS.items()}
+        return {u: operator.attrgetter(path)(crane).dead_time or 0.0 for u, (path, _) in self.SERVOS.items()}
 
     def dead_time_refusal(self, crane: Any) -> str:
         """Reason why a dead time cannot be as long; "" where all can."""
@@ -110,8 +110,8 @@ class WinchType:
         for u, time in self.dead_times(crane).items():
             if time > 0.0 and time + computing > RING * cycle * (1.0 + 1e-12):
                 return (
-                    f"{self.SERVOS[u]}.dead_time {show(time, 'time')} is more than {RING} PLC cycles less the computing"
-                    f" time, {show(RING * cycle - computing, 'time')}. Give a shorter one."
+                    f"{self.SERVOS[u][0]}.dead_time {show(time, 'time')} is more than {RING} PLC cycles less the"
+                    f" computing time, {show(RING * cycle - computing, 'time')}. Give a shorter one."
                 )
         return ""
 

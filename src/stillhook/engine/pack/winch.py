@@ -15,7 +15,6 @@ from stillhook.engine.pack.displacement import displacement_limits
 from stillhook.engine.pack.gas import gas_record
 from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
-from stillhook.kernels.drivers.commands import SETTINGS, records_of
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
@@ -65,8 +64,7 @@ needs. Assumed."""
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
     `memory_before` completes, the controllers that not every kernel holds, the own settings of controllers and sensors
-    that have some, by name, with the dead times of displacement controls, and what its kernel runs besides the winch
-    type."""
+    that have some, by name, and what its kernel runs besides the winch type."""
 
     plant: ModuleType
     name: str
@@ -438,15 +436,9 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
         memory=memory,
         s_w=case.s_w,
         extra_controllers=extra_controllers,
-        settings=settings | sensor_settings(crane.sensors) | errors | dead_times(crane),
+        settings=settings | sensor_settings(crane.sensors) | errors,
         setup=kernel_of(crane, tuple(errors), losses),
     )
-
-
-def dead_times(crane: Crane) -> dict[str, Any]:
-    """Dead times of displacement controls by the command of each, as the kernels carry them; {} where none has one."""
-    times = crane.plant.type.dead_times(crane)
-    return {SETTINGS: records_of(tuple(times))[SETTINGS](**times)} if any(times.values()) else {}
 
 
 def parts_of(

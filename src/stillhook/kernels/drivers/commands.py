@@ -1,5 +1,5 @@
-"""Commands of the PLC that are in force between two cycles: those of the cycle before until it has calculated, and where
-displacement controls have a dead time each control's own command of that time ago.
+"""Commands of the PLC that are in force between two cycles: those of the cycle before until it has calculated, and
+where displacement controls have a dead time each control's own command of that time ago.
 
 Commands are held, so what a control follows over a step is one command, or the mean of two in force one after the other
 within the step, weighted by their time.
@@ -13,27 +13,23 @@ from stillhook.kernels.lanes import access
 from stillhook.physics.records import define, record, replace
 from stillhook.physics.scalar import clip, scalar
 
-SETTINGS, MEMORY = "dead_time_settings", "dead_time_memory"
-"""Fields of what is carried from cycle to cycle: dead time of each control by its command [s], and its last commands."""
+MEMORY = "dead_time_memory"
+"""Field of what is carried from cycle to cycle: last commands of each control."""
 ROUNDING = 1e-9
 """Part of a step below which a change of command is at the step's end: rounding of sums."""
 
 
 @functools.cache
-def records_of(commands: tuple[str, ...]) -> dict[str, Any]:
-    """Classes of `SETTINGS` and `MEMORY` for the displacement controls that follow these commands; {} for none."""
-    if not commands:
-        return {}
+def memory_of(commands: tuple[str, ...]) -> dict[str, Any]:
+    """Class of `MEMORY` for the displacement controls that follow these commands; {} for none."""
     of = f"{__name__} {' '.join(commands)}"
-    return {
-        SETTINGS: record("DeadTimes", of, **dict.fromkeys(commands, float)),
-        MEMORY: record("LastCommands", of, **dict.fromkeys(commands, Ring)),
-    }
+    return {MEMORY: record("LastCommands", of, **dict.fromkeys(commands, Ring))} if commands else {}
 
 
 @scalar
 def either(u, before, w):
-    """Command over a step: u, or the one before it for a share w of the step, and as it is where that is all or none."""
+    """Command over a step of which the one before u is in force for a share w; where that is all or none, to the
+    bit."""
     mean = u + w * (before - u)
     late = before if w > 1.0 - ROUNDING else mean
     return u if w < ROUNDING else late
@@ -69,24 +65,23 @@ def commands_in_force(d: Any) -> InForce:
         PLC has calculated."""
         return mix(b.u, b.u_0, clip((b.p.plc.t_compute - tau) / h, 0.0, 1.0))
 
-    commands = getattr(d.laws.Record, "__annotations__", {}).get(SETTINGS)
-    if commands is None:
+    Last = d.laws.Record.__annotations__.get(MEMORY)
+    if Last is None:
 
         @scalar
         def unchanged(b, laws):
             return laws
 
         return InForce(held, unchanged)
-    names, Last = commands._fields, records_of(commands._fields)[MEMORY]
+    names = Last._fields
     used: dict[str, Any] = {"held": held, "followed": followed, "Ring": Ring, "pushed": pushed, "Last": Last}
     used |= {"with_late": replace(d.Command, *names), "with_last": replace(d.laws.Record, MEMORY)}
-    late = ", ".join(f"followed(b.u.{f}, last.{f}, a + times.{f} / h, n)" for f in names)
-    last = ", ".join(
-        f"pushed(b.u.{f}, last.{f}) if begun else Ring({', '.join([f'b.u.{f}'] * RING)})" for f in names
-    )
+    places = {f: d.plant.SERVOS[f][1] for f in names}
+    late = ", ".join(f"followed(b.u.{f}, last.{f}, a + b.p.{at}.dead_time / h, n)" for f, at in places.items())
+    last = ", ".join(f"pushed(b.u.{f}, last.{f}) if begun else Ring({', '.join([f'b.u.{f}'] * RING)})" for f in names)
     source = f"""\
 def in_force(b, tau, h):
-    times, last = b.laws.{SETTINGS}, b.laws.{MEMORY}
+    last = b.laws.{MEMORY}
     a, n = (b.p.plc.t_compute - tau) / h, b.p.plc.t_cycle / h
     return with_late(held(b, tau, h), {late})
 

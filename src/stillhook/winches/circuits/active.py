@@ -19,8 +19,10 @@ from stillhook.winches.circuits import rows
 from stillhook.winches.interface import Stiffness
 from stillhook.winches.records import folded
 
-
-SERVOS = {"u_p": "active.pump.servo", "u_m": "active.motor.servo"}
+SERVOS = {
+    "u_p": ("active.pump.servo", "active.pump_servo"),
+    "u_m": ("active.motor.servo", "active.motor_servo"),
+}
 """Displacement controls of the circuit, by their command."""
 
 

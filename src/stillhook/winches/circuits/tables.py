@@ -425,7 +425,7 @@ def servo_record(servo: Servo, lo: float = -1.0, hi: float = 1.0) -> swash.Servo
     asks."""
     rate = limit(servo.rate_max)
     down = rate if servo.rate_down is None else servo.rate_down
-    return swash.Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=rate, rate_down=down)
+    return swash.Servo(servo.omega_n, servo.zeta, lo, hi, rate, down, servo.dead_time or 0.0)
 
 
 def internal_share(circuit: Any) -> float:
