@@ -3,6 +3,7 @@ same; in every way to run."""
 
 import numpy as np
 import pytest
+from tests.scripts import DOCS
 
 import stillhook
 from stillhook.engine.pack.winch import active_record
@@ -168,3 +169,17 @@ def test_units_that_a_drive_controls_without_cycles_take_none():
     with pytest.raises(StillhookError, match=r"unit\.servo\.dead_time: the drive controls") as problem:
         changed(crane, {"secondary": {"unit": {"servo": {"dead_time": "20 ms"}}}})
     assert "\n" not in str(problem.value)
+
+
+def test_errors_of_late_pumps_are_those_of_the_page():
+    page = (DOCS / "explanation" / "control.md").read_text(encoding="utf-8")
+    rows = {name: cells for name, *cells in (line.strip("| ").split(" | ") for line in page.splitlines())}
+    times = [float(x) for x in rows["dead time [ms]"]]
+    case = stillhook.Scenario(
+        load="100 t", s_w="487 m", tip="sine 2 m 12 s", mode="ssc", duration="120 s", warm_up="36 s"
+    )
+    cranes = [late(active_pump=t) for t in times]
+    leading = [changed(c, {"control": {"t_lead_ff": f"{t} ms"}}) for c, t in zip(cranes, times, strict=True)]
+    for row, machines in (("error [cm]", cranes), ("with `t_lead_ff` as long [cm]", leading)):
+        errors = [float(stillhook.simulate(each, case).e_c_pp) for each in machines]
+        assert [f"{100.0 * e:.1f}" for e in errors] == rows[row]
