@@ -181,6 +181,7 @@ def test_dead_time_offset_hysteresis_and_rates_by_direction_are_told_apart(tmp_p
     assert result["offset"].value == pytest.approx(0.06, abs=0.005)
     assert result["dead_time"].value == pytest.approx(0.04, abs=0.012)
     motor = crane_with(result, load_crane("nov-250t")).active.motor
+    assert motor.servo.dead_time == pytest.approx(0.04, abs=0.012)
     assert motor.servo.rate_down == pytest.approx(0.35, rel=0.03)
     assert (motor.variant, motor.hysteresis) == ("open-loop-feedback", pytest.approx(0.04, abs=0.006))
 
@@ -222,11 +223,15 @@ def test_a_servo_integrated_apart_is_met(tmp_path, unit, omega_n, zeta, dead_tim
     u = steps(*ends, n=6000)
     noise = np.random.default_rng(7).normal(0.0, 0.002, len(u))
     alpha = with_dry_friction(u, 0.01, omega_n, zeta, dead_time, half, offset) + noise
-    result = identify_component("servo", swivel_log(tmp_path, unit, u, alpha))
+    path = swivel_log(tmp_path, unit, u, alpha)
+    result = identify_component("servo", path, mapping=mapping(tmp_path, base="nov-250t"))
     for name, true in {"omega_n": omega_n, "zeta": zeta, "dead_time": dead_time, "offset": offset}.items():
         estimate, form = result[name], DRY * true if half else 0.0
         assert estimate.low - form <= true <= estimate.high + form, name
-    assert any("no key of a crane file carries it" in note for note in result.notes)
+    servo = getattr(crane_with(result, load_crane("nov-250t")).active, unit).servo
+    form = DRY * dead_time if half else 0.0
+    assert servo.dead_time == pytest.approx(dead_time, abs=result["dead_time"].half + form)
+    assert not any("no key" in note for note in result.notes)
     assert any("dry friction of the plate" in note for note in result.notes) == bool(half)
 
 

@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.loop_stability.loops import Loop, SampledLoop, sampled
+from stillhook.analysis.loop_stability.loops import Loop, SampledLoop
 from stillhook.analysis.loop_stability.margins import margins, strongest_up_to
 from stillhook.analysis.loop_stability.transfer import (
     about_at,
+    by_plc,
     command_pole,
     effective_radius,
     full_matrices,
@@ -228,7 +229,7 @@ def stability(
     alpha = steady(machine, -v_tip, DEFAULT_MODE, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
-    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    with_plc = by_plc(crane, plain, delay)
     at = about_at(machine, v_tip, alpha, -v_tip / effective_radius(machine, K_wire), K_wire=K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:

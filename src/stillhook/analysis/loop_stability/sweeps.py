@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
-from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
 from stillhook.analysis.loop_stability.stability import Stability, gain_limit, range_of_modes, stability
-from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles, position_loop
+from stillhook.analysis.loop_stability.transfer import about, by_plc, full_matrices, motor_poles, position_loop
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -186,7 +185,7 @@ def bode(crane: Crane, alpha_m: float = 1.0, *, delay: float = 0.0, omega: Float
     import xarray
 
     plain = position_loop(crane, alpha_m)
-    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    with_plc = by_plc(crane, plain, delay)
     w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
     for end, loop in (("", plain), ("_plc", with_plc)):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.loop_stability.loops import ContinuousLoop, balanced
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, SampledLoop, balanced, sampled
 from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
@@ -200,3 +200,10 @@ def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
 def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
     """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20)."""
     return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
+
+
+def by_plc(crane: Crane, loop: ContinuousLoop, delay: float = 0.0) -> SampledLoop:
+    """The published loop as the crane's PLC closes it; delay of the position feedback [s], to which computing time and
+    the dead time of the pumps' control are added."""
+    dead_time = crane.plant.type.dead_times(crane)["u_p"]
+    return sampled(loop, crane.control.t_cycle, delay + crane.control.computing + dead_time)

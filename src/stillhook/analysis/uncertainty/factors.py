@@ -250,7 +250,7 @@ class Factor:
 
 RATES = tuple(
     f"{unit}.servo.{rate}"
-    for rate in ("rate_max", "rate_down")
+    for rate in ("rate_max", "rate_down", "dead_time")
     for unit in (
         *(f"{circuit}.{part}" for circuit in CIRCUITS for part in ("pump", "motor")),
         *("secondary.unit", "secondary.pump", "open.valve", "cylinder.pump"),

@@ -216,7 +216,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     d = driver(
         winch.name,
         1,
-        winch.setup._replace(path=("host",) if wire else (), guarded=both, checks=both and winch.checks),
+        winch.setup._replace(path=("host",) if wire else (), guarded=both, checks=both and winch.setup.checks),
         winch.extra_controllers,
     )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
@@ -240,7 +240,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True) if first >= 0}
     starts |= {} if tip is None or wire else {name: getattr(tip.boom, f) for name, f in POSE.items()}
     laws = p.laws_of(crane, winch.extra_controllers)
-    with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.sensors)]
+    with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.setup.sensors)]
     passed = p.limits(crane, d)
     params, law_at = offset(d.Lane, "p", 1), offset(d.Lane, "laws", 1)
     guard = law_at + offset(d.LawRecord, "guard", 1) if both else 0

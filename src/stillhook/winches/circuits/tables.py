@@ -55,9 +55,13 @@ class Servo(Spec):
         default=None, gt=0, description="highest rate as the displacement falls; default rate_max"
     )
 
+    dead_time: u.Time | None = Field(
+        default=None, ge=0, le=1, description="time before it answers its command, at most 20 PLC cycles; default 0"
+    )
+
     @property
     def lag(self) -> float:
-        """Time by which it lags a ramp of its command [s]."""
+        """Time by which it lags a ramp of its command, dead time apart [s]."""
         return 2.0 * self.zeta / self.omega_n
 
 
@@ -421,7 +425,7 @@ def servo_record(servo: Servo, lo: float = -1.0, hi: float = 1.0) -> swash.Servo
     asks."""
     rate = limit(servo.rate_max)
     down = rate if servo.rate_down is None else servo.rate_down
-    return swash.Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=rate, rate_down=down)
+    return swash.Servo(servo.omega_n, servo.zeta, lo, hi, rate, down, servo.dead_time or 0.0)
 
 
 def internal_share(circuit: Any) -> float:

@@ -83,6 +83,7 @@ class Digital(Spec):
 
 
 TABLES = {"secondary": Secondary, "digital": Digital}
+SERVOS = secondary.SERVOS
 
 
 class Params(NamedTuple):
