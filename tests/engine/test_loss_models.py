@@ -19,8 +19,7 @@ from stillhook.library import changed
 from stillhook.library.examples import MOTOR_MAP
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.scenario import Operator
-from stillhook.winches.circuits.losses import LossName
-from stillhook.winches.circuits.tables import loss_fit
+from stillhook.winches.circuits.losses import LossName, loss_fit
 
 AUDIT = 1.0e-4
 """Energy that is not accounted for, of that through the winch, as of MJ4 (`tests.conservation.test_energy`)."""
@@ -56,7 +55,10 @@ def model_of(law, example):
 def test_every_model_runs_in_the_150t_crane_and_in_digital_units_and_their_energy_closes(law, example, interpreted):
     model = model_of(law, example)
     digital = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model}}})
-    for crane, mode, highest in ((with_model(load_crane("nov-150t"), model), "ssc", "p_max"), (digital, "position", "p_r_max")):
+    for crane, mode, highest in (
+        (with_model(load_crane("nov-150t"), model), "ssc", "p_max"),
+        (digital, "position", "p_r_max"),
+    ):
         case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode=mode, duration="4 s", warm_up="0 s")
         run = simulate(crane, case)
         assert run.status.item() == "ok"
