@@ -19,8 +19,7 @@ from stillhook.library import changed
 from stillhook.library.examples import MOTOR_MAP
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.scenario import Operator
-from stillhook.winches.circuits.losses import LossName
-from stillhook.winches.circuits.tables import loss_fit
+from stillhook.winches.circuits.losses import LossName, loss_fit
 
 AUDIT = 1.0e-4
 """Energy that is not accounted for, of that through the winch, as of MJ4 (`tests.conservation.test_energy`)."""
@@ -53,13 +52,18 @@ def model_of(law, example):
 
 
 @pytest.mark.parametrize("law", [law.value for law in LossName])
-def test_every_model_runs_in_the_150t_crane_and_its_energy_closes(law, example, interpreted):
-    crane = with_model(load_crane("nov-150t"), model_of(law, example))
-    case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode="ssc", duration="4 s", warm_up="0 s")
-    run = simulate(crane, case)
-    assert str(run.status.item() if run.status.ndim == 0 else run.status) == "ok"
-    assert abs(float(run.energy_unaccounted)) < AUDIT
-    assert float(run.p_max) > 20e5
+def test_every_model_runs_in_the_150t_crane_and_in_digital_units_and_their_energy_closes(law, example, interpreted):
+    model = model_of(law, example)
+    digital = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model}}})
+    for crane, mode, highest in (
+        (with_model(load_crane("nov-150t"), model), "ssc", "p_max"),
+        (digital, "position", "p_r_max"),
+    ):
+        case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode=mode, duration="4 s", warm_up="0 s")
+        run = simulate(crane, case)
+        assert run.status.item() == "ok"
+        assert abs(float(run.energy_unaccounted)) < AUDIT
+        assert float(run[highest]) > 20e5
 
 
 def map_of_mj4(motor, counts=(10, 20, 9)):
@@ -116,6 +120,7 @@ def test_each_set_of_motors_has_its_own_model_in_the_key_of_its_kernel(example):
     ("name", "table", "motors"),
     [
         ("nov-250t-secondary", "secondary", "unit"),
+        ("nov-250t-digital", "secondary", "unit"),
         ("utility-20t-open-circuit", "open", "motor"),
     ],
 )

@@ -26,7 +26,8 @@ from stillhook.spec.crane import Crane, Wire, effective_inertia, inertia_ratio_w
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, parse, quote
-from stillhook.winches.circuits.tables import ServoVariant, alternatives_of
+from stillhook.winches.circuits.losses import alternatives_of
+from stillhook.winches.circuits.tables import Motor, ServoVariant
 
 MOST_OUTSIDE = 0.01
 """Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the
@@ -294,7 +295,7 @@ LOSS_MODEL = "loss_model"
 
 def equal_models(crane: Crane) -> Distribution:
     """Place of a loss model among those that fit the motors equally well: 0 to 1 the one in force, and so on."""
-    count = max((len(alternatives_of(c.motor)) for c in crane.circuits.values()), default=0)
+    count = max((len(alternatives_of(motor)) for motor in crane.motors if isinstance(motor, Motor)), default=0)
     return Distribution(Law.UNIFORM, (0.0, 1.0 + count))
 
 

@@ -42,7 +42,7 @@ def _motor_loss(name: str, D_m: float, omega_m: float, dp_m: float) -> Rows:
     """Torque loss of one motor shaft: by MJ4 (thesis eq. 2.12), or by the model that its file names."""
     from stillhook.library.parameter_sets import load_losses
     from stillhook.physics.hydraulics.motor_laws import motor_loss
-    from stillhook.winches.circuits.tables import loss_fit
+    from stillhook.winches.circuits.losses import loss_fit
 
     losses = load_losses(name)
     m, evidence = losses.motor, losses.evidence

@@ -16,7 +16,8 @@ from stillhook.physics.friction import SystemFriction, system_friction
 from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, DisplacementLimit, effective_inertia
-from stillhook.winches.circuits.tables import MotorSet, loss_fit
+from stillhook.winches.circuits.losses import loss_fit
+from stillhook.winches.circuits.tables import MotorSet
 from stillhook.winches.interface import OtherMotors
 
 POINTS = 21

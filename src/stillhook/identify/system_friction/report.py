@@ -14,7 +14,7 @@ from stillhook.identify.system_friction.fitting.model import (
     Loss,
     Points,
     Y,
-    mj4,
+    loss_of,
     motor_loss_at,
     system_friction,
 )
@@ -266,7 +266,7 @@ def figures(result: Friction) -> Mapping[str, Picture]:
     }
     if result.second is not None:
         out["second-loop-motor"] = motor_old_and_new(result, result.second)
-        losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
+        losses = {"first loop": result.loss, "second loop": loss_of(result.second.motor)}
         title = "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)"
         out["second-loop-system"] = derived_system_friction(result, losses, title)
     if result.mapped is not None:
@@ -360,7 +360,7 @@ def motor_old_and_new(result: Friction, second: SecondLoop) -> Picture:
     omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
     for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
         D = np.full_like(omega, share * result.campaign.motor.D_max)
-        old, new = (mj4(loss)(omega, D, np.full_like(omega, 2e7)) for loss in (result.campaign.motor.loss, second.loss))
+        old, new = (loss(omega, D, np.full_like(omega, 2e7)) for loss in (result.loss, loss_of(second.motor)))
         speed = display(omega, "rotation")
         ax.plot(speed, old, color=colour, label=show(float(D[0]), "displacement", 3))
         ax.plot(speed, new, color=colour, ls="--")

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from pydantic import Field
 
 from stillhook.control.plc import Plc
-from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
 from stillhook.physics.hydraulics.secondary import load_ahead, setting_for_torque
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
@@ -152,14 +151,8 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
-    """Parameters of a run. Errors: SpecError for units with another loss model than MJ4."""
-    if crane.secondary.unit.loss_model is not None:
-        raise SpecError(
-            f"{crane.name}: secondary.unit.loss_model: the loss of single cylinders follows from MJ4 alone. Leave out"
-            " loss_model."
-        )
-    rail_alone = secondary.pack(crane, case, parts)._asdict()
-    return Params(**rail_alone, idle=crane.digital.idle)
+    """Parameters of a run."""
+    return Params(**secondary.pack(crane, case, parts)._asdict(), idle=crane.digital.idle)
 
 
 def stiffness(p: Params) -> Stiffness:
