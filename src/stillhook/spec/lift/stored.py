@@ -131,7 +131,8 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
     if deck := raw.get("deck"):
         raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
     if current := raw.get("current"):
-        raw["current"] = Current.model_construct(**{**current, "sense": FlowSense(current["sense"])})
+        profile = {key: tuple(current[key]) for key in ("depth", "speed", "direction")}
+        raw["current"] = Current.model_construct(**current | profile | {"sense": FlowSense(current["sense"])})
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")
