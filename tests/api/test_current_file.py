@@ -17,7 +17,7 @@ LIFT = (
     '[tip]\nheight = "36 m"\nmotion = "sine 0.5 m 9 s"\n'
     '[[phase]]\nmode = "manual"\nspeed = "24 m/min"\ndepth = "45 m"\n'
 )
-FLOW = '[environment.current]\nfile = "current.csv"\nsense = "coming-from"\n'
+FLOW = '[environment.current]\nfile = "current.csv"\nsense = "coming-from"\nreference = "bow"\n'
 TABLE = "# ADCP, mean of June\ndepth [m];speed [kn];direction [deg]\n0;2,0;350\n100;1,0;10\n300;0,5;30\n"
 
 
@@ -43,13 +43,14 @@ def test_a_table_of_excel_with_headings_of_its_maker_is_read_by_columns(tmp_path
     for row in (["Bin", "Spd (cm/s)", "Dir (deg)"], [0, 80, 10], [300, 20, 10]):
         book.active.append(row)
     book.save(tmp_path / "current.xlsx")
-    flow = '[environment.current]\nfile = "current.xlsx"\nsense = "going-to"\n[environment.current.columns]\n'
+    flow = '[environment.current]\nfile = "current.xlsx"\nsense = "going-to"\nreference = "north"\nship = "30 deg"\n[environment.current.columns]\n'
     flow += (
         'depth = "Bin [m]"\nspeed = { column = "Spd (cm/s)", unit = "m/s", scale = 0.01 }\ndirection = "Dir (deg)"\n'
     )
     current = load_lift(written(tmp_path, flow)).lift.current
     assert current.past(-150.0) == pytest.approx(0.5)
-    assert current.direction[0] == pytest.approx(math.radians(10.0))
+    turn = math.radians(20.0)  # it goes to 10 deg from north, the bow points to 30 deg: 20 deg to port of the bow
+    assert current.velocity(-150.0) == pytest.approx((0.5 * math.cos(turn), 0.5 * math.sin(turn)))
 
 
 def test_lower_names_the_current_and_its_drag_is_larger(tmp_path, capsys):
@@ -87,6 +88,14 @@ def test_a_plan_has_current_and_wind_from_tables_and_its_runs_the_current(tmp_pa
     ("flow", "table", "texts"),
     [
         (FLOW.replace('sense = "coming-from"\n', ""), TABLE, ["environment.current.sense", "missing"]),
+        (
+            FLOW.replace('reference = "bow"\n', ""),
+            TABLE,
+            ["environment.current.reference", "missing", '"north" with ship'],
+        ),
+        (FLOW.replace("bow", "north"), TABLE, ["environment.current", "ship is missing of reference north"]),
+        (FLOW + 'ship = "20 deg"\n', TABLE, ["environment.current", "ship is given of reference bow"]),
+        (FLOW.replace("bow", "stern"), TABLE, ["environment.current.reference", "bow", "north"]),
         (FLOW, TABLE.replace("speed [kn]", "speed"), ["current.csv", '"speed" has no unit', "m/s"]),
         (FLOW, TABLE.replace("[deg]", "[m]"), ["current.csv", "direction", '"m"']),
         (FLOW, TABLE.replace("depth [m]", "level"), ["current.csv", "no column", "depth [m]"]),

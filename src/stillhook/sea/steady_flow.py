@@ -1,7 +1,8 @@
 """Steady flow past a lift: current over depth on wire and payload, wind on a payload in air.
 
-Directions are from the bow, counter-clockwise, as those of waves; `sense` says whether they are where the flow goes
-to or where it comes from. Axes of vectors: x forward, y to port.
+Directions are from the bow, counter-clockwise, as those of waves, or from north, clockwise, as those of metocean
+reports; `sense` says whether they are where the flow goes to or where it comes from. Axes of vectors: x forward, y to
+port.
 """
 
 from __future__ import annotations
@@ -49,19 +50,36 @@ class FlowSense(StrEnum):
         return direction if self is FlowSense.GOING_TO else direction + math.pi
 
 
+class FlowReference(StrEnum):
+    """What a direction is counted from: the bow, counter-clockwise, or north, clockwise."""
+
+    BOW = "bow"
+    NORTH = "north"
+
+
 class Flow(Spec):
     """Speed and direction, one number for all levels or one a level. Between levels the speed is straight and the
     direction turns the shorter way; beyond the ends both stay."""
 
     speed: Speeds = Field(min_length=1, description="one for all levels or one a level")
-    direction: Angles = Field(min_length=1, description="from the bow, counter-clockwise, for all levels or one each")
+    direction: Angles = Field(min_length=1, description="for all levels or one a level")
     sense: FlowSense = Field(description='what direction means: "going-to" or "coming-from"')
+    reference: FlowReference = Field(
+        default=FlowReference.BOW,
+        description='"bow": directions are counter-clockwise from the bow; "north": clockwise from north',
+    )
+    ship: u.Angle | None = Field(default=None, description="where the bow points, clockwise from north")
 
     def _check(self, name: str, levels: tuple[float, ...]) -> None:
         n = len(levels)
         for column in ("speed", "direction"):
             if len(given := getattr(self, column)) not in (1, n):
                 raise ValueError(f"{column} has {len(given)} values, {name} {n}. Give one, or one a {name}.")
+        if (self.ship is None) is (self.reference is FlowReference.NORTH):
+            do = 'Give both ship, where the bow points, and reference = "north", or neither.'
+            raise ValueError(
+                f"ship is {'missing' if self.ship is None else 'given'} of reference {self.reference}. {do}"
+            )
         if min(self.speed) < 0.0:
             raise ValueError("speed is negative. Give 0 or more, and turn the direction.")
 
@@ -69,9 +87,15 @@ class Flow(Spec):
         return np.asarray(np.interp(at, levels, np.broadcast_to(self.speed, len(levels))))
 
     def _to(self, at: FloatArray | float, levels: tuple[float, ...]) -> FloatArray:
-        """Where the flow goes to [rad]."""
+        """Where the flow goes to, counter-clockwise from the bow [rad]."""
         turn = np.unwrap(np.broadcast_to(self.direction, len(levels)))
-        return self.sense.towards(np.asarray(np.interp(at, levels, turn)))
+        to = self.sense.towards(np.asarray(np.interp(at, levels, turn)))
+        return to if self.ship is None else np.asarray(self.ship - to)
+
+    def _ways(self) -> str:
+        ends = " to ".join(u.show(a, "angle", 4) for a in dict.fromkeys((self.direction[0], self.direction[-1])))
+        bow = "" if self.ship is None else f" from north, bow at {u.show(self.ship, 'angle', 4)}"
+        return f"{self.sense.replace('-', ' ')} {ends}{bow}"
 
 
 class Current(Flow):
@@ -117,9 +141,7 @@ class Current(Flow):
     def describe(self) -> str:
         """The current in words and units."""
         speeds = [u.show(v, "wind_speed", 3) for v in dict.fromkeys((self.speed[0], self.speed[-1]))]
-        turns = [u.show(a, "angle", 4) for a in dict.fromkeys((self.direction[0], self.direction[-1]))]
-        ways = " at the surface to ".join(speeds), " to ".join(turns)
-        return f"current of {ways[0]}{' at the seabed' * (len(speeds) > 1)}, {self.sense.replace('-', ' ')} {ways[1]}"
+        return f"current of {' at the surface to '.join(speeds)}{' at the seabed' * (len(speeds) > 1)}, {self._ways()}"
 
 
 class Wind(Flow):
@@ -164,5 +186,4 @@ class Wind(Flow):
         """The wind in words and units."""
         at = dict.fromkeys((0, len(self.height) - 1))
         speeds = [f"{u.show(self.speed[i], 'wind_speed', 3)} (10 min, {self.height[i]:g} m)" for i in at]
-        turns = [u.show(a, "angle", 4) for a in dict.fromkeys((self.direction[0], self.direction[-1]))]
-        return f"wind of {' to '.join(speeds)}, {self.sense.replace('-', ' ')} {' to '.join(turns)}"
+        return f"wind of {' to '.join(speeds)}, {self._ways()}"

@@ -16,8 +16,8 @@ from stillhook.library.toml.file import TomlTable
 from stillhook.sea.steady_flow import Current
 from stillhook.tables.table import Spec
 
-SPEED = ColumnSpec("speed", "wind_speed", ("u", "v", "velocity"), "speed [m/s]", required=True)
-DIRECTION = ColumnSpec("direction", "angle", ("dir", "heading"), "direction [deg]")
+SPEED = ColumnSpec("speed", "wind_speed", ("velocity",), "speed [m/s]", required=True)
+DIRECTION = ColumnSpec("direction", "angle", ("dir",), "direction [deg]")
 LEVELS = {
     "current": ColumnSpec("depth", "length", ("d", "water_depth"), "depth [m]", required=True),
     "wind": ColumnSpec("height", "length", ("z", "elevation"), "height [m]", required=True),
@@ -50,6 +50,9 @@ def _with_columns(table: TomlTable, given: Mapping[str, Any], level: ColumnSpec)
     )
     if twice := next((name for name in read.values if name in rest), None):
         raise table.wrong("given together with file, which has it. Leave one of them out.", twice)
+    if "direction" in read.values and "reference" not in rest:
+        do = 'write reference = "north" with ship, or reference = "bow": what the directions of its table count from.'
+        raise table.error(f"{table.place('reference')}: missing, {do}")
     for name, x in read.values.items():
         if bad := np.flatnonzero(~np.isfinite(x)).tolist():
             do = "Fill the cell, or leave the row out."

@@ -16,7 +16,7 @@ from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
-from stillhook.sea.steady_flow import Current, FlowSense
+from stillhook.sea.steady_flow import Current, FlowReference, FlowSense
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
@@ -132,7 +132,8 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
         raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
     if current := raw.get("current"):
         profile = {key: tuple(current[key]) for key in ("depth", "speed", "direction")}
-        raw["current"] = Current.model_construct(**current | profile | {"sense": FlowSense(current["sense"])})
+        sense = {"sense": FlowSense(current["sense"]), "reference": FlowReference(current["reference"])}
+        raw["current"] = Current.model_construct(**current | profile | sense)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")
