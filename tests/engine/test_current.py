@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import curve_fit
 from tests.conservation.test_lowering_energy import LANDING, ROUNDING, through_the_wire
 from tests.conservation.test_lowering_energy import lift as landing
 from tests.engine.lifts import RAO, X, Y, sea
-from tests.engine.test_lowering import TRANSFER, box, deep, exact, harmonic, still_winch
+from tests.engine.test_lowering import TRANSFER, box, deep, exact, harmonic, stiff, still_winch
 
 from stillhook import load_crane
 from stillhook.engine.pack.winch import pack
@@ -63,6 +64,27 @@ def test_near_resonance_a_load_in_a_current_moves_as_the_exact_rod_with_linear_d
     wanted = transfers(np.array([omega]), *exact(deep(0.01), calm), drag=drag).load_u[0]
     assert abs(answers[1] / wanted - 1.0) < TRANSFER + LINEAR
     assert abs(answers[0]) > 2.0 * abs(answers[1])
+
+
+def test_an_oscillation_in_a_current_decays_by_half_its_linear_drag_over_the_mass_of_the_mode():
+    """c / (2 M), M the mass of the exact rod's first mode as the payload moves by 1."""
+    case = still_winch("1500 m", Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.01, 0.0]), load=box(A33=50.0, A_p=30.0))
+    run = simulate(
+        stiff(), case.model_copy(update={"current": current(1.5), "duration": 30.0}), every="10 ms", step="2 ms"
+    )
+    rod, end = exact(stiff(), case)
+    omega = 2.0 * math.pi / natural_periods(rod, end)[0]
+    a, s = omega * math.sqrt(rod.mu / rod.EA), np.linspace(0.0, rod.L, 2001)
+    shape = np.cos(a * s) + rod.k_top / (rod.EA * a) * np.sin(a * s)
+    load = shape[-1] / (1.0 - omega**2 * end.moving / end.k_s)
+    M = end.moving + (end.m_h * shape[-1] ** 2 + np.mean(rod.mu * shape**2) * rod.L) / load**2
+    t, q = (x[run.time.values > 3.0] for x in (run.time.values, run.s_load.values))
+
+    def decaying(t, A, rate, w, phase, C, D):
+        return A * np.exp(-rate * t) * np.cos(w * t + phase) + C + D * t
+
+    fit = curve_fit(decaying, t, q, p0=(0.005, 0.1, omega, 0.0, q[-1], 0.0))[0]
+    assert fit[1] == pytest.approx(0.5 * case.rho * 2.0 * 30.0 * 1.5 / (2.0 * M), rel=TRANSFER)
 
 
 def test_a_load_that_falls_free_in_a_current_sinks_at_the_root_of_its_drag_and_weight():
