@@ -11,6 +11,7 @@ from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError
+from stillhook.formats.lift.flow import current_of
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import Place, other_vessel_of, place_of, still_place, tip_of
 from stillhook.formats.lift.tables import LiftTables, compensator_of, deck_of, payload_of, read_lift
@@ -192,6 +193,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(run.programme, run.start_depth, file.water.depth) if length is None else length
     place = place_of(file, table, length, seed, deck) if moving else still_place(file, table)
+    current = None if deck is not None else current_of(table)
     chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}
     lift = Lowering(
         name=file.name or table.path.stem,
@@ -210,6 +212,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         duration=f"{length!r} s",
         ramp=f"{file.ramp!r} s",
         rho=f"{file.water.rho!r} kg/m^3",
+        current=current,
         sensors=file.sensors,
         friction=file.friction,
         **chosen,
@@ -220,7 +223,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         lift=lift,
         step=file.step,
         every=file.every,
-        place=place.words,
+        place=place.words if current is None else f"{place.words}; {current.describe()}",
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,

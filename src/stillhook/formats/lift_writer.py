@@ -79,6 +79,7 @@ def write_lift(run: Run, folder: Path, *, remarks: Sequence[str] = ()) -> tuple[
         "water": _lines({"depth": exact(lift.depth, "length"), "rho": exact(lift.rho, "density")}),
         **({"sea": _sea(case)} if isinstance(case, InSea) else {}),
         **{name: _record(record) for name, record in own.items() if record != type(record)()},
+        **({} if lift.current is None else {"environment.current": _record(lift.current)}),
     }
     (folder / LIFT).write_text(f"{joined(tables)}\n{phases}\n", encoding="utf-8")
     _check(run, folder / LIFT)

@@ -190,7 +190,7 @@ class _Tables:
     def __init__(self, seas: _Seas, level: float, trial: FloatArray, quantities: Collection[str] = QUANTITIES) -> None:
         forcing, load, residual = seas.forcing, seas.load, seas.residual
         self.seas, self.trial = seas, trial
-        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)
+        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V, load.U)
 
         def compliance(omega: FloatArray) -> ComplexArray:
             return (

@@ -51,6 +51,8 @@ def check_lift(crane: Crane, case: Lowering) -> None:
             f"({100.0 * load / crane.SWL:.5g} %). Lower the mass or choose another crane."
         )
     _check_places(crane, case)
+    if case.current is not None and (problem := case.current.short_of(case.depth)):
+        raise LiftError(f"current.depth: {problem}")
     if case.deck is not None:
         _check_deck(case, case.deck)
 
@@ -93,6 +95,8 @@ def check_sea(case: Lowering) -> None:
             " run."
         )
     if case.deck is not None:
+        if case.current is not None:
+            raise LiftError("current: with a deck the payload is in air. Leave current out.")
         if case.waves is not None:
             raise LiftError("waves: with a deck the payload is in air. Leave waves out, or write [sea] water = false.")
         known = case.deck.motion.duration

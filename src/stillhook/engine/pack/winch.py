@@ -264,10 +264,13 @@ def load_record(crane: Crane, case: Scenario) -> Load:
     return suspended_load(case.load, crane.hook_mass, *water_around(case))
 
 
-def water_around(case: Scenario) -> tuple[float, float, float]:
-    """What the water does to a payload: displaced mass [kg], added mass [kg], drag [N s^2/m^2]; zeros in air."""
+def water_around(case: Scenario) -> tuple[float, float, float, float]:
+    """What the water does to a payload: displaced mass [kg], added mass [kg], drag [N s^2/m^2], current across it
+    [m/s]; zeros in air."""
     w = case.water
-    return (0.0, 0.0, 0.0) if w is None else (w.rho * w.volume, w.added_mass, 0.5 * w.rho * w.C_D * w.area)
+    if w is None:
+        return 0.0, 0.0, 0.0, 0.0
+    return w.rho * w.volume, w.added_mass, 0.5 * w.rho * w.C_D * w.area, w.current
 
 
 def friction_record(s: spec.SystemFriction) -> SystemFriction:

@@ -64,7 +64,7 @@ RANGES = {
 COMMON_LIMITS = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
 """Limits of every winch with their words, as in the status of a run."""
 CONDITIONS = ("valid_load", "valid_s_w", "valid_s_tip_pp", "valid_period", "valid_mode", "valid_pumps")
-PAYLOAD, WIRE_OUT = 0, 5
+PAYLOAD, WIRE_OUT = 0, 6
 """Places in `Beginning` of the driver."""
 
 

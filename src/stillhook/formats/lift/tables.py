@@ -13,6 +13,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError, MotionError, ScenarioError
 from stillhook.formats.case_file import read_tip
+from stillhook.formats.lift.flow import with_profiles
 from stillhook.formats.lift.forms import today
 from stillhook.library.catalogue import read_compensator, read_payload
 from stillhook.library.toml.file import TomlTable
@@ -168,7 +169,7 @@ class LiftTables(Spec):
 
 def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]:
     """A lift file in the words of today, and as a model. Errors: StillhookError, one line."""
-    table = today(table)
+    table = with_profiles(today(table))
     file = table.read(model)
     for i, phase in enumerate(file.phase):
         if phase.start_depth is not None:

@@ -153,6 +153,13 @@ class Environment(Record):
     def _in_order(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         return ordered(values, str(info.field_name))
 
+    @field_validator("current")
+    @classmethod
+    def _meets(cls, current: Current | None) -> Current | None:
+        if current is not None and current.area is None:
+            raise ValueError('area: missing, the side of the payload that it meets. Write area = "40 m^2".')
+        return current
+
     def inputs(self) -> dict[str, Any]:
         """What results follow from, as plain data."""
         without = {name for name in ("swell", "current", "wind") if getattr(self, name) is None}
@@ -325,8 +332,8 @@ class LiftPlan:
         fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
         fields |= {key: getattr(self, key) for key in ("name", "payload", "rigging", "wire", "winch", "sensors")}
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3"}
-        compensator = self.compensator if self.linked else None
-        return Lowering(**fields, compensator=compensator, controller=self.crane.plant.type.default_mode)
+        flow = {"compensator": self.compensator if self.linked else None, "current": self.environment.current}
+        return Lowering(**fields, **flow, controller=self.crane.plant.type.default_mode)
 
 
 def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:

@@ -207,7 +207,7 @@ class Part:
     @property
     def rise(self) -> FloatArray:
         """Mean force of the water on a payload that sinks, up positive [N]."""
-        return mean_drag(self.load.B, self.V, self.s.relative) + self.load.C_lin * self.V
+        return mean_drag(self.load.B, self.V, self.s.relative, self.load.U) + self.load.C_lin * self.V
 
 
 def _phase(

@@ -16,6 +16,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.steady_flow import Current
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import (
     Amplitudes,
@@ -144,6 +145,7 @@ class Lowering(Record):
     duration: u.Time = Field(gt=0)
     ramp: u.Time = Field(default=10.0, ge=0)
     rho: u.Density = Field(default=RHO_SEA, gt=0)
+    current: Current | None = Field(default=None, description="past the payload, in its drag")
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
 
@@ -163,6 +165,13 @@ class Lowering(Record):
     def on_deck(self) -> bool:
         """Whether the payload starts on a deck."""
         return self.deck is not None and self.deck.slack is not None
+
+    @property
+    def body(self) -> str:
+        """Element of the load path that the payload is."""
+        if self.deck is not None:
+            return "deck"
+        return "payload" if self.current is None or max(self.current.speed) == 0.0 else "current"
 
     @property
     def moves(self) -> tuple[Move, ...]:

@@ -16,6 +16,7 @@ from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
+from stillhook.sea.steady_flow import Current, FlowReference, FlowSense
 from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
@@ -115,8 +116,7 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
 
 def _lift(case: Lowering) -> dict[str, Any]:
     plain = case.model_dump(mode="json", exclude={"tip", "waves", "payload"})
-    if plain["deck"] is None:
-        del plain["deck"]
+    plain = {key: value for key, value in plain.items() if value is not None or key not in ("deck", "current")}
     return {**plain, "payload": case.payload.to_dict()}
 
 
@@ -130,6 +130,10 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
         raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
     if deck := raw.get("deck"):
         raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
+    if current := raw.get("current"):
+        profile = {key: tuple(current[key]) for key in ("depth", "speed", "direction")}
+        sense = {"sense": FlowSense(current["sense"]), "reference": FlowReference(current["reference"])}
+        raw["current"] = Current.model_construct(**current | profile | sense)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")
