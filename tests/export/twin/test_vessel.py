@@ -25,7 +25,7 @@ def case_of(unit: stillhook.MotionUnit | None = None) -> stillhook.Scenario:
 
 def rows(tip: stillhook.VesselTip, t: np.ndarray, given: stillhook.VesselTip) -> list[dict[str, float]]:
     """What a host gives: the vessel's motion, the boom's angles, and the heave of another unit."""
-    jets = [*tip._attitude(t), *tip._pose(t), given._signals.at(t).heave]
+    jets = [*tip._attitude(t), *tip._pose(t), given.signals(0.01).at(t).heave]
     columns = np.column_stack([np.broadcast_to(x, t.shape) for jet in jets for x in jet])
     return [dict(zip(VESSEL, row, strict=True)) for row in columns.tolist()]
 
