@@ -8,7 +8,7 @@ import stillhook
 from stillhook.engine.inputs import CycleInputs
 from stillhook.export.fmu import write_fmu
 from stillhook.export.twin import ExportError, export
-from stillhook.export.twin.ports import VESSEL
+from stillhook.sea.vessel.vessel_tip import VESSEL
 
 BOOM = "x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg"
 CLOSE = 1e-11  # m: of other flags of a compiler, and of the boom's height, 40 m, whose rounding is in the tip's

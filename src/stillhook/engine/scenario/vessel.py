@@ -37,6 +37,7 @@ class VesselInputs:
         self.ends_as = {n: of for jet in GIVEN.values() if self._tip for n, of in zip(jet, MOTION, strict=True)}
         self.names = tuple(self.ends_as)
         self.unit: VesselUnit | None = None
+        self._scenario: tuple[int, dict[str, float]] = (-1, {})
 
     def tip(self, inputs: Mapping[str, float], k: int) -> tuple[dict[str, float], VesselUnit | None]:
         """Inputs of cycle k with the tip's motion, and its image, in place of the vessel's, and the motion unit then.
@@ -46,7 +47,7 @@ class VesselInputs:
             return dict(inputs), None
         if "s_tip" in inputs:
             raise SimulationError("Session.step: s_tip and heave: give the motion of the tip or that of the vessel.")
-        signals, made = self._tip.signals(self._h), list[Memory]()
+        signals, made = self._tip.signals(self._h), [Memory(k, np.empty(0))]
 
         def seen(true: Attitude) -> Attitude:
             result, memory = signals.following(signals.begin(k - 1) if self.unit is None else self.unit.memory, true)
@@ -54,19 +55,22 @@ class VesselInputs:
             return result
 
         try:
-            *motions, heave = self._tip.of_inputs(given, k * self._h, seen)
+            *motions, heave = self._tip.of_inputs(given, k * self._h, seen if signals.places else None)
         except MotionError as problem:
             raise SimulationError(f"Session.step: {problem}") from None
         numbers = [x.item() for motion in motions for x in motion]
         others = {name: value for name, value in inputs.items() if name not in given}
         given |= {name: float(np.ravel(x)[0]) for name, x in zip(GIVEN["unit_heave"], heave, strict=True)}
-        return {**others, **dict(zip((*MOTION, *MEASURED), numbers, strict=True))}, VesselUnit(made[0], given)
+        return {**others, **dict(zip((*MOTION, *MEASURED), numbers, strict=True))}, VesselUnit(made[-1], given)
 
     def at(self, name: str, k: int) -> float:
         """The vessel's motion by name at the present cycle k: what came, else the scenario's."""
         assert self._tip is not None
-        given = {} if self.unit is None else self.unit.given
-        return given[name] if name in given else self._tip.inputs_at(k * self._h, self._h)[name]
+        if self.unit is not None and name in self.unit.given:
+            return self.unit.given[name]
+        if self._scenario[0] != k:
+            self._scenario = k, self._tip.inputs_at(k * self._h, self._h)
+        return self._scenario[1][name]
 
     def saved(self) -> tuple[dict[str, Any], FloatArray]:
         """The unit for a saved state: for its head, and numbers."""
@@ -78,7 +82,7 @@ class VesselInputs:
         """The unit of a saved state at cycle k. Errors: SimulationError."""
         saved = head.get("vessel")
         count = 0 if saved is None or self._tip is None else self._tip.signals(self._h).places
-        if len(numbers) != count or (saved is not None and not count):
+        if len(numbers) != count:
             raise SimulationError(
                 f"{label}: damaged: {len(numbers)} numbers of a motion unit, not {count}. Save it again."
             )

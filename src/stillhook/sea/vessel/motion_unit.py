@@ -33,7 +33,7 @@ KEPT = 8  # blocks of states that are not made again
 ENDLESS = 2**40
 RATE = 100.0  # samples of noise a second [1/s]
 LARGEST_DELAY = 2.0  # s
-NOISES = {"noise_heave": "length", "noise_speed": "speed", "noise_angle": "angle", "noise_rate": "rotation"}
+NOISES = {"noise_heave": "length", "noise_speed": "speed", "noise_angle": "angle", "noise_rate": "angle_rate"}
 
 
 @dataclass(frozen=True, init=False)
@@ -44,7 +44,7 @@ class MotionUnit:
     second-order high-pass on heave, None for none; roll and pitch pass as they are. heave_damping: of that filter [-].
     delay: by which all of its signals are late. noise_heave, noise_speed, noise_angle, noise_rate: standard deviations
     of white noise, a hundred values a second, on heave, its speed, roll and pitch, and their rates (per second, as
-    "0.01 rad/s"). seed: of that noise. rotations: whether the PLC turns the lever "exact" or "small-angle".
+    "0.1 deg/s"). seed: of that noise. rotations: whether the PLC turns the lever "exact" or "small-angle".
     Texts with units in, SI kept. Errors: MotionError, UnitError.
 
     >>> import math, stillhook
@@ -74,7 +74,7 @@ class MotionUnit:
         noise_heave: str = "0 m",
         noise_speed: str = "0 m/s",
         noise_angle: str = "0 deg",
-        noise_rate: str = "0 rad/s",
+        noise_rate: str = "0 deg/s",
         seed: int = 0,
         rotations: str = EXACT,
     ) -> None:
@@ -183,8 +183,8 @@ class Signals:
 
     @property
     def places(self) -> int:
-        """Numbers of its `Memory`."""
-        return 5 + 9 * (self._late + 1)
+        """Numbers of its `Memory`, none where it passes the motion."""
+        return 0 if self._unit.passes else 5 + 9 * (self._late + 1)
 
     def _at(self, i: Any) -> Attitude:
         """The attitude at cycles i."""

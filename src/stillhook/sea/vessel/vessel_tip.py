@@ -30,12 +30,26 @@ Moves = tuple[tuple[float, float, float], ...]
 SIZES = {"heave": "length", "roll": "angle", "pitch": "angle", "surge": "length", "sway": "length", "yaw": "angle"}
 ANGLES = {"slew": "slew", "luff": "main_angle", "fold": "knuckle_angle"}
 """Movements of a boom, and the angle of `Boom` that each changes."""
-GIVEN = {
-    name: (name, f"v_{name}", f"a_{name}")
-    for name in ("heave", "roll", "pitch", "slew", "main", "knuckle", "unit_heave")
+_MEANT = {
+    "heave": "heave, up positive [m]",
+    "roll": "roll, port side up positive [rad]",
+    "pitch": "pitch, bow up positive [rad]",
+    "slew": "slew angle of the boom, from the bow to port [rad]",
+    "main": "angle of the main boom above the horizontal [rad]",
+    "knuckle": "angle of the knuckle boom below the line of the main boom [rad]",
+    "unit_heave": "heave as the motion unit gives it to the PLC, up positive [m]",
 }
+GIVEN = {name: (name, f"v_{name}", f"a_{name}") for name in _MEANT}
 """Vessel, angles of the boom, and heave as the motion unit gives it, as inputs from outside: each with its rate and
 acceleration."""
+NEEDED = (*GIVEN["heave"], *GIVEN["roll"], *GIVEN["pitch"])
+"""Those without which the vessel's motion is not complete."""
+VESSEL = {
+    each: (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
+    for name, text in _MEANT.items()
+    for each, of, per in zip(GIVEN[name], ("", "rate of ", "acceleration of "), ("", "/s", "/s^2"), strict=True)
+}
+"""All of them with their meanings and units."""
 SOFT = 2.0
 """Time over which a boom comes to its speed, and to rest [s]: half of it before a movement's first and last time."""
 LARGEST_ANGLE = math.radians(60.0)  # of roll and pitch
