@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook import Scenario, load_crane
+from stillhook import MotionUnit, Scenario, VesselTip, load_crane
 from stillhook.analysis.uncertainty.draws import HELD, Drawing, Uncertainty, draws, unit_points
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law, distribution
 from stillhook.engine.pack.winch import gains
@@ -197,6 +197,26 @@ def test_bad_factors_are_refused_in_one_line(table, error, words):
         Uncertainty.of(table, "my.toml")
     assert "\n" not in str(caught.value)
     assert "my.toml" in str(caught.value)
+
+
+def test_a_drawn_heave_filter_is_that_of_a_unit_with_the_same_corner():
+    boom, crane = "x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg", load_crane("nov-250t")
+    tip = VesselTip(boom, heave="sine 1 m 12 s", unit=MotionUnit(heave_period="25 s", delay="20 ms"))
+    case = CASE.model_copy(update={"tip": tip})
+    t = np.arange(0.0, 30.0, 0.01)
+    before = tip.measured(t)[0]  # what the unit remembers is not that of the other one
+    _, drawn = next(Drawing(crane, case, ["heave_filter"]).pairs(np.array([[1.2]])))
+    slower = VesselTip(boom, heave="sine 1 m 12 s", unit=MotionUnit(heave_period="30 s", delay="20 ms"))
+    assert drawn.tip == slower
+    np.testing.assert_array_equal(drawn.tip.measured(t)[0], slower.measured(t)[0])
+    np.testing.assert_array_equal(tip.measured(t)[0], before)
+    assert np.abs(drawn.tip.measured(t)[0] - before).max() > 0.1
+    assert "heave_filter" in Uncertainty.default().on((crane, case)).factors
+    assert "heave_filter" not in Uncertainty.default().on((crane, CASE)).factors
+    with pytest.raises(
+        SpecError, match=r"factor heave_filter: it has no effect here: no motion unit of the case filters"
+    ):
+        Uncertainty.of({"heave_filter": "default"}).on((crane, CASE))
 
 
 EMPTY = Scenario(load="0 t", s_w="15 m", tip="sine 2 m 12 s", duration="60 s")

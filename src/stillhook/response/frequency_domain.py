@@ -153,8 +153,8 @@ class _Seas:
         moving = self.v > 0.0
         for some in _blocks(np.flatnonzero(moving)):
             C[some] = residual.gaussian(forcing.omega, self.v[some])
-        self.wire = np.abs(C) ** 2 * forcing.tip
-        self.cross = C * forcing.cross if self.waves else None
+        remains = forcing.remaining(C)
+        self.wire, self.cross = remains.tip, remains.cross if self.waves else None
         self.slow = self.places = None
         if residual.remnant is not None:
             still = np.where(moving, self.v, 1.0)

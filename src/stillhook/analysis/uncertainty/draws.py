@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, copied
 from stillhook.base.choice import nearest
 from stillhook.engine.pack.settings import ASSUMED
 from stillhook.engine.pack.winch import gains
@@ -184,7 +184,7 @@ def _copy(record: Any, tree: Mapping[str, Any], i: int) -> Any:
     if not tree:
         return record
     new = {name: _copy(getattr(record, name), x, i) if isinstance(x, dict) else x[i] for name, x in tree.items()}
-    return record.model_copy(update=new)
+    return record.model_copy(update=new) if isinstance(record, BaseModel) else copied(record, new)
 
 
 Set = FrictionSet | LossSet

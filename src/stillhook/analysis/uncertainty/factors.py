@@ -22,6 +22,7 @@ from stillhook.engine.pack.settings import SCALED
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
 from stillhook.errors import SpecError
+from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.spec.crane import Crane, Wire, effective_inertia, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
@@ -244,6 +245,8 @@ class Factor:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
             return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
+        if self.name == HEAVE_FILTER and not (isinstance(case.tip, VesselTip) and case.tip.unit.heave_period):
+            return "no motion unit of the case filters heave. Leave it out."
         if self.name == "load" and case.load == 0.0:
             return "only the hook is on the wire. Leave this factor out."
         return ""
@@ -291,6 +294,7 @@ def between(low: float, high: float) -> Distribution:
 
 PASSIVE_LOSS = "passive_motor_loss"
 LOSS_MODEL = "loss_model"
+HEAVE_FILTER = "heave_filter"
 
 
 def equal_models(crane: Crane) -> Distribution:

@@ -32,6 +32,7 @@ from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
 from stillhook.physics.scalar import G
+from stillhook.sea.vessel.vessel_tip import VESSEL as MEANINGS
 from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -232,7 +233,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     record = flatten(first_lane(d, winch, tick, guards))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
-    moved = tuple(p.VESSEL) if coupling == VESSEL else p.MOTION
+    moved = tuple(MEANINGS) if coupling == VESSEL else p.MOTION
     names = (*(("F_w",) if wire else ()), *moved, "v_op", "mode", *shares)
     names += p.COMMANDS if contents == PLANT else ()
     where = [p.columns(name, wire=wire) for name in names]

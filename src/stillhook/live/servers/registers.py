@@ -16,10 +16,9 @@ from stillhook.errors import LiveError, UnitError
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.runtime.board import STATUS
-from stillhook.live.servers.served import about
+from stillhook.live.servers.served import about, kind_of
 from stillhook.tables.table import Spec, Text
 from stillhook.units import parse, quote
-from stillhook.variables import BY_NAME
 
 LAST = 65_535
 """Largest address of a register."""
@@ -184,14 +183,12 @@ def _factor(place: TomlTable, row: RegisterRow) -> float:
     if row.unit is None or row.unit == unit:
         return row.scale
     side, _, signal = row.name.rpartition(".")
-    of = None
-    if row.name not in STATUS and not (side and unit != about(signal)[0]):
-        of = BY_NAME.get(signal, BY_NAME.get(signal.removeprefix("sensed_")))
-    if of is None or not of.kind:
+    kind = "" if row.name in STATUS or (side and unit != about(signal)[0]) else kind_of(signal)
+    if not kind:
         percent = row.unit == "%" and unit == "1"
         if not percent:
             raise UnitError(
                 f"{place.place('unit')} = {quote(row.unit)}: {row.name} is in {unit}. Write that, or nothing."
             )
         return 0.01 * row.scale
-    return row.scale * parse(f"1 {row.unit}", of.kind, place.place("unit"))
+    return row.scale * parse(f"1 {row.unit}", kind, place.place("unit"))

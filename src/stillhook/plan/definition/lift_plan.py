@@ -29,6 +29,7 @@ from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_mosk
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.steady_flow import Current, Wind
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane
@@ -227,6 +228,7 @@ class LiftPlan:
     assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
     credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
     against: the tip's motion against the vessel that the payload is on (None: not known);
+    unit: motion unit whose heave filter takes from what the PLC is given (None: no filter);
     load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
     items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
     the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
@@ -262,6 +264,7 @@ class LiftPlan:
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
     against: RelativeMotion | None = field(default=None, repr=False)
+    unit: MotionUnit | None = None
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False

@@ -150,7 +150,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     }
     values["v_w_demand"] = V + (v if phase.compensated else np.zeros(len(seas)))
     if phase.compensated:
-        values["e_c_pp"] = 2.0 * left * eta
+        of, share = _left(plan, phase, seas, left)
+        values["e_c_pp"] = 2.0 * share * of.largest(T)[0]
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
@@ -166,12 +167,23 @@ def duration_of(plan: LiftPlan, phase: Phase) -> float:
 
 def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
     """What moves payload and water, with what the winch leaves of the tip's motion, from 1 (all)."""
-    tip = tip_motion(plan, phase, seas)
+    tip, share = _left(plan, phase, seas, left)
     if phase.follows_deck:
-        tip, left = Tip(tip.T_w, *hook_in_air(plan, phase, seas, left)), 1.0
+        tip, share = Tip(tip.T_w, *hook_in_air(plan, phase, seas, left)), 1.0
     eta, v, a = tip.largest(duration_of(plan, phase))
     zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
-    return Motions(left * eta, left * v, left * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
+    return Motions(share * eta, share * v, share * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
+
+
+def _left(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> tuple[Tip, float]:
+    """A motion and the part of it that the winch leaves, from 1 (all): the tip's, or where a heave filter loses some
+    of it, the wire's end's, and all of it."""
+    tip, at = tip_motion(plan, phase, seas), plan.tip_of(phase)
+    forcing = forcing_at(plan.of_high, seas, at.x, at.y)
+    if forcing.lost is None or left == 1.0:
+        return tip, left
+    remains = forcing.remaining(left)
+    return Tip(tip.T_w, *(remains.deviation(order) for order in range(3))), 1.0
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:

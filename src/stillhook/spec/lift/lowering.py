@@ -17,13 +17,14 @@ from stillhook.errors import LiftError
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.steady_flow import Current
+from stillhook.sea.vessel.heave_filter import moved_by
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import (
     Amplitudes,
     Resolution,
     WaveField,
     band,
-    moved_by,
     realise,
     samples,
     tip_motion,
@@ -199,7 +200,8 @@ class InSea:
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
     leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
     seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
-    meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
+    meet the same waves where it is equal. other: whose deck in these waves is that of the lift. unit: motion unit whose
+    heave filter takes from what the PLC is given.
     """
 
     lift: Lowering
@@ -213,6 +215,7 @@ class InSea:
     amplitudes: Amplitudes = Amplitudes.FIXED
     repeat: float | None = None
     other: OtherVessel | None = field(default=None, repr=False)
+    unit: MotionUnit | None = None
 
     def __post_init__(self) -> None:
         if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
@@ -239,6 +242,7 @@ class InSea:
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
         place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         place += [] if self.other is None else self.other.inputs()
+        place += [] if self.unit is None else [self.unit.to_dict()]
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     @cached_property
@@ -251,7 +255,7 @@ class InSea:
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
         place = waves, self.rao, self.x, self.y
-        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE)
+        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE, unit=self.unit)
         moved = self.lift.model_copy(update={"tip": tip, "waves": water})
         if self.other is None or self.lift.deck is None:
             return moved

@@ -18,6 +18,7 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
 from stillhook.sea.steady_flow import Current, FlowReference, FlowSense
 from stillhook.sea.vessel.boom import TipPoint
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
 from stillhook.sea.vessel.relative import OtherVessel
@@ -72,6 +73,7 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
                 other, at = case.other, case.other.at
                 own["other"] = {"rao": shared["raos"].place(other.rao), "at": [at.x, at.y], "heading": other.heading}
                 own["other"]["position"] = other.position
+            own |= {} if case.unit is None else {"unit": case.unit.to_dict()}
             own |= {"sea": shared["seas"].place(case.sea), "rao": shared["raos"].place(case.rao)}
             rows.append({"lift": shared["lifts"].place(case.lift), "in_sea": own})
         else:
@@ -97,6 +99,8 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
             if own := row.get("in_sea"):
                 own["amplitudes"] = Amplitudes(own["amplitudes"])
                 place = {"sea": made["seas"][own.pop("sea")], "rao": made["raos"][own.pop("rao")]}
+                if of := own.pop("unit", None):
+                    own["unit"] = MotionUnit.from_dict(of)
                 if of := own.pop("other", None):
                     position = None if of["position"] is None else tuple(of["position"])
                     deck = made["raos"][of["rao"]], TipPoint(*of["at"]), of["heading"], position

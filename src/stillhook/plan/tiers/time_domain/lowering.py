@@ -307,7 +307,8 @@ def in_sea(
     at = plan.tip_of(phase)
     sea = plan.environment.sea(*spot)
     water = phase.held or in_waves(plan, sea, course)
-    return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH)
+    unit = None if winch.controller is None and winch.left == 1.0 else plan.unit
+    return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH, unit=unit)
 
 
 def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
