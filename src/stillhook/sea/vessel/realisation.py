@@ -348,7 +348,7 @@ def _series(waves: Realisation, c: ComplexArray, n: int) -> FloatArray:
 
 
 def moved_by(
-    waves: Realisation, rao: Rao, x: float, y: float, *, water: bool, left: float, resolution: Resolution
+    waves: Realisation, rao: VerticalMotion, x: float, y: float, *, water: bool, left: float, resolution: Resolution
 ) -> tuple[IrregularTip, WaveField | None]:
     """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
     realisation. water: whether it is wanted; left: part of the tip's motion that is kept."""

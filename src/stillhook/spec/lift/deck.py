@@ -20,6 +20,8 @@ from stillhook.units import show
 
 RATE = 100.0
 """Values of noise a second [1/s]."""
+MOST_SLACK = 20.0
+"""Longest slack of the wire as a payload starts on a deck [m]."""
 BLOCK, STREAM = 4096, 1
 """Values of noise made at once, and what keeps them apart from others of the same seed."""
 
@@ -42,7 +44,7 @@ class Deck(Record):
         default=0.3, ge=0.05, le=1, description="speed after over speed before a hit (assumed: timber dunnage)"
     )
     slack: u.Length | None = Field(
-        default=None, ge=0, le=20, description="of the wire as the payload starts on the deck; default: it hangs"
+        default=None, ge=0, le=MOST_SLACK, description="of the wire as the payload starts on the deck; default: it hangs"
     )
     followed: Annotated[bool, Field(strict=True)] = False
     delay: u.Time = Field(default=0.0, ge=0, le=2, description="of the deck's motion unit")

@@ -27,7 +27,7 @@ from stillhook.sea.vessel.realisation import (
     samples,
     tip_motion,
 )
-from stillhook.sea.vessel.relative import DeckMotion, OtherVessel
+from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
@@ -188,7 +188,7 @@ class InSea:
     lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
     crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
-    leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
+    leaves 0.2), and what is left of its motion against a deck that is followed; the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
     seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
     meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
     """
@@ -220,6 +220,11 @@ class InSea:
             )
 
     @property
+    def _follows(self) -> bool:
+        """Whether what is left is that of the motion against the deck."""
+        return self.left != 1.0 and self.other is not None and self.lift.deck is not None and self.lift.deck.followed
+
+    @property
     def period(self) -> float:
         """Period after which the waves repeat [s]."""
         return self.lift.duration if self.repeat is None else self.repeat
@@ -230,6 +235,7 @@ class InSea:
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
         place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         place += [] if self.other is None else self.other.inputs()
+        place += ["followed"] if self._follows else []
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     @cached_property
@@ -241,8 +247,11 @@ class InSea:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        place = waves, self.rao, self.x, self.y
-        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE)
+        rao, left = self.rao, self.left
+        if self.other is not None and self._follows:
+            rao, left = RelativeMotion(self.rao, self.other, self.lift.depth, left, 1.0 - left), 1.0
+        place = waves, rao, self.x, self.y
+        tip, water = moved_by(*place, water=self.water, left=left, resolution=Resolution.COARSE)
         moved = self.lift.model_copy(update={"tip": tip, "waves": water})
         if self.other is None or self.lift.deck is None:
             return moved

@@ -67,8 +67,9 @@ OF_STAGE = (
     "power_time",
     "stroke_time",
 )
-"""Numbers that are kept of the phase that counts, where the winch type has them; in addition `v_landed` of the whole
-run, the speed of the first touch: it may come before its phase is over."""
+"""Numbers that are kept of the phase that counts, where the winch type has them; in addition of the whole run
+`v_landed`, the speed of the first touch, which may come before its phase is over, `v_hit`, that of the fastest, and
+`v_again`, that of the fastest hit of a deck that the payload was lifted off, 0 without one."""
 
 ROD_AT_END = "rod_end_time"
 """Time with the rod of a passive heave compensator at either end of its stroke in the phase that counts [s]."""
@@ -94,6 +95,8 @@ def run_numbers(
         numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ends], axis=0)
     if intervals is not None and max(intervals, default=0) > 0:
         numbers |= _peaks(data, each, max(intervals))
+    again = data["v_second_hit_max"].values if "v_second_hit_max" in data else np.zeros(len(counts))
+    numbers |= {"v_hit": data["v_hit_max"].values, "v_again": np.nan_to_num(again)}
     return numbers | {"v_landed": data["v_landed"].values}
 
 
