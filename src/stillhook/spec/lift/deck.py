@@ -44,7 +44,10 @@ class Deck(Record):
         default=0.3, ge=0.05, le=1, description="speed after over speed before a hit (assumed: timber dunnage)"
     )
     slack: u.Length | None = Field(
-        default=None, ge=0, le=MOST_SLACK, description="of the wire as the payload starts on the deck; default: it hangs"
+        default=None,
+        ge=0,
+        le=MOST_SLACK,
+        description="of the wire as the payload starts on the deck; default: it hangs",
     )
     followed: Annotated[bool, Field(strict=True)] = False
     delay: u.Time = Field(default=0.0, ge=0, le=2, description="of the deck's motion unit")

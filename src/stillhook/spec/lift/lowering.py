@@ -16,7 +16,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, VerticalMotion
 from stillhook.sea.vessel.realisation import (
     Amplitudes,
     Resolution,
@@ -188,8 +188,8 @@ class InSea:
     lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
     crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
-    leaves 0.2), and what is left of its motion against a deck that is followed; the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
-    seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
+    leaves 0.2), and what is left of its motion against a deck that is followed; the
+    water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
     meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
     """
 
@@ -247,10 +247,11 @@ class InSea:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        rao, left = self.rao, self.left
+        moves: VerticalMotion = self.rao
+        left = self.left
         if self.other is not None and self._follows:
-            rao, left = RelativeMotion(self.rao, self.other, self.lift.depth, left, 1.0 - left), 1.0
-        place = waves, rao, self.x, self.y
+            moves, left = RelativeMotion(self.rao, self.other, self.lift.depth, left, 1.0 - left), 1.0
+        place = waves, moves, self.x, self.y
         tip, water = moved_by(*place, water=self.water, left=left, resolution=Resolution.COARSE)
         moved = self.lift.model_copy(update={"tip": tip, "waves": water})
         if self.other is None or self.lift.deck is None:

@@ -50,8 +50,8 @@ def rules_of_failure(plan: LiftPlan, phase: Phase) -> tuple[Limited, ...]:
 def quantities(plan: LiftPlan, each: Request, numbers: Numbers) -> dict[str, FloatArray]:
     """Quantity -> its value of every run (n,). A load that landed has slack slings as it should. Touch-down is that of
     the runs where the winch stands afterwards; where it goes on, wrongly, the largest downward speed of a load that
-    hangs counts as well: it may land at any moment. At a deck it is the fastest of all touches. What waves take of the sling tension of the high weight case is
-    taken of that of the low one."""
+    hangs counts as well: it may land at any moment. At a deck it is the fastest of all touches. What waves take of the
+    sling tension of the high weight case is taken of that of the low one."""
     phase = plan.phase(each.phase)
     result = {"F_top_max": numbers["F_w_max"], "DAF": numbers["DAF"]}
     landed = np.isfinite(numbers["v_landed"])

@@ -19,7 +19,6 @@ from stillhook.plan.tiers.time_domain.lowering import Course, Winch
 from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind
 from stillhook.statistics.extremes import MPM
 
-
 AT_DECK = ("F_top_max", "DAF", "v_landed", "v_second_hit_max")
 """Quantities that runs at a deck determine."""
 
