@@ -208,7 +208,7 @@ def _runs_shown(rows: Sequence[Mapping[str, Any]]) -> list[Part]:
     text = (
         f"Closed form / level of 90 % of the runs / most of {rows[0]['n']} runs with"
         f" {Alternative(rows[0]['alternative']).label}, each lifted off or set down at an instant of its own, in the"
-        " seas of the claimable limit. The closed form takes the worst instant of half an hour and a winch that does"
+        " seas of the claimable limit, or the lowest of the table. The closed form takes the worst instant of half an hour and a winch that does"
         " not yield; in a run the winch slows down as it takes up the load, and a relief valve that opens limits the"
         " hook load. Hit: impact at set-down, second hits at lift-off. Clearance: least height over the deck as it came"
         f" closer again. The deck settles by {fmt(SETTLEMENT, 'length')} under the payload and returns 0.3 of the speed"

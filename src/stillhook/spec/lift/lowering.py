@@ -188,8 +188,9 @@ class InSea:
     lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
     crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
-    leaves 0.2), and what is left of its motion against a deck that is followed; the
-    water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
+    leaves 0.2), and where a deck is followed the part of its motion against that; the water keeps its waves.
+    amplitudes: random ones (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s],
+    None for the lift's duration, and not shorter: lifts of unlike durations
     meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
     """
 

@@ -186,8 +186,8 @@ def begun(plan: LiftPlan, cells: Cells, phase: Phase, winch: Winch, each: Reques
 
 
 def moments(phase: Phase, course: Course, Tp: float) -> FloatArray:
-    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage, a landing or at a deck;
-    elsewhere over a period of the waves, each train at phases between those of the others."""
+    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage, of a landing and at a
+    deck; elsewhere over a period of the waves, each train at phases between those of the others."""
     if _over_way(phase):
         begin = off_deck_from(phase, course, Tp)
         return np.asarray(begin + (np.arange(MOMENTS) + 0.5) / MOMENTS * (course.counted - begin))
