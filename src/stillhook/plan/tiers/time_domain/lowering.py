@@ -11,9 +11,11 @@ import numpy as np
 
 from stillhook.engine.arguments import substeps
 from stillhook.engine.lowering.case import lift_step
+from stillhook.engine.lowering.checks import DECK_LIMIT
 from stillhook.engine.lowering.run import longest_step
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.errors import PlanError
+from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.other_vessel import hook_on_deck, largest
@@ -61,8 +63,8 @@ HANGS, THROUGH = 3.0, 1.0
 """Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion
 count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
-SETTLEMENT = 6.5e-3
-"""Settlement of a deck under the payload [m] (assumed): a hit takes eight of the steps of a plan's runs."""
+SETTLEMENT = 2e-3
+"""Settlement of a deck under the payload [m] (assumed): stiff, for a soft one helps the wire to take up the load."""
 ABOVE_DECK = 15.0
 """Time for which a payload that was lifted off a deck hangs over it [s]: a long wave, which may reach it still."""
 STEP = 10e-3
@@ -304,8 +306,8 @@ def _speed(phase: Phase) -> float:
 
 
 def step_of(plan: LiftPlan) -> float:
-    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed need a shorter
-    one at an end of any phase, or what they need where that is shorter still."""
+    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end, the seabed or a deck need a
+    shorter one at an end of any phase, or what they need where that is shorter still."""
     phases = [phase for phase in plan.phases if phase.kind in KINDS]
     out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.z_start, p.z_end) if z is not None}
     cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]
@@ -316,6 +318,8 @@ def step_of(plan: LiftPlan) -> float:
         if Alternative.PHC in plan.alternatives:
             linked = plan.under(Alternative.PHC).hanging(max(z, -plan.depth + CLOSE), plan.tip_of(phase).z)
             longest = min(longest, longest_step(plan.crane, linked))
+    if any(phase.kind in APART for phase in phases):
+        longest = min(longest, DECK_LIMIT * math.sqrt(SETTLEMENT / G))
     t_cycle = plan.crane.control.t_cycle
     step = t_cycle / substeps(t_cycle, STEP)
     return step if step <= longest else t_cycle / substeps(t_cycle, lift_step(longest))
