@@ -78,9 +78,10 @@ def _check_deck(case: Lowering, deck: Deck) -> None:
             f"start_depth = {start}: with deck.slack the payload starts on the deck, {height} above the water. Give"
             f" start_depth = {quote(show(-deck.height, 'length'))}."
         )
-    if case.compensator is not None:
+    if case.compensator is not None and case.compensator.mass > sum(case.compensator.masses):
         raise LiftError(
-            "compensator: a payload that starts on a deck has slings alone. Leave out compensator or slack."
+            "compensator: its body between hook and slings has no place at rest above a payload on a deck. Leave out"
+            " compensator or slack."
         )
     moves = [abs(float(x[0])) for motion in (case.tip, deck.motion) for x in motion.sample(np.zeros(1))[:2]]
     if case.ramp == 0.0 and max(moves) > 0.0:

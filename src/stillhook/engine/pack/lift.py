@@ -186,7 +186,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         t_cycle=settings.t_cycle,
     )
     stretch = F_sling / sling.k if slack is None else -slack
-    if unit is not None:
+    if unit is not None and slack is None:
         s, z = static_stroke(case, case.z_0), case.z_0 + case.payload.height + r.height
         stretch, link = unit.at_rest(F_sling, s, z, sling.k, link)
     q = at_rest(s_tip, k_0, weights, F_hook, e, stretch)
@@ -197,8 +197,10 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still, untouched = Water(*[0.0] * len(Water._fields)), WettedLevel(*[0.0] * len(WettedLevel._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
-    if slack is None:
-        E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else joint_of(unit).energy(stretch, sling, link)
+    if link is not None:
+        E += joint_of(unit).energy(stretch, sling, link)
+    elif slack is None:
+        E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         course=Course(sup, s_joy=0.0, e_held=0.0, stage=0.0, k_stage=0.0, datum=float(q[-1])),

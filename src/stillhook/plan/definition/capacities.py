@@ -114,7 +114,7 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "F_top_max": F + F_jerk,
         "DAF": (F_sling + F_jerk) / (plan.of_high.payload.mass * G),
         "v_w_demand": v,
-        "v_landed": v,
+        "v_landed": 0.0 if phase.kind in OFF_DECK else v,
         "deck_tilt": plan.gear.tilt,
         **still_leads(plan, phase),
     }

@@ -13,7 +13,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import CYCLE, Motion, Sample
 from stillhook.sea.vessel.motion_unit import MotionUnit
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, VerticalMotion
 from stillhook.sea.vessel.realisation import Realisation, Resolution, WaveField, tip_motion, wave_field
 
 
@@ -24,13 +24,15 @@ class FilteredMotion:
 
     .. math:: a\,z_{tip} + b\,(1 - H)\,\eta_{unit}
 
-    The PLC is given the tip less what is lost (1, -1), since roll and pitch pass the filter.
+    The PLC is given the tip less what is lost (1, -1), since roll and pitch pass the filter. moves: what moves in the
+    place of the tip.
     """
 
     vessel: Rao
     unit: MotionUnit
     tip: complex
     lost: complex
+    moves: VerticalMotion | None = None
 
     @property
     def name(self) -> str:
@@ -47,7 +49,7 @@ class FilteredMotion:
         omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
         heave = self.vessel.vertical(omega, beta, *self.unit.at[:2])
         lost = (1.0 - self.unit.response(omega)) * heave
-        return np.asarray(self.tip * self.vessel.vertical(omega, beta, x, y) + self.lost * lost)
+        return np.asarray(self.tip * (self.moves or self.vessel).vertical(omega, beta, x, y) + self.lost * lost)
 
 
 @dataclass(frozen=True)
@@ -95,17 +97,19 @@ def moved_by(
     left: float,
     resolution: Resolution,
     unit: MotionUnit | None = None,
+    moves: VerticalMotion | None = None,
 ) -> tuple[IrregularTip | FilteredTip, WaveField | None]:
     """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
     realisation. water: whether it is wanted; left: part of the tip's motion that is kept, and with a unit all that its
-    filter loses."""
+    filter loses. moves: what moves in the place of the tip, of which all is kept."""
 
     def moving(a: float, b: float) -> IrregularTip:
         assert unit is not None
-        return tip_motion(waves, FilteredMotion(rao, unit, a, b), x, y, fine=resolution.angle)
+        return tip_motion(waves, FilteredMotion(rao, unit, a, b, moves), x, y, fine=resolution.angle)
 
     around = wave_field(waves, x, y) if water else None
-    tip = tip_motion(waves, rao, x, y, fine=resolution.angle)
+    kept = left if moves is None else 1.0
+    tip = tip_motion(waves, moves or rao, x, y, fine=resolution.angle)
     if unit is None:
-        return tip if left == 1.0 else tip.times(left), around
-    return FilteredTip(tip, moving(0.0, 1.0)) if left == 1.0 else moving(left, 1.0 - left), around
+        return tip if kept == 1.0 else tip.times(kept), around
+    return FilteredTip(tip, moving(0.0, 1.0)) if left == 1.0 else moving(kept, 1.0 - left), around

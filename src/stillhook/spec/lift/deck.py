@@ -18,6 +18,8 @@ from stillhook.sea.vessel.motion_unit import RATE, noise
 from stillhook.spec.scenario import Number, Record
 from stillhook.units import show
 
+MOST_SLACK = 20.0
+"""Longest slack of the wire as a payload starts on a deck [m]."""
 STREAM = 1
 """What keeps the noise of a deck apart from others of the same seed."""
 
@@ -40,7 +42,10 @@ class Deck(Record):
         default=0.3, ge=0.05, le=1, description="speed after over speed before a hit (assumed: timber dunnage)"
     )
     slack: u.Length | None = Field(
-        default=None, ge=0, le=20, description="of the wire as the payload starts on the deck; default: it hangs"
+        default=None,
+        ge=0,
+        le=MOST_SLACK,
+        description="of the wire as the payload starts on the deck; default: it hangs",
     )
     followed: Annotated[bool, Field(strict=True)] = False
     delay: u.Time = Field(default=0.0, ge=0, le=2, description="of the deck's motion unit")

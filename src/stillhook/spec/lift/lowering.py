@@ -29,7 +29,7 @@ from stillhook.sea.vessel.realisation import (
     samples,
     tip_motion,
 )
-from stillhook.sea.vessel.relative import DeckMotion, OtherVessel
+from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
@@ -198,10 +198,11 @@ class InSea:
     lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
     crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
-    leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
-    seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
-    meet the same waves where it is equal. other: whose deck in these waves is that of the lift. unit: motion unit whose
-    heave filter takes from what the PLC is given.
+    leaves 0.2), and where a deck is followed the part of its motion against that; the water keeps its waves.
+    amplitudes: random ones (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s],
+    None for the lift's duration, and not shorter: lifts of unlike durations meet the same waves where it is equal.
+    other: whose deck in these waves is that of the lift. unit: motion unit whose heave filter takes from what the PLC
+    is given.
     """
 
     lift: Lowering
@@ -232,6 +233,11 @@ class InSea:
             )
 
     @property
+    def _follows(self) -> bool:
+        """Whether what is left is that of the motion against the deck."""
+        return self.left != 1.0 and self.other is not None and self.lift.deck is not None and self.lift.deck.followed
+
+    @property
     def period(self) -> float:
         """Period after which the waves repeat [s]."""
         return self.lift.duration if self.repeat is None else self.repeat
@@ -243,6 +249,7 @@ class InSea:
         place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         place += [] if self.other is None else self.other.inputs()
         place += [] if self.unit is None else [self.unit.to_dict()]
+        place += ["followed"] if self._follows else []
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     @cached_property
@@ -254,8 +261,20 @@ class InSea:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        place = waves, self.rao, self.x, self.y
-        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE, unit=self.unit)
+        moves: RelativeMotion | None = None
+        if self.other is not None and self._follows:
+            moves = RelativeMotion(self.rao, self.other, self.lift.depth, self.left, 1.0 - self.left)
+        tip, water = moved_by(
+            waves,
+            self.rao,
+            self.x,
+            self.y,
+            water=self.water,
+            left=self.left,
+            resolution=Resolution.COARSE,
+            unit=self.unit,
+            moves=moves,
+        )
         moved = self.lift.model_copy(update={"tip": tip, "waves": water})
         if self.other is None or self.lift.deck is None:
             return moved
