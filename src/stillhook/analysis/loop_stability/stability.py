@@ -39,6 +39,8 @@ from stillhook.spec.scenario import Mode
 
 MARGINS = ("gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak")
 """Margins that a `Stability` has without and with PLC."""
+SHOWN = tuple(name for name in MARGINS if name != "omega_gc")
+"""Those that sweeps and a verdict show."""
 
 
 class Eigenfrequency(NamedTuple):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
-from stillhook.analysis.loop_stability.stability import Stability, gain_limit, range_of_modes, stability
+from stillhook.analysis.loop_stability.stability import SHOWN, Stability, gain_limit, range_of_modes, stability
 from stillhook.analysis.loop_stability.transfer import about, by_plc, full_matrices, motor_poles, position_loop
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.base.arrays import FloatArray
@@ -71,21 +71,7 @@ AXES: Mapping[str, Axis] = {
     ),
     "delay": Axis("delay", "time", "delay of the position feedback [s]", lambda crane: np.linspace(0.0, 1.0, 41)),
 }
-SWEPT = (
-    "K_p_ms",
-    "omega_c",
-    "omega_0",
-    "zeta",
-    "gain_margin",
-    "phase_margin",
-    "delay_margin",
-    "sensitivity_peak",
-    "K_p_ms_plc",
-    "gain_margin_plc",
-    "phase_margin_plc",
-    "delay_margin_plc",
-    "sensitivity_peak_plc",
-)
+SWEPT = ("K_p_ms", "omega_c", "omega_0", "zeta", *SHOWN, "K_p_ms_plc", *(f"{name}_plc" for name in SHOWN))
 
 
 SPEED_POINTS = 60

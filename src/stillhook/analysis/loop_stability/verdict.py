@@ -28,7 +28,7 @@ from stillhook.analysis.loop_stability.places import (
     tip_speeds,
     wire_range,
 )
-from stillhook.analysis.loop_stability.stability import Stability, stability
+from stillhook.analysis.loop_stability.stability import SHOWN, Stability, stability
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
@@ -36,8 +36,6 @@ from stillhook.spec.scenario import Mode
 
 COMPARED = (0.0, 1.0)
 """Payloads at which wire dampings are compared, over the heaviest of the mode [-]."""
-SHOWN = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak")
-"""Margins of the complete plant that are shown."""
 COMPARED_SPEEDS = (SLOW[0], SLOW[2], SLOW[-1])
 
 
