@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from tests.physics.test_secondary import BASE, STEADY
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, Session, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
+from stillhook.kernels.lanes import VL
 from stillhook.library import changed
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
 from stillhook.physics.hydraulics.motor import motor_leakage
@@ -210,6 +211,25 @@ def test_a_winch_with_another_model_that_is_mj4_runs_as_with_mj4():
     for name in ("p_r", "alpha_s", "omega_m", "T_f", "e_c"):
         apart, size = np.max(np.abs(own[name].values - other[name].values)), np.max(np.abs(own[name].values))
         assert apart < 1e-12 * size, name
+
+
+def test_a_session_and_sixteen_lanes_have_the_bits_of_a_run_with_another_model():
+    machine, case = with_model(LOSS), Scenario(**(BASE | {"duration": "4 s", "warm_up": "0 s"}))
+    run = simulate(machine, case, step="2 ms", every="10 ms")
+    many = simulate(machine, [case] * VL, step="2 ms")
+    assert many.e_c_pp.values.tolist() == [run.e_c_pp.item()] * VL
+    session = Session(machine, case, step="2 ms")
+    pressures = {}
+    while session.time < 3.9:
+        session.step()
+        pressures[round(session.time, 6)] = session.get("p_r")
+    same = [
+        pressures[t] == p
+        for t, p in zip(run.time.values.round(6).tolist(), run.p_r.values, strict=True)
+        if t in pressures
+    ]
+    assert len(same) > 300
+    assert all(same)
 
 
 def test_at_a_steady_speed_the_units_lose_what_their_model_says_of_enabled_and_idle_cylinders():
