@@ -11,6 +11,7 @@ from tests.physics.test_secondary import BASE, STEADY
 
 from stillhook import Scenario, Session, load_crane, simulate
 from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.checks import foresee
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.library import changed
@@ -167,6 +168,14 @@ def test_few_cylinders_on_a_light_hook_are_told_with_what_their_pattern_moves():
     case = Scenario(**(BASE | {"load": "30 t"}))
     assert "strokes of 13 cylinders are averaged: their pattern adds at most" in simulate(few, case).notes.item()
     assert "cylinders are averaged" not in simulate(crane(), Scenario(**BASE)).notes.item()
+
+
+def test_a_map_that_ends_below_the_full_displacement_of_the_units_is_noted():
+    words = "a unit loses at 355 cm^3/rev, and its map ends at 215 cm^3/rev: the loss is held there, and too small"
+    case = Scenario(**(BASE | {"duration": "2 s", "warm_up": "0 s"}))
+    small = {"secondary": {"unit": {"loss_model": {"law": "map", "map": "motor-map"}, "D_max": "215 cm^3/rev"}}}
+    assert any(words in note for note in foresee(with_model({"law": "map", "map": "motor-map"}), case).notes)
+    assert not any("its map ends" in note for note in foresee(changed(crane(), small), case).notes)
 
 
 def test_half_the_step_gives_the_same():
