@@ -276,6 +276,27 @@ def test_models_that_fit_equally_well_are_drawn_alike_often_and_scaled_with_the_
         assert drawn.passive.motor.law == "mj4"
 
 
+@pytest.mark.parametrize(
+    ("name", "table", "motors"),
+    [
+        ("nov-250t-secondary", "secondary", "unit"),
+        ("nov-250t-digital", "secondary", "unit"),
+        ("utility-20t-open-circuit", "open", "motor"),
+    ],
+)
+def test_models_of_units_on_a_rail_and_of_open_circuits_are_drawn_as_well(name, table, motors):
+    crane = changed(load_crane(name), {table: {motors: {"alternatives": {"mj3": MJ3, "mj2": MJ2}}}})
+    case = Scenario(load="5 t", s_w="50 m", tip="sine 0.3 m 8 s", mode=crane.plant.type.default_mode)
+    known = Uncertainty.of({"loss_model": "default", "motor_loss": {"uniform": [0.9, 1.1]}}).on((crane, case))
+    sample = draws(known, 48, 1)
+    drawn = [getattr(getattr(c, table), motors) for c, _ in Drawing(crane, case, sample.columns).pairs(sample.values)]
+    laws = [motor.law for motor in drawn]
+    assert {law: laws.count(law) for law in set(laws)} == pytest.approx(dict.fromkeys(("mj4", "mj3", "mj2"), 16), abs=3)
+    for motor, x in zip(drawn, sample.values[:, sample.columns.index("motor_loss")].tolist(), strict=True):
+        own = getattr(getattr(crane, table), motors).loss.X_4
+        assert (motor.loss.X_4 / own if motor.law == "mj4" else motor.loss_model.scale) == pytest.approx(x)
+
+
 def test_a_drawn_model_is_that_of_a_crane_file():
     crane = alike_models()
     drawing = Drawing(crane, CASE, ["loss_model"])

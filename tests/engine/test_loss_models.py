@@ -6,11 +6,15 @@ import itertools
 import numpy as np
 import pytest
 from tests.engine.test_c99 import SAME, compile_c
+from tests.export.fmu.test_fmu import OWN, Slave, given, same
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.differences import numbers_of
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import losses_of, pack
 from stillhook.engine.scenario.checks import foresee
+from stillhook.export.fmu import write_fmu
+from stillhook.export.twin import export
 from stillhook.identify.motor.fit import fit_loss
 from stillhook.identify.motor.map import read_map
 from stillhook.kernels import build
@@ -177,3 +181,19 @@ def test_the_linearised_loop_has_the_numbers_of_another_model(example):
     params = pack(with_model(crane, model_of("mj6", example)), case).params
     assert numbers_of([params]) == flatten(params)
     assert set(fit_loss(example, "mj6").values.tolist()) <= set(numbers_of([params]))
+
+
+@pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
+def test_an_fmu_of_digital_units_with_another_model_has_the_signals_of_simulate(example, tmp_path):
+    crane = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model_of("mj6", example)}}})
+    case = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 8 s", mode="position", duration="4 s", warm_up="0 s")
+    run, names = simulate(crane, case, every="10 ms"), ("p_r", "alpha_s", "omega_m", "T_f")
+    tip = [CycleInputs(crane, case).full_row(k)[:3] for k in range(run.sizes["time"])]
+    host = Slave(write_fmu(export(crane, case), tmp_path / "digital.fmu", platforms=[str(OWN)])[0], tmp_path)
+    host.begin(given(tip[0]), {"input_time": 0})
+    out = [host.get(*names)]
+    for k, row in enumerate(tip[1:]):
+        host.set(**given(row))
+        host.step(k * 0.01, 0.01)
+        out.append(host.get(*names))
+    same(np.array(out).T, run, names)

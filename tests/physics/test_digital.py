@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from tests.physics.test_secondary import BASE, STEADY
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, Session, load_crane, simulate
 from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.checks import foresee
 from stillhook.errors import StillhookError
+from stillhook.kernels.lanes import VL
 from stillhook.library import changed
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
 from stillhook.physics.hydraulics.motor import motor_leakage
@@ -168,6 +170,14 @@ def test_few_cylinders_on_a_light_hook_are_told_with_what_their_pattern_moves():
     assert "cylinders are averaged" not in simulate(crane(), Scenario(**BASE)).notes.item()
 
 
+def test_a_map_that_ends_below_the_full_displacement_of_the_units_is_noted():
+    words = "a unit loses at 355 cm^3/rev, and its map ends at 215 cm^3/rev: the loss is held there, and too small"
+    case = Scenario(**(BASE | {"duration": "2 s", "warm_up": "0 s"}))
+    small = {"secondary": {"unit": {"loss_model": {"law": "map", "map": "motor-map"}, "D_max": "215 cm^3/rev"}}}
+    assert any(words in note for note in foresee(with_model({"law": "map", "map": "motor-map"}), case).notes)
+    assert not any("its map ends" in note for note in foresee(changed(crane(), small), case).notes)
+
+
 def test_half_the_step_gives_the_same():
     case = Scenario(**(BASE | {"tip": "sine 2 m 8 s", "duration": "60 s"}))
     one, half = (simulate(crane(), case, step=step) for step in ("2 ms", "1 ms"))
@@ -210,6 +220,25 @@ def test_a_winch_with_another_model_that_is_mj4_runs_as_with_mj4():
     for name in ("p_r", "alpha_s", "omega_m", "T_f", "e_c"):
         apart, size = np.max(np.abs(own[name].values - other[name].values)), np.max(np.abs(own[name].values))
         assert apart < 1e-12 * size, name
+
+
+def test_a_session_and_sixteen_lanes_have_the_bits_of_a_run_with_another_model():
+    machine, case = with_model(LOSS), Scenario(**(BASE | {"duration": "4 s", "warm_up": "0 s"}))
+    run = simulate(machine, case, step="2 ms", every="10 ms")
+    many = simulate(machine, [case] * VL, step="2 ms")
+    assert many.e_c_pp.values.tolist() == [run.e_c_pp.item()] * VL
+    session = Session(machine, case, step="2 ms")
+    pressures = {}
+    while session.time < 3.9:
+        session.step()
+        pressures[round(session.time, 6)] = session.get("p_r")
+    same = [
+        pressures[t] == p
+        for t, p in zip(run.time.values.round(6).tolist(), run.p_r.values, strict=True)
+        if t in pressures
+    ]
+    assert len(same) > 300
+    assert all(same)
 
 
 def test_at_a_steady_speed_the_units_lose_what_their_model_says_of_enabled_and_idle_cylinders():

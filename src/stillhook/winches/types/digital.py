@@ -68,6 +68,8 @@ STROKES = 1.0
 """Share of their stroke that pistons move, enabled or idle [-]."""
 SLOW = 0.1
 """Part of full speed at which the wire speed of the pattern is stated [-]."""
+NEAR = 0.01
+"""Part of the full displacement by which a map may end below it [-]."""
 CONSIDERABLE = 0.1
 """Torque of the pattern over that of the load, above which it is noted [-]."""
 
@@ -186,7 +188,8 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
-    """What the rail has to say, and how far the pattern of strokes moves the wire."""
+    """What the rail has to say, a map of the loss that does not reach the full displacement at which cylinders are
+    enabled, and how far the pattern of strokes moves the wire."""
     table = crane.secondary
     unit, cylinders = table.unit, table.unit.count * crane.digital.cylinders
     T = torque_of_pattern(unit.D_total, table.accumulator.gas.p_0 - table.p_lp, cylinders)
@@ -196,4 +199,11 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
         f"strokes of {cylinders} cylinders are averaged: their pattern adds at most {show(T, 'torque')} at the shaft,"
         f" {share:.0%} of the load, and {show(v, 'speed')} of wire at {show(omega, 'rotation')}"
     )
-    return rail.notes(crane, held, parts) + [of_pattern] * (share > CONSIDERABLE)
+    full, levels = unit.D_max, () if unit.loss_model is None else unit.loss_model.D_m or ()
+    short = [f"{show(D, 'displacement')}" for D in levels[-1:] if D < (1.0 - NEAR) * full]
+    of_map = [
+        f"enabled cylinders lose what a unit loses at {show(full, 'displacement')}, and its map ends at {end}: the loss"
+        " is held there, and too small"
+        for end in short
+    ]
+    return rail.notes(crane, held, parts) + of_map + [of_pattern] * (share > CONSIDERABLE)
