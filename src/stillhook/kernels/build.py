@@ -218,8 +218,8 @@ def _by_numba(function: Any, folder: Path) -> Any:
     if importlib.util.find_spec("numba") is None:
         raise SimulationError(
             "No compiler is installed. A winch or controller of your own, sensors with faults or drift, displacement"
-            " controls with a dead time, a loss model other than MJ4, changed sources and processors that the package"
-            ' holds no compiled model for need one: pip install "stillhook[compiler]".'
+            " controls with a dead time, a loss model other than MJ4, a compensator in a current, changed sources and"
+            ' processors that the package holds no compiled model for need one: pip install "stillhook[compiler]".'
         )
     from stillhook.kernels.by_numba import machine_code  # heavy
 

@@ -187,10 +187,10 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
     if last is not Tier.CLOSED_FORM:
         say_if_compiling(lift_plan.crane)
     if last is Tier.TIME:
-        from stillhook.engine.lowering.run import ON_SLINGS
+        from stillhook.engine.lowering.run import setup_of
         from stillhook.plan.tiers.time_domain.placing import usual_runs
 
-        say_if_compiling(lift_plan.crane, setup=ON_SLINGS)
+        say_if_compiling(lift_plan.crane, setup=setup_of(lift_plan.hanging(0.0)))
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )

@@ -101,10 +101,6 @@ def longest_step(crane: Crane, case: Lowering) -> float:
     return 1.0 / fastest_of_lift(packed_lift(crane, case, s_tip_0))[1]
 
 
-ON_SLINGS = Setup(path_of(None))
-"""What the kernel of a lowering without a unit between hook and slings runs besides its winch."""
-
-
 def setup_of(lift: Lowering) -> Setup:
     """What the kernel of a lowering runs besides its winch."""
     return Setup(path_of(lift.compensator, lift.body))
