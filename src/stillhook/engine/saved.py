@@ -127,6 +127,7 @@ CYCLES = 2.0**53
 """Cycles that a double counts one by one: 2.8 million years of 10 ms."""
 BY_NAME: Mapping[str, Range] = {
     ".laws.checks.*": (-1.0e30, 1.0e30),
+    ".laws.dead_time_memory.*": COMMAND,
     ".y.*": (-1.0e15, 1.0e15),
     ".geo.*": (-1.0e15, 1.0e15),
     ".x.winch.alpha_[mp]m": (-STOP, 1.0 + STOP),
