@@ -93,6 +93,9 @@ def test_a_session_goes_on_from_its_saved_commands_with_the_same_bits():
     other.restore(saved)
     other.step(cycles=100)
     assert other.save() == session.save()
+    with pytest.raises(StillhookError, match=r"dead_time_memory\.u_p\.x_3 = 1\.5") as problem:
+        other.set_states({"dead_time_memory.u_p.x_3": 1.5})
+    assert "\n" not in str(problem.value)
 
 
 def test_side_by_side_every_crane_has_its_own_dead_times_and_the_bits_of_a_run_alone():

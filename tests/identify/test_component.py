@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete, dlsim
 from tests.engine.runs import run_one
 
-from stillhook import Scenario, load_crane
+from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run
 from stillhook.errors import IdentifyError, LogError, SpecError, StillhookError
 from stillhook.identify import crane_with, identify_component
@@ -184,6 +184,22 @@ def test_dead_time_offset_hysteresis_and_rates_by_direction_are_told_apart(tmp_p
     assert motor.servo.dead_time == pytest.approx(0.04, abs=0.012)
     assert motor.servo.rate_down == pytest.approx(0.35, rel=0.03)
     assert (motor.variant, motor.hysteresis) == ("open-loop-feedback", pytest.approx(0.04, abs=0.006))
+
+
+def test_a_dead_time_of_the_twin_is_in_its_own_log_with_the_computing_time_of_its_plc(tmp_path):
+    """Closed by the PLC, in waves: the command is logged as the PLC reads its inputs, and written a cycle later."""
+    crane = changed(load_crane("nov-250t"), {"active": {"pump": {"servo": {"dead_time": "43 ms"}}}})
+    case = Scenario(load="100 t", s_w="100 m", tip="sine 3 m 7 s", mode="ssc", duration="80 s", warm_up="0 s")
+    run = simulate(crane, case, every="10 ms", series=True)
+    alpha = run.alpha_p.values + np.random.default_rng(3).normal(0.0, 0.001, run.sizes["time"])
+    path = swivel_log(tmp_path, "pump", run.u_p.values, alpha)
+    result = identify_component("servo", path, mapping=mapping(tmp_path, base="nov-250t"))
+    late = result["dead_time"]
+    assert late.low <= 0.043 + crane.control.computing <= late.high
+    assert late.half < 0.003
+    servo = crane_with(result, load_crane("nov-250t")).active.pump.servo
+    assert servo.dead_time == pytest.approx(late.value, abs=late.half)
+    assert servo.omega_n == pytest.approx(31.0, rel=0.02)
 
 
 DRY = 0.1

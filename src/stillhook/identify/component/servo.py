@@ -55,7 +55,7 @@ OF_LAW = {
     "rate_down": ("highest rate as it falls", "gain_per_time"),
 }
 """Parameters: meaning and kind of quantity."""
-NOT_IN_TWIN = ("gain", *RATES)
+NOT_IN_TWIN: tuple[str, ...] = ("gain", *RATES)
 FINE = 0.4
 """Largest product of natural frequency and step of the integration [-]."""
 FEWEST_MOVES, LEAST_MOVE = 4, 0.05
