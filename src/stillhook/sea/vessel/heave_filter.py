@@ -98,7 +98,7 @@ def moved_by(
 ) -> tuple[IrregularTip | FilteredTip, WaveField | None]:
     """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
     realisation. water: whether it is wanted; left: part of the tip's motion that is kept, and with a unit all that its
-    filter loses."""
+    filter loses: of every wave no less than what a winch leaves that follows exactly."""
 
     def moving(a: float, b: float) -> IrregularTip:
         assert unit is not None
@@ -108,4 +108,9 @@ def moved_by(
     tip = tip_motion(waves, rao, x, y, fine=resolution.angle)
     if unit is None:
         return tip if left == 1.0 else tip.times(left), around
-    return FilteredTip(tip, moving(0.0, 1.0)) if left == 1.0 else moving(left, 1.0 - left), around
+    lost = moving(0.0, 1.0)
+    if left == 1.0:
+        return FilteredTip(tip, lost), around
+    kept = moving(left, 1.0 - left)
+    c = np.where(np.abs(kept.amplitudes) >= np.abs(lost.amplitudes), kept.amplitudes, lost.amplitudes)
+    return IrregularTip(c, kept.repeat, source=kept.source, report=kept.report, fine=kept.fine), around
