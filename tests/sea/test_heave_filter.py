@@ -15,6 +15,7 @@ from stillhook.library.catalogue import vessel_file
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch, course_of, in_sea, lowering_of, machine_of
+from stillhook.plan.tiers.winch_residual import FLAT
 from stillhook.response.forcing import filtered_forcing, forcing_of_seas
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.text import motion_from_json, motion_to_json
@@ -67,6 +68,9 @@ def test_spectra_and_waves_have_the_same_motion_left(waves, left):
     for order in range(3):
         assert forcing.remaining(left).deviation(order)[0] == pytest.approx(tip.deviation(order), rel=BETWEEN)
     assert forcing.remaining(1.0).tip == pytest.approx(forcing.tip, rel=1e-12)
+    flat = FLAT.gaussian(forcing.omega, forcing.deviation(1))
+    assert forcing.remaining(flat).tip == pytest.approx(forcing.remaining(0.2).tip, rel=1e-9)
+    assert (forcing.remaining(flat).tip >= forcing.lost.tip).all()
     assert forcing.remaining(0.0).deviation()[0] == pytest.approx(forcing.lost.deviation()[0], rel=1e-12)
 
 

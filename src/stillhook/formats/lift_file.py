@@ -219,7 +219,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         friction=file.friction,
         **chosen,
     )
-    lift = with_usual_controller(crane, lift)
+    lift, unit = with_usual_controller(crane, lift), motion_unit_of(file)
     return LiftFile(
         crane=crane,
         lift=lift,
@@ -229,10 +229,15 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,
-        notes=(*place.notes, *run.notes, *_not_run(other_vessel_of(file, table), place.deck)),
+        notes=(
+            *place.notes,
+            *(() if unit is None else (unit.note,)),
+            *run.notes,
+            *_not_run(other_vessel_of(file, table), place.deck),
+        ),
         sampling=file.sampling,
         end=file.end,
-        unit=motion_unit_of(file),
+        unit=unit,
     )
 
 

@@ -254,6 +254,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     )
     notes = (
         *operation.notes,
+        *(() if plan.unit is None else (plan.unit.note,)),
         *_ideal(file, phases),
         *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
@@ -457,8 +458,7 @@ def _digest(plan: LiftPlan) -> str:
         "alternatives": [a.value for a in plan.alternatives],
     }
     content_of_plan |= {} if plan.unit is None else {"motion_unit": plan.unit.to_dict()}
-    if plan.against is not None:
-        content_of_plan["other_vessel"] = plan.against.other.inputs()
+    content_of_plan |= {} if plan.against is None else {"other_vessel": plan.against.other.inputs()}
     content_of_plan |= {} if plan.compensator is None else {"compensator": plan.compensator.model_dump(mode="json")}
     if plan.weight is not None:
         content_of_plan["weight"] = weight_facts(plan.weight)

@@ -48,12 +48,15 @@ class Forcing:
 
     def remaining(self, C: ArrayLike) -> Forcing:
         """With the wire's end for the tip, of a winch that leaves C, complex, of the motion that the PLC is given: all
-        of what the filter loses is left."""
+        of what the filter loses is left. A flat share, of unknown phase, leaves no less than a winch that follows
+        exactly."""
         C = np.asarray(C)
         tip, cross = np.abs(C) ** 2 * self.tip, C * self.cross
         if self.lost is not None and self.mixed is not None:
             D = 1.0 - C
             tip = np.maximum(tip + np.abs(D) ** 2 * self.lost.tip + 2.0 * np.real(C * np.conj(D) * self.mixed), 0.0)
+            flat = (np.imag(C) == 0.0) & (np.real(C) < 1.0)
+            tip = np.where(flat, np.maximum(tip, self.lost.tip), tip)
             cross = cross + D * self.lost.cross
         return replace(self, tip=tip, cross=cross, lost=None, mixed=None)
 

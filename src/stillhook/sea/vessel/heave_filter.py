@@ -101,15 +101,21 @@ def moved_by(
 ) -> tuple[IrregularTip | FilteredTip, WaveField | None]:
     """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
     realisation. water: whether it is wanted; left: part of the tip's motion that is kept, and with a unit all that its
-    filter loses. moves: what moves in the place of the tip, of which all is kept."""
+    filter loses: of every wave no less than what a winch leaves that follows exactly. moves: what moves in the place of
+    the tip, of which all is kept."""
 
     def moving(a: float, b: float) -> IrregularTip:
         assert unit is not None
         return tip_motion(waves, FilteredMotion(rao, unit, a, b, moves), x, y, fine=resolution.angle)
 
     around = wave_field(waves, x, y) if water else None
-    kept = left if moves is None else 1.0
+    part = left if moves is None else 1.0
     tip = tip_motion(waves, moves or rao, x, y, fine=resolution.angle)
     if unit is None:
-        return tip if kept == 1.0 else tip.times(kept), around
-    return FilteredTip(tip, moving(0.0, 1.0)) if left == 1.0 else moving(kept, 1.0 - left), around
+        return tip if part == 1.0 else tip.times(part), around
+    lost = moving(0.0, 1.0)
+    if left == 1.0:
+        return FilteredTip(tip, lost), around
+    kept = moving(part, 1.0 - left)
+    c = np.where(np.abs(kept.amplitudes) >= np.abs(lost.amplitudes), kept.amplitudes, lost.amplitudes)
+    return IrregularTip(c, kept.repeat, source=kept.source, report=kept.report, fine=kept.fine), around

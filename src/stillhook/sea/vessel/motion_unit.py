@@ -142,6 +142,12 @@ class MotionUnit:
         parts = (heave, late, "with noise" if self.noisy else "", f"{self.rotations} rotations")
         return f"motion unit: {', '.join(filter(None, parts))}"
 
+    @property
+    def note(self) -> str:
+        """What a reader of a lift with its heave filter should know."""
+        corner = f"{self.heave_period or 0.0:g} s, damping {self.heave_damping:g}"
+        return f"heave filter of the motion unit, corner {corner}: the heave that it loses is not compensated"
+
     def to_dict(self) -> dict[str, Any]:
         """Numbers in SI; `from_dict` is the way back."""
         return {name: list(x) if isinstance(x, tuple) else x for name, x in vars(self).items()}
