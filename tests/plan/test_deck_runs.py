@@ -33,6 +33,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
     machine_of,
     winch_of,
 )
+from stillhook.plan.tiers.time_domain.measures import AT_DECK
 from stillhook.plan.tiers.time_domain.placing import GOVERNING_MARGIN, Search
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.sea.motion.motion import Sine
@@ -212,20 +213,20 @@ def test_failures_at_a_lift_off_begin_while_the_load_is_taken_up(tmp_path):
 
 
 def test_the_search_runs_a_deck_no_higher_than_what_the_closed_form_alone_judges_and_names_what_runs_judge(tmp_path):
-    of = lift(tmp_path, 24.0)
+    of = lift(tmp_path, 15.0)
     table = of.environment.table()
     predicted = [limits_in(of, closed_form(of, phase, table)) for phase in of.phases]
     tier = refine(of, predicted, search=Search(seeds=8, most_seeds=8))
     off = next(each for each in tier.limits if each.phase == "off")
-    assert {"dynamic-load", "rigging-daf-air", "second-hit-speed", "impact-speed"} == set(off.Hs)
+    by_runs = {key for key, Hs in off.Hs.items() if not np.isnan(Hs).all()}
+    assert {"rigging-daf-air"} <= by_runs <= {"dynamic-load", "rigging-daf-air", "second-hit-speed", "impact-speed"}
+    assert set(next(each for each in tier.demands if each.phase == "off").values) == set(AT_DECK)
     by_form = next(each for each in predicted if each.phase == "off").Hs
     alone = min(float(by_form[key][0]) for key in ("hoisting-speed", "second-hit", "deck-tilt"))
     highest = max(float(Hs) for demand in tier.demands if demand.phase == "off" for Hs in demand.seas.Hs)
     assert highest <= GOVERNING_MARGIN * alone + 0.05
     assert float(off.Hs["rigging-daf-air"][0]) > float(by_form["rigging-daf-air"][0])
-    assert {str(tier.reasons[name]) for name in ("off", "on")} <= {"run-everywhere", "not-run", "run-in-part"} or all(
-        tier.reasons[name]["cause"] != "no-ground" for name in ("off", "on")
-    )
+    assert all(tier.reasons[name]["cause"] != "no-ground" for name in ("off", "on"))
 
 
 @pytest.mark.thorough

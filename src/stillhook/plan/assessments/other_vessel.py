@@ -198,6 +198,7 @@ def _runs_shown(rows: Sequence[Mapping[str, Any]]) -> list[Part]:
         (
             *(row["phase"], fmt(row["Tp"]), direction(row["beta"]), f"{row['Hs']:.2f}", cell(row, "F_top_max", 1e3, 0)),
             *(cell(row, "DAF", 1.0, 2), cell(row, "v_landed", 1.0, 2)),
+            EMPTY if row["slack_time"] is None else " / ".join(f"{x:.1f}" for x in row["slack_time"]),
             EMPTY if row["second_hits"] is None else percent(row["second_hits"]),
             EMPTY if row["clearance"] is None else f"{row['clearance']:.2f}",
             EMPTY if row["relief"] is None else percent(row["relief"]),
@@ -208,10 +209,13 @@ def _runs_shown(rows: Sequence[Mapping[str, Any]]) -> list[Part]:
     text = (
         f"Closed form / level of 90 % of the runs / most of {rows[0]['n']} runs with"
         f" {Alternative(rows[0]['alternative']).label}, each lifted off or set down at an instant of its own, in the"
-        " seas of the claimable limit, or the lowest of the table. The closed form takes the worst instant of half an hour and a winch that does"
-        " not yield; in a run the winch slows down as it takes up the load, and a relief valve that opens limits the"
-        " hook load. Hit: impact at set-down, second hits at lift-off. Clearance: least height over the deck as it came"
-        f" closer again. The deck settles by {fmt(SETTLEMENT, 'length')} under the payload and returns 0.3 of the speed"
-        " of a hit (assumed)."
+        " seas of the claimable limit, or the lowest of the table. The closed form takes the worst instant of half an"
+        " hour and a winch that does not yield; in a run the winch slows down as it takes up the load, and a relief"
+        " valve that opens limits the hook load. Slack: of slings once the payload hangs, level and most. Hit: impact"
+        " at set-down, second hits at lift-off. Clearance: least height over the deck as it came closer again. The deck"
+        f" settles by {fmt(SETTLEMENT, 'length')} under the payload and returns 0.3 of the speed of a hit (assumed)."
     )
-    return [Text(text), Table((*head, "second hits", "clearance [m]", "relief open"), table, "Runs at the decks")]
+    return [
+        Text(text),
+        Table((*head, "slack [s]", "second hits", "clearance [m]", "relief open"), table, "Runs at the decks"),
+    ]

@@ -243,7 +243,7 @@ STAND = tuple(f.key for f in FAILURES if f.stands)
 def too_fast(cases: Sequence[Mapping[str, Any]], limit: float) -> list[float]:
     """Heights [m] from which runs in which the winch comes to its brake touch the seabed faster than a limit [m/s];
     where another rule is passed sooner, from there."""
-    rows = [row for case in cases if case["key"] in STAND for row in case["rows"] if not row["at_deck"]]
+    rows = [row for case in cases if case["key"] in STAND for row in case["rows"] if "at_deck" not in row]
     fast = [row for row in rows if row["v_landed"] is not None and row["v_landed"] > limit]
     return [row["Hs"] if row["Hs_from"] is None else row["Hs_from"] for row in fast]
 

@@ -171,7 +171,7 @@ def row_of(plan: LiftPlan, runs: FailureRuns, each: Request) -> dict[str, Any]:
         "slack_time": most("sling_slack_time"),
         "load_pp": most("load_pp"),
         "v_down": None if fastest is None else -fastest,
-        "at_deck": at_deck,
+        **({"at_deck": True} if at_deck else {}),
         "v_landed": most("v_hit_max" if at_deck else "v_landed"),
         "n_landed": int(np.isfinite(numbers["v_landed"]).sum()),
         "z_min": most("z_load_min", np.nanmin),
