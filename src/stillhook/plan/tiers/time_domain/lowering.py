@@ -65,6 +65,8 @@ count, and is then lowered until it would be so far below it [m]. (In manual mod
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
 SETTLEMENT = 2e-3
 """Settlement of a deck under the payload [m] (assumed): stiff, for a soft one helps the wire to take up the load."""
+LOWEST_DECK = 0.5e-3
+"""Height above still water from which a run has a deck [m]: one at the waterline is taken to be there."""
 ABOVE_DECK = 15.0
 """Time for which a payload that was lifted off a deck hangs over it [s]: a long wave, which may reach it still."""
 STEP = 10e-3
@@ -258,7 +260,7 @@ def deck_of(plan: LiftPlan, phase: Phase) -> Deck | None:
     z, slack = (phase.z_start, slack_on_deck(plan, phase)) if off else (phase.z_end, None)
     return Deck.model_validate(
         {
-            "height": f"{z!r} m",
+            "height": f"{max(z or 0.0, LOWEST_DECK)!r} m",
             "settlement": f"{SETTLEMENT!r} m",
             "slack": None if slack is None else f"{slack!r} m",
             "followed": phase.follows_deck,
