@@ -136,7 +136,7 @@ def test_a_scenario_survives_its_own_record(more):
         ({"tip": 3}, "tip = 3: it must be an instance of Motion."),
         ({"foo": 1, "load": 3}, f"foo: unknown field. Allowed: {FIELDS}."),
         ({"water": {"volume": "3 m^3", "foo": 1}}, "Water.foo: unknown field. Allowed: volume, added_mass"),
-        ({"water": "wet"}, 'water = "wet": it must be a table, with volume, added_mass, C_D, area, rho.'),
+        ({"water": "wet"}, 'water = "wet": it must be a table, with volume, added_mass, C_D, area, rho, current.'),
         ({"s_w": "5 m", "warm_up": "10 s", "duration": "10 s"}, "warm_up 10 s leaves nothing of the duration 10 s."),
         ({"tip": RECORD, "duration": "60 s"}, "duration 60 s is longer than the recorded motion, 50 s."),
         *(

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.library.examples import LIVE, example_files
 from stillhook.live.history import read, read_events
-from stillhook.live.live_file import LIVE_FILE, example_live
 from stillhook.live.runtime.causes import Cause
 from trials.endurance.clients import trust_folders
 
@@ -34,8 +34,8 @@ CALM = 5.0
 
 def prepare(folder: Path, clients: int) -> Path:
     """A live file of the twin with every cycle in the history, free ports, and trusted clients."""
-    example_live(folder)
-    path = folder / LIVE_FILE
+    example_files(LIVE, folder)
+    path = folder / "live.toml"
     text = path.read_text(encoding="utf-8")
     for port in ("4840", "5020"):
         text = text.replace(f"port = {port}", "port = 0")

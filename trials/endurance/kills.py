@@ -28,8 +28,9 @@ import numpy as np
 import stillhook
 from stillhook.engine.saved import unseal
 from stillhook.errors import LiveError
+from stillhook.library.examples import LIVE, example_files
 from stillhook.live.history import History, HistorySink, check, overview, read, read_events
-from stillhook.live.live_file import LIVE_FILE, example_live, read_live_file
+from stillhook.live.live_file import read_live_file
 from stillhook.live.runtime.state import LiveState, newest_state
 
 VICTIMS = ("kernel", "servers", "archiver", "all")
@@ -70,8 +71,8 @@ class Crew:
     """The processes of a twin, and what they have acknowledged."""
 
     def __init__(self, folder: Path, seed: int) -> None:
-        example_live(folder)
-        self.live_file, self.of = folder / LIVE_FILE, folder / "twin"
+        example_files(LIVE, folder)
+        self.live_file, self.of = folder / "live.toml", folder / "twin"
         text = self.live_file.read_text(encoding="utf-8").split("[opcua]")
         modbus = text[1].split("[modbus]")[1].split("[udp]")[0].replace("port = 5020", "port = 0")
         self.live_file.write_text(f'{text[0]}[modbus]{modbus}[history]\nevery = "0 s"\nsize = 1\n', encoding="utf-8")

@@ -72,7 +72,7 @@ def test_the_checksum_is_that_of_zlib_and_a_sound_state_is_taken_to_the_bit(host
 
 def test_no_damaged_state_is_taken_and_the_winch_goes_on(host: Host, compiled):
     data, n = host.save(), 0
-    for bad in damaged(data, 4000):
+    for bad in damaged(data, 4200):
         refused(host, bad)
         n += 1
     assert n > 3900
