@@ -119,8 +119,8 @@ class Drawing:
         return ASSUMED[path] if value is None else float(value)
 
     def pairs(self, draws: FloatArray) -> Iterator[Pair]:
-        """Crane and scenario of every draw. Untouched parts are those of the crane itself, which the PLC is set up for in
-        every draw; nothing is checked (see `checked`)."""
+        """Crane and scenario of every draw. Untouched parts are those of the crane itself, which the PLC is set up
+        for in every draw; nothing is checked (see `checked`)."""
         values = self.values(draws)
         of_crane = nested((p, v.tolist()) for p, v in values.items() if not p.startswith(CASE))
         of_case = nested((p.removeprefix(CASE), v.tolist()) for p, v in values.items() if p.startswith(CASE))
