@@ -85,7 +85,8 @@ def libraries() -> list[Library]:
     from stillhook.winches.load_path.registry import UNITS
     from stillhook.winches.registry import WINCH_TYPES
 
-    paths = [*(("wire", name, "payload") for name in ("slings", *UNITS)), ("wire", "slings", "deck")]
+    paths = [("wire", name, "payload") for name in ("slings", *UNITS)]
+    paths += [("wire", "slings", body) for body in ("current", "deck")]
     setups = [Setup(), *map(Setup, paths)]
     of = {plant: controllers_of_winch(winch) for plant, winch in WINCH_TYPES.items()}
     kinds = [(plant, setup) for plant in of for setup in setups]

@@ -26,7 +26,7 @@ from stillhook.identify.system_friction.fitting.model import (
     Points,
     Y,
     joined,
-    mj4,
+    loss_of,
     motor_loss_at,
 )
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop, second_loop
@@ -44,7 +44,7 @@ from stillhook.thesis.losses import BAR, CC, FIRST, POINTS, RPM, SECOND, staged,
 SLOW_PAGE = True
 PICTURE = "paper-d-friction.png"
 CRANE = load_crane("nov-150t")
-ONE, TWO = mj4(motor(FIRST).loss), mj4(motor(SECOND).loss)
+ONE, TWO = loss_of(motor(FIRST)), loss_of(motor(SECOND))
 Y_ONE, Y_TWO = (Y.of(library_friction(name)) for name in ("crane-2", "crane-2-second-loop"))
 MINUTES = 6.0  # a log: ten steps or so up and down
 E_FIRST, E_SECOND = 1345.0, 938.0  # N^2 m^2, paper D table 4
@@ -107,7 +107,7 @@ def fit_alone(plan: str) -> FrictionFit:
     """Noise-free logs of the twin, system friction fitted: no intervals, no checks."""
     with logs(plan, "none") as file:
         tests = identify.load_campaign(file)
-        return fit_system(joined([measure(tests, t).points for t in tests.tests]), mj4(tests.motor.loss))
+        return fit_system(joined([measure(tests, t).points for t in tests.tests]), loss_of(tests.motor))
 
 
 def run() -> Results:
@@ -160,7 +160,7 @@ def made(grid: Points, name: str) -> Iterator[Points]:
 
 
 def loop(points: Points) -> SecondLoop:
-    return second_loop(points, motor(FIRST).loss, fit_system(points, ONE))
+    return second_loop(points, motor(FIRST), fit_system(points, ONE))
 
 
 def fall(one: SecondLoop) -> tuple[float, float]:
@@ -201,7 +201,7 @@ def off(plan: str, truth: Y, r: Results) -> float:
 def held_rows(r: Results) -> Iterator[tuple[str, ...]]:
     second = r.other.second
     assert second is not None
-    after = {h.test: h for h in held_out_errors(r.other.points, mj4(second.loss), second.system.y)}
+    after = {h.test: h for h in held_out_errors(r.other.points, loss_of(second.motor), second.system.y)}
     wrong = {h.test: h for h in r.other.held_out}
     for plan, found in r.noisy.items():
         for h in found.held_out:
@@ -304,11 +304,16 @@ def loop_rows(r: Results) -> Iterator[tuple[str, ...]]:
     assert other is not None
     yield "paper D", "−30 %", "", "", *refined(motor(SECOND).loss)
     of = [signed(x) for x in fall(other)]
-    yield "logs: the truth is the second-loop set", *of, other.verdict, *refined(other.loss)
+    yield "logs: the truth is the second-loop set", *of, other.verdict, *refined(other.motor.loss)
     for name, found in r.loops.items():
         falls = np.array([fall(one) for one in found])
         cells = [f"{signed(np.median(x))} ({signed(x.min())} to {signed(x.max())})" for x in falls.T]
-        yield f"points: {EXPERIMENTS[name].label}", *cells, verdicts(found), *refined(*(one.loss for one in found))
+        yield (
+            f"points: {EXPERIMENTS[name].label}",
+            *cells,
+            verdicts(found),
+            *refined(*(one.motor.loss for one in found)),
+        )
 
 
 def signed(part: float) -> str:
@@ -331,7 +336,7 @@ def refined(*losses: Any) -> list[str]:
 
 def rounds(r: Results) -> list[float]:
     """Cost on the fitted tests after 0, 1, 2 and 4 rounds where the truth is another MJ4 [N^2 m^2]."""
-    loops = [second_loop(r.other.points, motor(FIRST).loss, r.other.fit, rounds=n) for n in (1, 2, 4)]
+    loops = [second_loop(r.other.points, motor(FIRST), r.other.fit, rounds=n) for n in (1, 2, 4)]
     return [loops[0].first.fitted, *(one.second.fitted for one in loops)]
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import causes
 import numpy as np
 from blocks import Blocks, Rows, save
+from reduced import closed_loop_polynomial, equivalent, least_limit
 from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -20,10 +21,8 @@ from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.places import wire_range
 from stillhook.analysis.loop_stability.stability import (
     eigenfrequency,
-    equivalent,
     full_stability,
     gain_limit,
-    least_limit,
     range_of_modes,
     stability,
 )
@@ -67,7 +66,7 @@ def four_ways() -> Rows:
     for D in DISPLACEMENTS:
         a = D / 1075
         loop, closed = transfer.position_loop(CRANE, a), gain_limit(CRANE, a)
-        by_routh = gain_limit_by_routh(*transfer.closed_loop_polynomial(CRANE, a))
+        by_routh = gain_limit_by_routh(*closed_loop_polynomial(CRANE, a))
         by_poles, (by_response, _) = gain_limit_by_poles(loop.closed_poles), gain_limit_of(loop)
         plc, _ = gain_limit_of(sampled(loop, CRANE.control.t_cycle, CRANE.control.computing))
         rows.append({**locals()})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.steady.envelope import PHYSICAL, envelope, gain, setting_curves
+from stillhook.analysis.steady.envelope import PHYSICAL, envelope, setting_curves
 from stillhook.analysis.steady.figures import load_speed_figure
 from stillhook.analysis.steady.limits import Direction, Limit, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, operating_point
@@ -66,6 +66,12 @@ def envelope_of(name):
 @cache
 def curves_of_100_t():
     return setting_curves(load(E250), load="100 t", v_w="0 m/s to 2.2 m/s by 0.05 m/s")
+
+
+def gain(data, mode: str, over: str):
+    """Part by which one mode's highest speed is above another's; NaN where either may not be used."""
+    v = data["v_w_top"]
+    return v.sel(mode=mode) / v.sel(mode=over) - 1.0
 
 
 def power_used(crane, o):

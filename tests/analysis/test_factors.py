@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook import Scenario, load_crane
+from stillhook import MotionUnit, Scenario, VesselTip, load_crane
 from stillhook.analysis.uncertainty.draws import HELD, Drawing, Uncertainty, draws, unit_points
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law, distribution
 from stillhook.engine.pack.winch import gains
@@ -199,6 +199,26 @@ def test_bad_factors_are_refused_in_one_line(table, error, words):
     assert "my.toml" in str(caught.value)
 
 
+def test_a_drawn_heave_filter_is_that_of_a_unit_with_the_same_corner():
+    boom, crane = "x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg", load_crane("nov-250t")
+    tip = VesselTip(boom, heave="sine 1 m 12 s", unit=MotionUnit(heave_period="25 s", delay="20 ms"))
+    case = CASE.model_copy(update={"tip": tip})
+    t = np.arange(0.0, 30.0, 0.01)
+    before = tip.measured(t)[0]  # what the unit remembers is not that of the other one
+    _, drawn = next(Drawing(crane, case, ["heave_filter"]).pairs(np.array([[1.2]])))
+    slower = VesselTip(boom, heave="sine 1 m 12 s", unit=MotionUnit(heave_period="30 s", delay="20 ms"))
+    assert drawn.tip == slower
+    np.testing.assert_array_equal(drawn.tip.measured(t)[0], slower.measured(t)[0])
+    np.testing.assert_array_equal(tip.measured(t)[0], before)
+    assert np.abs(drawn.tip.measured(t)[0] - before).max() > 0.1
+    assert "heave_filter" in Uncertainty.default().on((crane, case)).factors
+    assert "heave_filter" not in Uncertainty.default().on((crane, CASE)).factors
+    with pytest.raises(
+        SpecError, match=r"factor heave_filter: it has no effect here: no motion unit of the case filters"
+    ):
+        Uncertainty.of({"heave_filter": "default"}).on((crane, CASE))
+
+
 EMPTY = Scenario(load="0 t", s_w="15 m", tip="sine 2 m 12 s", duration="60 s")
 HEAVY = Scenario(load="150 t", s_w="15 m", tip="sine 2 m 12 s", duration="60 s")
 
@@ -254,6 +274,27 @@ def test_models_that_fit_equally_well_are_drawn_alike_often_and_scaled_with_the_
         scale = motor.loss.X_4 / crane.active.motor.loss.X_4 if motor.law == "mj4" else motor.loss_model.scale
         assert scale == pytest.approx(x)
         assert drawn.passive.motor.law == "mj4"
+
+
+@pytest.mark.parametrize(
+    ("name", "table", "motors"),
+    [
+        ("nov-250t-secondary", "secondary", "unit"),
+        ("nov-250t-digital", "secondary", "unit"),
+        ("utility-20t-open-circuit", "open", "motor"),
+    ],
+)
+def test_models_of_units_on_a_rail_and_of_open_circuits_are_drawn_as_well(name, table, motors):
+    crane = changed(load_crane(name), {table: {motors: {"alternatives": {"mj3": MJ3, "mj2": MJ2}}}})
+    case = Scenario(load="5 t", s_w="50 m", tip="sine 0.3 m 8 s", mode=crane.plant.type.default_mode)
+    known = Uncertainty.of({"loss_model": "default", "motor_loss": {"uniform": [0.9, 1.1]}}).on((crane, case))
+    sample = draws(known, 48, 1)
+    drawn = [getattr(getattr(c, table), motors) for c, _ in Drawing(crane, case, sample.columns).pairs(sample.values)]
+    laws = [motor.law for motor in drawn]
+    assert {law: laws.count(law) for law in set(laws)} == pytest.approx(dict.fromkeys(("mj4", "mj3", "mj2"), 16), abs=3)
+    for motor, x in zip(drawn, sample.values[:, sample.columns.index("motor_loss")].tolist(), strict=True):
+        own = getattr(getattr(crane, table), motors).loss.X_4
+        assert (motor.loss.X_4 / own if motor.law == "mj4" else motor.loss_model.scale) == pytest.approx(x)
 
 
 def test_a_drawn_model_is_that_of_a_crane_file():

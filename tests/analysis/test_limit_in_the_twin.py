@@ -12,6 +12,8 @@ from scipy.signal import butter, hilbert, sosfiltfilt
 from stillhook import Crane, Profile, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.governing import PlaceLimit, place_limits
 from stillhook.analysis.loop_stability.places import Place, has_cylinder
+from stillhook.analysis.loop_stability.stability import full_stability
+from stillhook.library import changed
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Mode, Operator
 
@@ -133,3 +135,42 @@ def test_the_twin_begins_to_swing_within_a_tenth_of_the_linear_limit(
     growth = rate(t[late], size[late])
     stays = size[-1] > CYCLE and abs(growth) < STAYS * abs(linear_rate(at, (1.0 + WITHIN) * limit))
     assert rate(t, size) > 0.0 or stays or size[late].max() > 0.25
+
+
+WITHIN_TIME = 0.05
+"""How far the delay margin may be from the dead time at which the twin begins to swing [-]."""
+STRONG = 0.8
+"""Gain over its limit [-]: so near that the load's second crossing has a delay margin of fewer than 20 PLC cycles."""
+
+
+def test_the_twin_begins_to_swing_at_a_dead_time_of_its_pumps_of_the_delay_margin_as_stability_prints_it() -> None:
+    """A dead time below the margin only makes the load ring longer; one above it makes a cycle that stays. The margin
+    comes from the crossings of the loop's response without dead time, the twin from commands that it keeps."""
+    s_w, v = 15.0, 5.0 / 60.0
+    crane = changed(load_crane("nov-100t-pure-active"), {"control": {"t_cycle": "20 ms"}})
+    (free,) = place_limits(crane, Mode.SSC, [place_of(crane, 0.6, s_w, v)])
+    K_p = STRONG * free.gains.high
+    crane = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": K_p})})
+    place = free.place
+    printed, _ = full_stability(crane, load=place.load, s_w=place.s_w, v_tip=v)
+    margin = printed.delay_margin_plc
+    assert 0.1 < margin < 0.2
+    sizes = {}
+    for part in (1.0 - WITHIN_TIME, 1.0, 1.0 + WITHIN_TIME):
+        late = changed(crane, {"active": {"pump": {"servo": {"dead_time": f"{part * margin!r} s"}}}})
+        (at,) = place_limits(late, Mode.SSC, [place])
+        if part == 1.0:  # the limit with the dead time in every loop of the pumps is the gain of the margin
+            assert at.gains.high == pytest.approx(K_p, rel=1e-5)
+            continue
+        left, _ = full_stability(late, load=place.load, s_w=place.s_w, v_tip=v)
+        assert left.delay_margin_plc == pytest.approx((1.0 - part) * margin, abs=1e-5) or part > 1.0
+        assert left.stable_plc == (part < 1.0)
+        t, size = envelope(late, Mode.SSC, at, s_w, K_p, run_time(crane, v))
+        sizes[part] = t, size, linear_rate(at, K_p)
+    t, size, linear = sizes[1.0 - WITHIN_TIME]
+    assert rate(t, size) == pytest.approx(linear, rel=0.1)
+    assert linear < 0.0
+    t, size, linear = sizes[1.0 + WITHIN_TIME]
+    assert linear > 0.0
+    assert size.min() > 10.0 * CYCLE
+    assert abs(rate(t, size)) < STAYS * linear

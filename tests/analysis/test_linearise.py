@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
+from tests.scripts import PAGES, script
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability import linearisation as module
@@ -22,7 +23,6 @@ from stillhook.analysis.loop_stability.linearisation import (
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.stability import (
     eigenfrequency,
-    equivalent,
     full_stability,
     gain_limit,
     stability,
@@ -35,6 +35,7 @@ from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.scenario import Mode
 
+equivalent = script(PAGES / "reduced.py").equivalent
 CRANE = load_crane("nov-250t")
 CALM = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
 """A wire on which the load does not ring (that of paper C): slow and loaded, the gain then decides whether the winch

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import control
 from stillhook import load_crane
-from stillhook.analysis.loop_stability.loops import ContinuousLoop, sampled
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, Cycle, closed_by_plc, sampled
 from stillhook.analysis.loop_stability.margins import (
     gain_limit_of,
     is_stable,
@@ -117,6 +118,36 @@ def test_sampled_loop_is_what_a_simulation_of_held_commands_gives():
         sent = [now, sent[0]]
         y = M @ y
     assert y[:5] == pytest.approx(x, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("late", [(0.017, 0.043), (0.043, 0.017), (0.02, 0.02), (0.0, 0.01)])
+@pytest.mark.parametrize("g", [(1.0, 0.5), (1.0, 0.0), (0.0, 0.5)])
+def test_commands_that_act_with_different_dead_times_are_those_of_a_simulation(late, g):
+    """Cycle by cycle, two commands by the plant's states, by what the PLC carries and by the position feedback, each in
+    force its own time later; the plant between them by an integrator that knows nothing of the sampled loop."""
+    A = np.array([[-0.5, 2.0, 0.0], [-3.0, -0.8, 0.4], [0.6, 0.2, -0.1]])
+    B, C = np.array([[0.3, 1.0], [2.0, -0.5], [0.1, 0.7]]), np.array([0.2, 0.0, 1.0])
+    K, M = np.array([[0.3, -0.2, 0.1, 0.5], [-0.4, 0.1, 0.2, -0.3]]), np.array([[0.05, 0.02, 0.0, 0.9]])
+    T, K_p, g = 0.01, 1.5, np.array(g)
+    cycle = Cycle(K, M, g, np.zeros(1))
+    loop = closed_by_plc((A, B, C), cycle, t_cycle=T, late=np.array(late))
+    matrix = loop.closed_matrix(K_p)
+    x, c, sent = np.array([0.4, -0.2, 0.3]), np.array([0.25]), []
+    y = np.zeros(len(matrix))
+    y[:4] = [*x, *c]
+    for k in range(30):
+        seen = np.concatenate([x, c])
+        sent.append(K @ seen + g * (-K_p * float(C @ x)))
+        c = M @ seen
+        ends = sorted({0.0, T, *(round(each % T, 9) for each in late)})
+        for start, end in pairwise(ends):
+            middle = k * T + 0.5 * (start + end)
+            i = [math.floor((middle - each) / T) for each in late]
+            u = np.array([sent[n][j] if n >= 0 else 0.0 for j, n in enumerate(i)])
+            run = solve_ivp(lambda _, s, u=u: A @ s + B @ u, (start, end), x, method="DOP853", rtol=1e-12, atol=1e-13)
+            x = run.y[:, -1]
+        y = matrix @ y
+    assert y[:4] == pytest.approx([*x, *c], rel=1e-8, abs=1e-10)
 
 
 def test_a_crossing_at_the_end_of_the_grid_is_found_whatever_the_sign_of_its_rounding():

@@ -14,10 +14,11 @@ from stillhook import load_crane
 from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.stability import gain_limit
-from stillhook.analysis.loop_stability.transfer import closed_loop_polynomial, position_loop
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.errors import StillhookError
 
 PAGE = script(PAGES / "routh.py")
+closed_loop_polynomial = script(PAGES / "reduced.py").closed_loop_polynomial
 routh, gain_limit_by_poles, gain_limit_by_routh = PAGE.routh, PAGE.gain_limit_by_poles, PAGE.gain_limit_by_routh
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]
 CRANE = CRANES[0]

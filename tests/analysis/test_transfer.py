@@ -15,7 +15,6 @@ from stillhook.analysis.loop_stability.stability import eigenfrequency, gain_lim
 from stillhook.analysis.loop_stability.transfer import (
     about,
     circuit_matrices,
-    closed_loop_polynomial,
     full_matrices,
     motor_poles,
     on_layer,
@@ -26,6 +25,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 
+closed_loop_polynomial = script(PAGES / "reduced.py").closed_loop_polynomial
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]
 CRANE = CRANES[0]
 SAME = 1e-9  # two ways to one number, matrices apart

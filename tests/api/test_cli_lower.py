@@ -89,7 +89,7 @@ def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp
     assert run(["lower", str(lift_toml), "--out", str(out), "--verbose"]) == 0
     assert {p.name for p in out.iterdir()} == set(LOWERING_FILES)
     text = capsys.readouterr().out
-    assert "status: ok" in text
+    assert "Status: ok" in text
     assert "not validated" in text
     stored = json.loads((out / "summary.json").read_text())
     with xarray.open_dataset(out / "lowering.nc") as series:
@@ -194,7 +194,7 @@ def test_a_straight_path_has_no_motion_about_its_mean():
 def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
     assert run(["lower", str(lift_toml), "--duration", "20 s", "--verbose"]) == 1
     out = capsys.readouterr().out
-    assert "status: unfinished" in out
+    assert "Status: unfinished" in out
     assert 'the run of 20 s ends in phase "through"' in out
 
 
@@ -208,7 +208,7 @@ def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names
     assert re.search(
         r'phase "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out
     )
-    assert re.search(r"touched down after [\d.]+ s at [\d.]+ m/min", out)
+    assert re.search(r"Touch-down after [\d.]+ s at [\d.]+ m/min", out)
 
 
 def test_a_phase_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):

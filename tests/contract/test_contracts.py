@@ -188,6 +188,8 @@ OF_A_WINCH = [
     (SUPPLIED, SUPPLIED + 'TUNED = {"torque_drive.K": (1.0, 2.0)}\n', "TUNED"),
     (SUPPLIED, SUPPLIED + 'TUNED = {"torque_drive.tau": (2.0, 1.0)}\n', "pairs of numbers that rise"),
     (SUPPLIED, SUPPLIED + 'PER_MOTOR = "torque_drive"\n', "PER_MOTOR"),
+    (SUPPLIED, SUPPLIED + 'SERVOS = {"u_x": ("torque_drive.servo", "plc")}\n', "SERVOS"),
+    (SUPPLIED, SUPPLIED + 'SERVOS = {"brake": ("torque_drive", "plc")}\n', "pairs of a path of a table in TABLES"),
     (T_M, "    T_m: float", "Signals.T_m: annotate it as Annotated[float, Row(...)]"),
     ('Row("N m", "torque"', 'Row("Nm", "torque"', "Signals.T_m: unit 'Nm'. A torque is in \"N m\""),
     ('Row("N m", "torque"', 'Row("N m", "torqe"', "Signals.T_m: unknown kind 'torqe'"),

@@ -11,10 +11,12 @@ from tests.conservation.test_lowering_energy import box
 from tests.engine.lifts import RAO, X, Y, sea
 
 from stillhook import load_crane
+from stillhook.engine.lowering.checks import check_lift
 from stillhook.engine.lowering.hoisting_speed import hoisting_speed
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.formats.results import load_run, rerun, save_run
+from stillhook.library.catalogue import read_compensator
 from stillhook.physics.load_path.deck import damping_ratio, restitution
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
@@ -253,6 +255,50 @@ def test_what_cannot_be_is_refused_in_one_line(deck, more, text):
         simulate(CRANE, lift(Deck(**deck), **more))
     assert text in str(problem.value)
     assert "\n" not in str(problem.value)
+
+
+UNIT = read_compensator("phc-60t")
+
+
+def test_a_passive_compensator_on_a_slack_wire_is_fully_in_and_comes_out_as_it_takes_up_the_load():
+    """Off the deck it ends with the stroke, and the tension, of one that hung there from the start; joules are found
+    again."""
+    programme = (Phase(mode="manual", time="12 s"), Phase(mode="manual", speed="-12 m/min", depth="-12 m"))
+    off = lift(
+        Deck(height="6 m", motion="sine 0.2 m 8 s", slack="3 m"),
+        (*programme, Phase(mode="manual", time="30 s")),
+        payload=box("60 t"),
+        compensator=UNIT,
+        h_tip="60 m",
+        duration="90 s",
+    )
+    hangs = lift(Deck(height="1 m"), payload=box("60 t"), compensator=UNIT, h_tip="60 m", start_depth="-12 m")
+    run, still = (simulate(CRANE, case, every="0.1 s", step="2 ms") for case in (off, hangs))
+    before = run.sel(time=slice(None, 20.0))
+    assert float(before.s_c.max()) == 0.0
+    assert float(before.F_sling.max()) == 0.0
+    assert float(run.s_c[-1]) == pytest.approx(float(still.s_c[-1]), abs=0.01)
+    assert float(run.F_sling[-1]) == pytest.approx(float(still.F_sling[-1]), rel=1e-3)
+    assert float(run.z_load[-1]) == pytest.approx(12.0, abs=0.02)
+    assert abs(float(run.energy_unaccounted)) < 1e-4
+    assert float(run.DAF) < float(simulate(CRANE, off.model_copy(update={"compensator": None}), series=False).DAF)
+
+
+def test_a_unit_with_a_body_between_hook_and_slings_does_not_start_above_a_deck():
+    heavy = type("Heavy", (type(UNIT),), {"mass": property(lambda unit: 20e3)}).model_construct(**dict(UNIT))
+    case = lift(Deck(height="6 m", slack="1 m")).model_copy(update={"compensator": heavy})
+    with pytest.raises(StillhookError, match="compensator: its body between hook and slings has no place at rest"):
+        check_lift(CRANE, case)
+
+
+def test_clearance_is_the_least_height_over_the_deck_as_it_comes_closer():
+    """Of the series: 0 where it is hit, and the height of its lowest turn where it is not."""
+    hit, clear = (simulate(CRANE, off(v, "22 s"), every="0.02 s", step="2 ms") for v in (0.3, 0.6))
+    assert float(hit.z_clear_min) == 0.0
+    after = clear.sel(time=slice(float(clear.t_lift_off) + 0.5, None))
+    gap = (after.z_load - after.z_deck).values
+    falls = np.diff(gap) < 0.0
+    assert float(clear.z_clear_min) == pytest.approx(gap[1:][falls].min(), abs=0.02)
 
 
 def test_hoisting_speeds_need_a_lift_off_a_deck():

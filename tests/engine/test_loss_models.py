@@ -6,11 +6,15 @@ import itertools
 import numpy as np
 import pytest
 from tests.engine.test_c99 import SAME, compile_c
+from tests.export.fmu.test_fmu import OWN, Slave, given, same
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.differences import numbers_of
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import losses_of, pack
 from stillhook.engine.scenario.checks import foresee
+from stillhook.export.fmu import write_fmu
+from stillhook.export.twin import export
 from stillhook.identify.motor.fit import fit_loss
 from stillhook.identify.motor.map import read_map
 from stillhook.kernels import build
@@ -19,8 +23,7 @@ from stillhook.library import changed
 from stillhook.library.examples import MOTOR_MAP
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.scenario import Operator
-from stillhook.winches.circuits.losses import LossName
-from stillhook.winches.circuits.tables import loss_fit
+from stillhook.winches.circuits.losses import LossName, loss_fit
 
 AUDIT = 1.0e-4
 """Energy that is not accounted for, of that through the winch, as of MJ4 (`tests.conservation.test_energy`)."""
@@ -53,13 +56,18 @@ def model_of(law, example):
 
 
 @pytest.mark.parametrize("law", [law.value for law in LossName])
-def test_every_model_runs_in_the_150t_crane_and_its_energy_closes(law, example, interpreted):
-    crane = with_model(load_crane("nov-150t"), model_of(law, example))
-    case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode="ssc", duration="4 s", warm_up="0 s")
-    run = simulate(crane, case)
-    assert str(run.status.item() if run.status.ndim == 0 else run.status) == "ok"
-    assert abs(float(run.energy_unaccounted)) < AUDIT
-    assert float(run.p_max) > 20e5
+def test_every_model_runs_in_the_150t_crane_and_in_digital_units_and_their_energy_closes(law, example, interpreted):
+    model = model_of(law, example)
+    digital = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model}}})
+    for crane, mode, highest in (
+        (with_model(load_crane("nov-150t"), model), "ssc", "p_max"),
+        (digital, "position", "p_r_max"),
+    ):
+        case = Scenario(load="40 t", s_w="100 m", tip="sine 1 m 8 s", mode=mode, duration="4 s", warm_up="0 s")
+        run = simulate(crane, case)
+        assert run.status.item() == "ok"
+        assert abs(float(run.energy_unaccounted)) < AUDIT
+        assert float(run[highest]) > 20e5
 
 
 def map_of_mj4(motor, counts=(10, 20, 9)):
@@ -116,6 +124,7 @@ def test_each_set_of_motors_has_its_own_model_in_the_key_of_its_kernel(example):
     ("name", "table", "motors"),
     [
         ("nov-250t-secondary", "secondary", "unit"),
+        ("nov-250t-digital", "secondary", "unit"),
         ("utility-20t-open-circuit", "open", "motor"),
     ],
 )
@@ -172,3 +181,19 @@ def test_the_linearised_loop_has_the_numbers_of_another_model(example):
     params = pack(with_model(crane, model_of("mj6", example)), case).params
     assert numbers_of([params]) == flatten(params)
     assert set(fit_loss(example, "mj6").values.tolist()) <= set(numbers_of([params]))
+
+
+@pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
+def test_an_fmu_of_digital_units_with_another_model_has_the_signals_of_simulate(example, tmp_path):
+    crane = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model_of("mj6", example)}}})
+    case = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 8 s", mode="position", duration="4 s", warm_up="0 s")
+    run, names = simulate(crane, case, every="10 ms"), ("p_r", "alpha_s", "omega_m", "T_f")
+    tip = [CycleInputs(crane, case).full_row(k)[:3] for k in range(run.sizes["time"])]
+    host = Slave(write_fmu(export(crane, case), tmp_path / "digital.fmu", platforms=[str(OWN)])[0], tmp_path)
+    host.begin(given(tip[0]), {"input_time": 0})
+    out = [host.get(*names)]
+    for k, row in enumerate(tip[1:]):
+        host.set(**given(row))
+        host.step(k * 0.01, 0.01)
+        out.append(host.get(*names))
+    same(np.array(out).T, run, names)

@@ -5,7 +5,7 @@ import functools
 
 import numpy as np
 
-from stillhook.identify.system_friction.fitting.model import Points, Y, mj4, system_friction
+from stillhook.identify.system_friction.fitting.model import Points, Y, loss_of, system_friction
 from stillhook.library import motor
 from stillhook.library import system_friction as library_friction
 from stillhook.physics.scalar import G
@@ -39,7 +39,7 @@ def truth(name: str) -> Y:
     return Y.of(library_friction(name))
 
 
-LOSS = mj4(motor("A6VM215").loss)
+LOSS = loss_of(motor("A6VM215"))
 
 
 def pressure(direction: int, omega: float, D_m: float, T_d: float, y: Y, loss=LOSS) -> float:

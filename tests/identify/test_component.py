@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete, dlsim
 from tests.engine.runs import run_one
 
-from stillhook import Scenario, load_crane
+from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run
 from stillhook.errors import IdentifyError, LogError, SpecError, StillhookError
 from stillhook.identify import crane_with, identify_component
@@ -181,8 +181,25 @@ def test_dead_time_offset_hysteresis_and_rates_by_direction_are_told_apart(tmp_p
     assert result["offset"].value == pytest.approx(0.06, abs=0.005)
     assert result["dead_time"].value == pytest.approx(0.04, abs=0.012)
     motor = crane_with(result, load_crane("nov-250t")).active.motor
+    assert motor.servo.dead_time == pytest.approx(0.04, abs=0.012)
     assert motor.servo.rate_down == pytest.approx(0.35, rel=0.03)
     assert (motor.variant, motor.hysteresis) == ("open-loop-feedback", pytest.approx(0.04, abs=0.006))
+
+
+def test_a_dead_time_of_the_twin_is_in_its_own_log_with_the_computing_time_of_its_plc(tmp_path):
+    """Closed by the PLC, in waves: the command is logged as the PLC reads its inputs, and written a cycle later."""
+    crane = changed(load_crane("nov-250t"), {"active": {"pump": {"servo": {"dead_time": "43 ms"}}}})
+    case = Scenario(load="100 t", s_w="100 m", tip="sine 3 m 7 s", mode="ssc", duration="80 s", warm_up="0 s")
+    run = simulate(crane, case, every="10 ms", series=True)
+    alpha = run.alpha_p.values + np.random.default_rng(3).normal(0.0, 0.001, run.sizes["time"])
+    path = swivel_log(tmp_path, "pump", run.u_p.values, alpha)
+    result = identify_component("servo", path, mapping=mapping(tmp_path, base="nov-250t"))
+    late = result["dead_time"]
+    assert late.low <= 0.043 + crane.control.computing <= late.high
+    assert late.half < 0.003
+    servo = crane_with(result, load_crane("nov-250t")).active.pump.servo
+    assert servo.dead_time == pytest.approx(late.value, abs=late.half)
+    assert servo.omega_n == pytest.approx(31.0, rel=0.02)
 
 
 DRY = 0.1
@@ -222,11 +239,15 @@ def test_a_servo_integrated_apart_is_met(tmp_path, unit, omega_n, zeta, dead_tim
     u = steps(*ends, n=6000)
     noise = np.random.default_rng(7).normal(0.0, 0.002, len(u))
     alpha = with_dry_friction(u, 0.01, omega_n, zeta, dead_time, half, offset) + noise
-    result = identify_component("servo", swivel_log(tmp_path, unit, u, alpha))
+    path = swivel_log(tmp_path, unit, u, alpha)
+    result = identify_component("servo", path, mapping=mapping(tmp_path, base="nov-250t"))
     for name, true in {"omega_n": omega_n, "zeta": zeta, "dead_time": dead_time, "offset": offset}.items():
         estimate, form = result[name], DRY * true if half else 0.0
         assert estimate.low - form <= true <= estimate.high + form, name
-    assert any("no key of a crane file carries it" in note for note in result.notes)
+    servo = getattr(crane_with(result, load_crane("nov-250t")).active, unit).servo
+    form = DRY * dead_time if half else 0.0
+    assert servo.dead_time == pytest.approx(dead_time, abs=result["dead_time"].half + form)
+    assert not any("no key" in note for note in result.notes)
     assert any("dry friction of the plate" in note for note in result.notes) == bool(half)
 
 

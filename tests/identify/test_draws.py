@@ -8,11 +8,13 @@ from tests.commands import case_file
 from tests.identify.refusals import refused
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty, draws
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
 from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
 from stillhook.library.draws import crane_with, draw, draw_cranes
 from stillhook.library.parameter_sets import Evidence, save_set
+from stillhook.winches.circuits.tables import Motor
 
 CRANE = load_crane("nov-150t")
 CASE = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 9 s", duration="30 s", warm_up="10 s")
@@ -103,6 +105,53 @@ def test_a_motor_set_is_drawn_for_every_circuit_that_has_the_motor_with_one_draw
     small = LossSet("small", "made up", load_losses("A6VM170").motor, base.sources, item.evidence)
     line = refused(draw_cranes, CRANE, None, small)
     assert 'set "small" is of a motor of 170 cm^3/rev, and those of "nov-150t" have 215' in line
+
+
+def refined(law, names, covariance, **model) -> LossSet:
+    """A motor of the library with another model of its loss, and what tests of a crane leave open of it."""
+    of = changed(CRANE, {"active": {"motor": {"loss_model": {"law": law, **model}}}}).active.motor
+    plain = Motor.model_construct(None, **{name: getattr(of, name) for name in Motor.model_fields})
+    evidence = Evidence(names=names, covariance=covariance, dof=50.0, data="made-up tests")
+    return LossSet("refined", "refined", plain, load_losses("A6VM215").sources, evidence)
+
+
+THREE = refined("mj3", ("C_e", "C_g"), ((0.04, 0.0), (0.0, 1e-4)), C=(12.0, 6e-7, 0.5, 4e7), scale=1.1)
+MAPPED = refined("map", ("scale",), ((1e-4,),), map="motor-map")
+
+
+@pytest.mark.parametrize(("item", "mean", "deviation"), [(THREE, [13.2, 0.55], [0.2, 0.01]), (MAPPED, [1.0], [0.01])])
+def test_a_set_of_another_model_is_read_back_drawn_and_runs(item, mean, deviation, tmp_path):
+    again = load_losses(save_set(item, tmp_path / "refined.toml"))
+    assert (again.motor.loss_model, again.evidence) == (item.motor.loss_model, item.evidence)
+    values = draw(again, MANY, np.random.default_rng(2)).values
+    assert np.mean(values, axis=0) == pytest.approx(mean, rel=0.01)
+    assert np.std(values, axis=0) == pytest.approx(deviation, rel=SAMPLING)
+    cranes = draw_cranes(CRANE, loss_set=again, n=4, seed=1)
+    models = [crane.active.motor.loss_model for crane in cranes]
+    assert len({(model.C, model.scale) for model in models}) == 4
+    assert all(crane.passive.motor.loss_model == model for crane, model in zip(cranes, models, strict=True))
+    assert cranes[0].sources["active.motor.loss_model.scale"].text == "draw 0 of 4 (seed 1) from refined"
+    assert np.ptp(simulate(cranes, CASE).p_max.values) > 0.0
+
+
+def test_the_factor_of_a_set_of_another_model_has_its_parameters(tmp_path):
+    path = save_set(THREE, tmp_path / "refined.toml")
+    crane = crane_with(CRANE, load_losses(path))
+    known = Uncertainty.of({"motor_loss": {"set": str(path)}, "passive_motor_loss": {"uniform": [0.4, 0.6]}})
+    columns = draws(known.on((crane, CASE.model_copy(update={"load": 0.0}))), 8, 1)
+    assert columns.columns == ("motor_loss.C_e", "motor_loss.C_g", "passive_motor_loss")
+    for (drawn, _), row in zip(
+        Drawing(crane, CASE, columns.columns[:2]).pairs(columns.values), columns.values, strict=True
+    ):
+        assert drawn.active.motor.loss_model.C == pytest.approx((row[0], 6.6e-7, row[1], 4.4e7))
+        assert drawn.active.motor.loss_model.scale == 1.0
+
+
+def test_evidence_of_another_model_than_the_motors_is_refused(tmp_path):
+    path = save_set(THREE, tmp_path / "refined.toml")
+    path.write_text(path.read_text().replace('names = ["C_e", "C_g"]', 'names = ["C_e", "C_k"]'))
+    allowed = "X_1, X_2, X_3, X_4, X_5, C_e, C_f, C_g, C_i"
+    assert refused(load_losses, path) == f'refined.toml: evidence.names: "C_k" is not one of {allowed}.'
 
 
 @pytest.mark.thorough

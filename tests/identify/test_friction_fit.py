@@ -8,7 +8,7 @@ from tests.identify.staged import CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.system_friction.fitting.fit import Problem, Target, cost, fit_system, predicted, predicted_sd
-from stillhook.identify.system_friction.fitting.model import Y_NAMES, mj4, motor_loss_at
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, loss_of, motor_loss_at
 from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, profile_intervals
 from stillhook.library import motor
 from stillhook.statistics.estimate import t_factor
@@ -87,7 +87,7 @@ def test_too_few_points_are_refused_in_one_line():
 
 @pytest.mark.thorough
 def test_a_wrong_motor_model_shows_as_scatter_and_not_as_certainty():
-    other = mj4(motor("A6VM170").loss)
+    other = loss_of(motor("A6VM170"))
     points = stage(truth("crane-2"), loss=other)
     assert fit_system(points, LOSS).tau > 100.0 * fit_system(points, other).tau
 

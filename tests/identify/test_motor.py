@@ -26,7 +26,7 @@ from stillhook.report.document import Verdict
 from stillhook.report.html import html
 from stillhook.report.kit import png
 from stillhook.spec.crane import SourceKind
-from stillhook.winches.circuits.tables import loss_fit
+from stillhook.winches.circuits.losses import loss_fit
 
 pytestmark = pytest.mark.slow
 

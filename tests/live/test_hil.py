@@ -13,7 +13,7 @@ import pytest
 from tests.live.plants import CASE, CRANE, Direct
 
 from stillhook import Scenario, Session, load_crane
-from stillhook.cli.live.plc import _print_outcome
+from stillhook.cli.live.plc import _lines
 from stillhook.errors import LiveError
 from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.live.hil import soft_plc
@@ -23,6 +23,7 @@ from stillhook.live.hil.cost import LEAST, SETTLE, bus_cost, in_process
 from stillhook.live.hil.plc_log import PlcLog, Recorded, read_plc_log
 from stillhook.live.hil.script import Script
 from stillhook.live.hil.soft_plc import Cycle, Outcome, SoftPlc
+from stillhook.report.terminal import Answer, print_in_full
 
 U_P, BRAKE, STATE = (OUTPUTS.index(name) for name in ("u_p", "brake", "state"))
 
@@ -240,10 +241,10 @@ def test_the_end_of_a_run_says_what_the_bus_cost_or_why_not(own: np.ndarray, cap
     times = np.array([0.001, 0.002, 0.004])
     outcome = Outcome(3, 1, 0, 0, 0, times, times, np.array([math.nan]), False, [])
     cost = bus_cost(CRANE, CASE, [c._replace(e_c=1.2 * c.e_c) for c in seen(own)])
-    _print_outcome(outcome, cost)
+    print_in_full(Answer("PLC", _lines(outcome, cost)))
     out = capsys.readouterr().out
     assert f"the bus costs {100 * cost.cost:.2f} cm" in out
     assert "3 cycles: 1 late" in out
-    _print_outcome(outcome._replace(stopped=True), "It is not known.")
+    print_in_full(Answer("PLC", _lines(outcome._replace(stopped=True), "It is not known.")))
     out = capsys.readouterr().out
     assert "The guard stopped the winch.\nIt is not known.\n" in out

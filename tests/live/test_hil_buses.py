@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,8 @@ from tests.live.plants import CRANE, PlantServed
 
 from stillhook.cli import run
 from stillhook.errors import LiveError, StillhookError
-from stillhook.live.hil.bus import FIRST_SENSED, BusError, Image
-from stillhook.live.hil.example import MODBUS, MODBUS_FILE, OPCUA, PLC, PLC_FILE, example_hil, registers
+from stillhook.library.examples import HIL, example_files
+from stillhook.live.hil.bus import COMMANDS, FIRST_SENSED, OVERRIDE, BusError, Image
 from stillhook.live.hil.modbus import ModbusBus, ModbusBusSettings, blocks
 from stillhook.live.hil.opcua import OpcUaBus, OpcUaBusSettings
 from stillhook.live.hil.plc_file import read_plc_file
@@ -28,6 +29,11 @@ from stillhook.live.runtime.board import IMAGE
 from stillhook.live.servers.modbus import ModbusServer, ModbusSettings
 from stillhook.live.servers.opcua import OpcUaServer, OpcUaSettings
 from stillhook.live.servers.trust import TrustFolder
+
+PLC_FILE, MODBUS_FILE = "plc.toml", "plc-modbus.toml"
+PLC, _, OPCUA = (HIL / PLC_FILE).read_text().partition("\n[opcua]")
+OPCUA, MODBUS = f"\n[opcua]{OPCUA}", "\n[modbus]" + (HIL / MODBUS_FILE).read_text().partition("\n[modbus]")[2]
+REGISTERS = (HIL / "registers.toml").read_text()
 
 pytest.importorskip("asyncua", reason="the extra live is not installed")
 pytest.importorskip("pymodbus", reason="the extra live is not installed")
@@ -49,7 +55,7 @@ async def used(bus: Any, what: Callable[[Any], Awaitable[Any]]) -> Any:
 def over_modbus(folder: Path, what: Callable[[ModbusBus], Awaitable[Any]], text: str = "", writes: bool = True) -> Any:
     """Run with a connected bus; the server's plant, and the result."""
     path = folder / "registers.toml"
-    path.write_text(text or registers())
+    path.write_text(text or REGISTERS)
     served = PlantServed()
 
     async def connected() -> Any:
@@ -128,7 +134,7 @@ def test_a_kernel_that_is_gone_gives_no_good_image(tmp_path: Path):
 
 def test_a_server_that_goes_away_is_a_lost_connection(tmp_path: Path):
     path = tmp_path / "registers.toml"
-    path.write_text(registers())
+    path.write_text(REGISTERS)
     served = PlantServed()
 
     async def gone() -> None:
@@ -158,14 +164,14 @@ def test_a_server_that_goes_away_is_a_lost_connection(tmp_path: Path):
     ],
 )
 def test_a_map_that_a_plc_cannot_use_is_refused_before_anything_moves(old: str, new: str, line: str, tmp_path: Path):
-    text = registers()
+    text = REGISTERS
     assert old in text
     with pytest.raises(StillhookError, match=line):
         over_modbus(tmp_path, look_and_command, text.replace(old, new))
 
 
 def test_commands_in_small_registers_are_rounded_to_their_counts(tmp_path: Path):
-    text = registers().replace('address = 202\ntype = "float32"', 'address = 202\ntype = "int16"\nscale = 0.0001')
+    text = REGISTERS.replace('address = 202\ntype = "float32"', 'address = 202\ntype = "int16"\nscale = 0.0001')
 
     async def command(bus: ModbusBus) -> float:
         await bus.write({**COMMAND, "u_p": 0.123456})
@@ -189,8 +195,14 @@ def test_registers_that_follow_one_another_go_in_one_message(tmp_path: Path):
 # Files
 
 
+def test_the_example_maps_all_that_a_plc_reads_and_commands():
+    rows = tomllib.loads(REGISTERS)["register"]
+    of = {access: tuple(row["name"] for row in rows if row["access"] == access) for access in ("read", "write")}
+    assert of == {"read": tuple(IMAGE), "write": (OVERRIDE, *COMMANDS)}
+
+
 def test_the_example_is_a_twin_a_plc_on_each_bus_and_a_script(tmp_path: Path):
-    example_hil(tmp_path / "hil")
+    example_files(HIL, tmp_path / "hil")
     live = read_live_file(tmp_path / "hil" / "live.toml")
     assert live.sensed
     assert {live.opcua.host, live.modbus.host} == {"127.0.0.1"}
@@ -209,7 +221,7 @@ def test_the_example_is_a_twin_a_plc_on_each_bus_and_a_script(tmp_path: Path):
     TrustFolder(tmp_path / "hil" / "twin" / "opcua")
     assert "signed and encrypted" in read_plc_file(tmp_path / "hil" / PLC_FILE).bus().label
     with pytest.raises(LiveError, match="already"):
-        example_hil(tmp_path / "hil")
+        example_files(HIL, tmp_path / "hil")
 
 
 @pytest.mark.parametrize(
@@ -234,7 +246,7 @@ def test_the_example_is_a_twin_a_plc_on_each_bus_and_a_script(tmp_path: Path):
 def test_what_a_plc_file_says_wrong_is_refused_in_one_line(
     old: str, new: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
-    example_hil(tmp_path / "hil")
+    example_files(HIL, tmp_path / "hil")
     path = tmp_path / "hil" / MODBUS_FILE
     text = path.read_text().replace(MODBUS_FILE, PLC_FILE)
     assert old in text
@@ -249,7 +261,7 @@ def test_what_a_plc_file_says_wrong_is_refused_in_one_line(
 
 
 def test_a_plc_without_a_twin_ends_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    example_hil(tmp_path / "hil")
+    example_files(HIL, tmp_path / "hil")
     path = tmp_path / "hil" / MODBUS_FILE
     path.write_text(path.read_text() + "port = 1\n")
     assert run(["plc", "run", str(path), "--duration", "1 s"]) == 2
@@ -261,7 +273,7 @@ def test_a_plc_without_a_twin_ends_in_one_line(tmp_path: Path, capsys: pytest.Ca
 
 @pytest.mark.slow
 def test_a_twin_and_a_plc_in_processes_of_their_own_and_the_plc_is_killed(tmp_path: Path):
-    example_hil(tmp_path / "hil")
+    example_files(HIL, tmp_path / "hil")
     folder = tmp_path / "hil"
     live, plc = folder / "live.toml", folder / MODBUS_FILE
     live.write_text(live.read_text().replace("[opcua]\n", "") + "port = 0\n")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError
+from stillhook.library.examples import HIL
 from stillhook.live.hil.controller import INPUTS, SIGNALS
-from stillhook.live.hil.example import SCRIPT
 from stillhook.live.hil.script import Script, read_script
 
 STEP = 0.01
@@ -93,7 +93,7 @@ def test_wire_that_the_operator_asks_for_is_the_integral_of_the_speed(tmp_path: 
 
 
 def test_the_example_is_a_script(tmp_path: Path):
-    rows = applied(script(SCRIPT, tmp_path), 45.0)
+    rows = applied(script((HIL / "script.toml").read_text(), tmp_path), 45.0)
     assert at(rows, "v_op", 15.0) == pytest.approx(0.2)
     assert at(rows, "reset", 38.5) == 1.0
 

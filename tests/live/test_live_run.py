@@ -21,7 +21,8 @@ from tests.live.test_modbus import read_request
 from stillhook.cli import run
 from stillhook.cli.live.twin import _EventLines
 from stillhook.errors import StillhookError
-from stillhook.live.live_file import LIVE_FILE, example_live, read_live_file
+from stillhook.library.examples import LIVE, example_files
+from stillhook.live.live_file import read_live_file
 from stillhook.live.runtime import event
 from stillhook.live.runtime.doctor import ALLOWED_P999, ALLOWED_WORST, Diagnosis, Lateness
 from stillhook.live.runtime.state import LiveState
@@ -30,8 +31,8 @@ PATIENCE = 60.0
 
 
 def example(folder: Path, change: dict[str, str] | None = None) -> Path:
-    example_live(folder)
-    path = folder / LIVE_FILE
+    example_files(LIVE, folder)
+    path = folder / "live.toml"
     text = path.read_text()
     for old, new in (change or {}).items():
         assert old in text
@@ -46,7 +47,7 @@ def test_the_example_is_a_live_file_that_keeps_to_this_machine(tmp_path: Path):
     assert (plan.opcua.insecure, plan.modbus.writes, plan.udp.writes) == (False, False, False)
     assert plan.folder == tmp_path / "twin" / "twin"
     with pytest.raises(StillhookError, match="already"):
-        example_live(tmp_path / "twin")
+        example_files(LIVE, tmp_path / "twin")
 
 
 @pytest.mark.parametrize(
@@ -67,7 +68,7 @@ def test_a_wrong_live_file_is_refused_in_one_line(change: dict[str, str], text: 
     with pytest.raises(StillhookError) as problem:
         read_live_file(path)
     assert text in str(problem.value)
-    assert str(problem.value).startswith(LIVE_FILE)
+    assert str(problem.value).startswith("live.toml")
     assert "\n" not in str(problem.value)
 
 

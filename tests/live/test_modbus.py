@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from tests.live.served import Counting
 
 from stillhook.errors import StillhookError
+from stillhook.library.examples import LIVE
 from stillhook.live.servers.modbus import ModbusServer, ModbusSettings
-from stillhook.live.servers.registers import Access, Form, Register, Words, example_registers, read_registers
+from stillhook.live.servers.registers import Access, Form, Register, Words, read_registers
 
 pytest.importorskip("pymodbus", reason="the extra live is not installed")
 
@@ -89,11 +90,9 @@ def test_a_pressure_in_tenths_of_a_bar(tmp_path: Path):
     assert p_a.encode(-1.0e5) == p_a.encode(math.nan) == [65_535]  # no value
 
 
-def test_the_example_is_a_map_of_a_twin(tmp_path: Path):
-    path = tmp_path / "registers.toml"
-    path.write_text(example_registers())
+def test_the_example_is_a_map_of_a_twin():
     names = (*NAMES, "cycle_flags", "late_cycles", "s_w", "v_w", "e_c", "F_w", "p_a", "p_b", "u_p")
-    rows = read_registers(path, names, INPUTS)
+    rows = read_registers(LIVE / "registers.toml", names, INPUTS)
     assert {row.name for row in rows if row.access is Access.WRITE} <= set(INPUTS)
     assert [row.address for row in rows] == sorted(row.address for row in rows)
 

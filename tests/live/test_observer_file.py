@@ -22,7 +22,7 @@ from tests.live.test_live_run import PATIENCE, example
 
 from stillhook.errors import StillhookError, UnitError
 from stillhook.live.history import read, read_events
-from stillhook.live.live_file import LIVE_FILE, read_live_file
+from stillhook.live.live_file import read_live_file
 from stillhook.live.observer import AdaptSettings
 from stillhook.live.servers.registers import read_registers
 
@@ -73,7 +73,7 @@ def test_wrong_tables_are_refused_in_one_line(change: dict[str, str], text: str,
     with pytest.raises(StillhookError) as problem:
         read_live_file(path)
     assert text in str(problem.value)
-    assert str(problem.value).startswith(LIVE_FILE)
+    assert str(problem.value).startswith("live.toml")
     assert "\n" not in str(problem.value)
 
 

@@ -16,7 +16,7 @@ import pytest
 from tests.live.test_modbus import read_request, write_request
 
 import stillhook
-from stillhook.cli.live.twin import _brief_replayed, _print_replayed
+from stillhook.cli.live.twin import _answer_of_replay
 from stillhook.errors import LiveError
 from stillhook.formats.case_file import CaseFile
 from stillhook.live.demo import with_friction
@@ -28,7 +28,7 @@ from stillhook.live.watch.replay import Moment, Replayed, longest_stretch, repla
 from stillhook.live.watch.virtual import Reading
 from stillhook.live.watch.windows.criteria import Status, WindowResult
 from stillhook.logs.log import read_log
-from stillhook.report.terminal import MOST_LINES
+from stillhook.report.terminal import MOST_LINES, print_in_full
 
 CRANE = stillhook.load_crane("nov-250t")
 CASE = stillhook.Scenario(
@@ -166,12 +166,13 @@ def test_what_was_found_is_read_as_tables_and_ends_with_the_cause(capsys: pytest
         clock=(0.12, 0.008),
         virtual=(reading,),
     )
-    _print_replayed(CRANE, found)
+    answer = _answer_of_replay(CRANE, found)
+    print_in_full(answer)
     out = " ".join(capsys.readouterr().out.split())
     for text in ("ALARM from 43.0 s", "10 % (9 to 11 %)", "cannot tell", "lasts", "120 ms +- 8 ms late", "virtual.T_f"):
         assert text in out
-    assert out.endswith("At the end not met: p-load-cell. Cause: load other than stated.")
-    brief = _brief_replayed(found).text()
+    assert out.endswith("Criteria not met at the end: p-load-cell. Cause: load other than stated.")
+    brief = answer.text()
     assert len(brief) <= MOST_LINES
     for line in ("Criteria not met at the end: p-load-cell.", "Cause: load other than stated."):
         assert line in brief

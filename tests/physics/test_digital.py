@@ -7,16 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.physics.test_secondary import BASE
+from tests.physics.test_secondary import BASE, STEADY
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, Session, load_crane, simulate
 from stillhook.engine.pack.winch import pack
-from stillhook.errors import SpecError, StillhookError
+from stillhook.engine.scenario.checks import foresee
+from stillhook.errors import StillhookError
+from stillhook.kernels.lanes import VL
 from stillhook.library import changed
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.motor_laws import motors_dry, motors_moving
+from stillhook.physics.hydraulics.motor_losses import MU_OIL, RHO_OIL
 from stillhook.physics.hydraulics.swash import Servo
+from stillhook.spec.scenario import Operator
 from stillhook.winches.types import digital
 
 NAME = "nov-250t-digital"
@@ -166,6 +170,14 @@ def test_few_cylinders_on_a_light_hook_are_told_with_what_their_pattern_moves():
     assert "cylinders are averaged" not in simulate(crane(), Scenario(**BASE)).notes.item()
 
 
+def test_a_map_that_ends_below_the_full_displacement_of_the_units_is_noted():
+    words = "a unit loses at 355 cm^3/rev, and its map ends at 215 cm^3/rev: the loss is held there, and too small"
+    case = Scenario(**(BASE | {"duration": "2 s", "warm_up": "0 s"}))
+    small = {"secondary": {"unit": {"loss_model": {"law": "map", "map": "motor-map"}, "D_max": "215 cm^3/rev"}}}
+    assert any(words in note for note in foresee(with_model({"law": "map", "map": "motor-map"}), case).notes)
+    assert not any("its map ends" in note for note in foresee(changed(crane(), small), case).notes)
+
+
 def test_half_the_step_gives_the_same():
     case = Scenario(**(BASE | {"tip": "sine 2 m 8 s", "duration": "60 s"}))
     one, half = (simulate(crane(), case, step=step) for step in ("2 ms", "1 ms"))
@@ -188,7 +200,65 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(changes, words):
     assert "\n" not in str(refused.value)
 
 
-def test_units_with_another_loss_model_are_refused():
-    other = {"secondary": {"unit": {"loss_model": {"law": "mj2", "C": [1.0, 1e-2, 1e-2, 1e-2, 1e-15]}}}}
-    with pytest.raises(SpecError, match="follows from MJ4 alone"):
-        pack(changed(crane(), other), Scenario(**BASE))
+LOSS = {"law": "mj3", "C": [9.0, 2.1e-6, 1.3, 5.1e7]}
+"""A model that knows no displacement in its dry terms, which of digital units is that of an enabled cylinder."""
+
+
+def with_model(model: dict[str, Any]) -> Any:
+    return changed(crane(), {"secondary": {"unit": {"loss_model": model}}})
+
+
+def mj6_of(loss: Any) -> dict[str, Any]:
+    """The MJ4 of a crane file as an MJ6 without loss at the notches."""
+    return {"law": "mj6", "C": [loss.X_4, loss.X_3, loss.X_1 / MU_OIL, loss.X_5, loss.X_2 / RHO_OIL, 0.0]}
+
+
+def test_a_winch_with_another_model_that_is_mj4_runs_as_with_mj4():
+    """Two ways to the same units: MJ4 by its terms, and any other model as enabled and idle cylinders."""
+    case = Scenario(**(BASE | {"load": "60 t", "duration": "60 s"}))
+    own, other = (simulate(c, case) for c in (crane(), with_model(mj6_of(crane().secondary.unit.loss))))
+    for name in ("p_r", "alpha_s", "omega_m", "T_f", "e_c"):
+        apart, size = np.max(np.abs(own[name].values - other[name].values)), np.max(np.abs(own[name].values))
+        assert apart < 1e-12 * size, name
+
+
+def test_a_session_and_sixteen_lanes_have_the_bits_of_a_run_with_another_model():
+    machine, case = with_model(LOSS), Scenario(**(BASE | {"duration": "4 s", "warm_up": "0 s"}))
+    run = simulate(machine, case, step="2 ms", every="10 ms")
+    many = simulate(machine, [case] * VL, step="2 ms")
+    assert many.e_c_pp.values.tolist() == [run.e_c_pp.item()] * VL
+    session = Session(machine, case, step="2 ms")
+    pressures = {}
+    while session.time < 3.9:
+        session.step()
+        pressures[round(session.time, 6)] = session.get("p_r")
+    same = [
+        pressures[t] == p
+        for t, p in zip(run.time.values.round(6).tolist(), run.p_r.values, strict=True)
+        if t in pressures
+    ]
+    assert len(same) > 300
+    assert all(same)
+
+
+def test_at_a_steady_speed_the_units_lose_what_their_model_says_of_enabled_and_idle_cylinders():
+    """Of the record of a run, without the twin's functions: torque balance, and the rail's oil by what the units take."""
+    case = Scenario(
+        **(BASE | {"load": "60 t", "mode": "manual", "tip": "still", "duration": "12 s", "warm_up": "0 s"}),
+        operator=Operator(profile=(("0 s", "0 m/min"), ("2 s", "12 m/min"), ("12 s", "12 m/min"))),
+    )
+    machine = with_model(LOSS)
+    run = simulate(machine, case).isel(time=-1)
+    unit, table, friction = machine.secondary.unit, machine.secondary, machine.friction.system
+    alpha, omega, dp = float(run.alpha_s), float(run.omega_m), float(run.p_r) - table.p_lp
+    C_e, C_f, C_g, C_i = LOSS["C"]
+    speed = C_g * MU_OIL * omega + C_i * RHO_OIL * omega**2 * unit.D_max**3
+    enabled_cylinders, idle_cylinders = C_e + C_f * dp + speed, machine.digital.idle * (C_e + speed)
+    T_units = unit.count * (alpha * enabled_cylinders + (1.0 - alpha) * idle_cylinders)
+    T_w = float(run.F_w) * float(run.v_w) / omega
+    T_d = T_w * machine.i_hD
+    fading = (friction.Y_1 * T_d + friction.Y_3) * math.exp(-omega / friction.Y_4)
+    T_shaft = unit.count * (fading + friction.Y_2 + friction.Y_5 * omega + friction.Y_6 * T_d)
+    assert float(run.T_f) == pytest.approx(T_units + T_shaft, rel=STEADY)
+    assert 0.15 * T_shaft < T_units
+    assert unit.count * unit.D_max * alpha * dp == pytest.approx(T_w + float(run.T_f), rel=STEADY)

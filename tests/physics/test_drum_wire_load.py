@@ -165,9 +165,9 @@ def test_signs_of_the_stretch():
     assert tension(v_load=-0.1) > rest
 
 
-@given(st.floats(-3.0, 3.0), st.floats(0.0, 1e6))
-def test_drag_opposes_the_motion_and_only_takes_power(v, b):
-    load = Load(W=1e6, m=1e5, i_m=1e-5, b=b)
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 1e6), st.floats(0.0, 3.0))
+def test_drag_opposes_the_motion_and_only_takes_power(v, b, U):
+    load = Load(W=1e6, m=1e5, i_m=1e-5, b=b, U=U)
     assert drag_force(v, load) * v <= 0.0
     assert drag_loss(v, load) >= 0.0
     assert drag_force(-v, load) == -drag_force(v, load)
@@ -183,6 +183,16 @@ def test_a_cut_load_falls_freely_in_air_and_reaches_its_sinking_speed_in_water()
     v_sink = math.sqrt(water.W / water.b)
     assert load_acceleration(0.0, -v_sink, water) == pytest.approx(0.0, abs=1e-12)
     assert load_acceleration(0.0, -2.0 * v_sink, water) > 0.0
+
+
+@pytest.mark.parametrize("U", [0.3, 1.5])
+def test_a_cut_load_in_a_cross_current_sinks_at_the_root_of_its_drag_and_weight(U):
+    """1/2 rho C_D A v sqrt(v^2 + U^2) = W, of which v^2 is the root of a quadratic equation."""
+    water = Water(volume="12.7 m^3", C_D=1.2, area="25 m^2", current=f"{U} m/s")
+    load = load_record(CRANES["nov-250t"], Scenario(load="100 t", s_w="100 m", water=water))
+    v = math.sqrt(0.5 * (math.sqrt(U**4 + 4.0 * (load.W / load.b) ** 2) - U**2))
+    assert load_acceleration(0.0, -v, load) == pytest.approx(0.0, abs=1e-12)
+    assert v < math.sqrt(load.W / load.b)
 
 
 def test_a_hundred_tonnes_of_steel_weigh_87_in_sea_water():

@@ -59,7 +59,12 @@ tip = stillhook.Sine(amplitude="1.5 m", period="9 s")
 case = stillhook.Scenario(load="60 t", s_w="100 m", tip=tip, duration="120 s", warm_up="66 s")
 cranes = {name: changed(crane, {"control": control}) for name, (_, control) in runs.items()}
 errors = {n: float(stillhook.simulate(cranes[n], case.with_mode(mode)).e_c_pp) for n, (mode, _) in runs.items()}
-print(json.dumps({"errors": errors, "near": near, "far": far}))
+servo = {"servo": {"dead_time": "20 ms"}}
+units = {"active": {"pump": servo, "motor": servo}}
+dead = {n: changed(crane, {"control": control, **units}) for n, (mode, control) in runs.items() if mode == "late-ssc"}
+later = {n: float(stillhook.simulate(each, case.with_mode("ssc")).e_c_pp) for n, each in dead.items()}
+own = strong_ssc(changed(crane, units)).changes["control"]
+print(json.dumps({"errors": errors, "near": near, "far": far, "dead time": later, "own": own}))
 """
 COSTS = 0.005
 """What a bus may cost with split leads [m]: the limit that hardware in the loop is given."""
@@ -98,3 +103,17 @@ def test_a_late_command_takes_gain_and_belongs_to_the_lead_of_the_feedforward_al
     assert float(far["K_p"].split()[0]) < float(near["K_p"].split()[0])
     assert far["t_lead"] == near["t_lead"]
     assert float(far["t_lead_ff"].split()[0]) == pytest.approx(float(near["t_lead"].split()[0]) + 20.0)
+
+
+@pytest.mark.slow
+def test_a_dead_time_of_pumps_and_motors_is_a_bus_to_both(answer) -> None:
+    """The twin's controls with a dead time have the errors that the page prints of a controller whose commands come
+    two cycles late, and strong SSC the leads that it has for such commands; its gain is lower, for what the motors'
+    displacement feeds forward is late too."""
+    page = (DOCS / "explanation" / "control.md").read_text(encoding="utf-8")
+    row = next(line for line in page.splitlines() if line.startswith("| nov-150t, 60 t"))
+    printed = [float(x) / 100.0 for x in re.findall(r"([0-9.]+) cm", row)][1:]
+    assert list(answer["dead time"].values()) == pytest.approx(printed, abs=PRINTED)
+    own, far = answer["own"], answer["far"]
+    assert (own["t_lead"], own["t_lead_ff"]) == (far["t_lead"], far["t_lead_ff"])
+    assert 0.9 < float(own["K_p"].split()[0]) / float(far["K_p"].split()[0]) < 1.0

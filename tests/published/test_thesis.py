@@ -110,10 +110,10 @@ def test_torque_balance_of_a_friction_test_is_solved():
     """Half the difference of the two pressure drops, times the displacement, is the friction that the models predict."""
     from stillhook.identify.compare import drum_torque
     from stillhook.identify.system_friction.fitting.fit import predicted
-    from stillhook.identify.system_friction.fitting.model import Points, Y, mj4
+    from stillhook.identify.system_friction.fitting.model import Points, Y, loss_of
     from stillhook.library import load_crane, motor, system_friction
 
-    crane, y, loss = load_crane("nov-150t"), Y.of(system_friction("crane-2")), mj4(motor(losses.FIRST).loss)
+    crane, y, loss = load_crane("nov-150t"), Y.of(system_friction("crane-2")), loss_of(motor(losses.FIRST))
     n = np.linspace(50.0, 1500.0, 9) * losses.RPM
     at = Points.planned(n, drum_torque(crane, 77e3), 215.0 * losses.CC, count=11.0)
     found = losses.staged(at, loss, y, crane)

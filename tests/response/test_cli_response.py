@@ -165,7 +165,7 @@ class TestOneSea:
         text = capsys.readouterr().out
         assert "80 % at the wire" in text
         assert "natural periods with the top held" in text
-        assert "status: ok" in text
+        assert "Status: ok" in text
 
     @pytest.mark.slow
     def test_nothing_moves_in_a_calm(self, capsys, lift, plain):

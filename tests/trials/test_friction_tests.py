@@ -304,7 +304,7 @@ def test_names_that_there_are_not_and_a_folder_with_logs_are_refused(tmp_path):
 @pytest.mark.thorough
 def test_the_command_writes_a_campaign_of_another_crane_than_it_names(tmp_path, capsys):
     words = ("friction-tests", str(tmp_path / "c"), "--plan", "crane-2", "--duration", "2 min", "--noise", "none")
-    assert main([*words, "--reference", "crane-1", "--reference", "A6VM215-crane-2-second-loop", "--verbose"]) == 0
+    assert main([*words, "--reference", "crane-1", "--reference", "A6VM215-crane-2-second-loop"]) == 0
     assert str(tmp_path / "c" / "campaign.toml") in capsys.readouterr().out
     crane = load_crane(tmp_path / "c" / "reference.toml")
     assert crane.friction.system == load_friction("crane-1").system

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from stillhook.identify.system_friction.fitting import drift, uncertainty
 from stillhook.identify.system_friction.fitting import fit as friction_fit
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
-from stillhook.identify.system_friction.fitting.model import Points, Y, mj4, system_friction
+from stillhook.identify.system_friction.fitting.model import Points, Y, loss_of, system_friction
 from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.library import motor
 from stillhook.library import system_friction as published
@@ -51,7 +51,7 @@ LEAK_SPREAD = 1.04
 FAINT = (0.02, 0.15)  # of what warm oil does
 CURVE = (30.0, 60.0, 100.0, 160.0, 250.0, 400.0, 600.0, 800.0, 1000.0)  # rev/min, where the friction curve is judged
 CURVE_LOADS = (0.0, 77.0, 107.0)  # t
-LOSS = mj4(motor("A6VM215").loss)
+LOSS = loss_of(motor("A6VM215"))
 
 
 class Scenario(StrEnum):

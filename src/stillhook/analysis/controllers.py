@@ -259,8 +259,8 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) 
     complete plant with its PLC on the crane's own wire, from the empty hook to the SWL, from short to all wire, slow to
     fast, at the places that decide (`stillhook.analysis.loop_stability.governing`). Slow and loaded the plant may
     oscillate without feedback; no gain has a margin there. The delay of the motion unit is outside the position loop
-    and does not reduce it; that of the commands is inside and does. t_lead: `lateness` without the commands' delay,
-    t_lead_ff: with it. All else is the crane's own.
+    and does not reduce it; that of the commands is inside and does, as is the dead time of the pumps' control. t_lead:
+    `lateness` without these two, t_lead_ff: with them. All else is the crane's own.
 
     Errors: StillhookError for a delay outside 0 to 1 s, and where no gain keeps the margins.
     """
@@ -270,8 +270,9 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) 
 def strong_changes(crane: Crane, *, delay: float = 0.0, command_delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
     leads = {"t_lead": lateness(crane, delay=delay)}
-    if command_delay != 0.0:
-        leads["t_lead_ff"] = lateness(crane, delay=delay, command_delay=command_delay)
+    acts = command_delay + crane.plant.type.dead_times(crane).get("u_p", 0.0)
+    if acts != 0.0:
+        leads["t_lead_ff"] = lateness(crane, delay=delay, command_delay=acts)
     K_p, _ = strong_gain(crane, DEFAULT_MODE, command_delay)
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
     texts = {name: f"{1e3 * lead:.4g} ms" for name, lead in leads.items()}

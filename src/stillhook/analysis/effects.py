@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import operator
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from stillhook.base.identity import remembered
 from stillhook.engine.pack.settings import with_value
@@ -20,15 +18,6 @@ SHARED = ("friction", "inertia")
 """Tables of every crane file, also where the winch type turns no shaft with that friction or inertia."""
 PROBE, LOAD = 1.5, 0.2
 """Factor on a number whose effect is looked for, and payload of the run over the SWL [-]."""
-
-
-def nested(values: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Tables in tables, as a crane file has them, from dotted paths with their values."""
-    out: dict[str, Any] = {}
-    for path, value in values:
-        *tables, name = path.split(".")
-        functools.reduce(lambda at, key: at.setdefault(key, {}), tables, out)[name] = value
-    return out
 
 
 def scaled(crane: Crane, factors: Mapping[str, float]) -> Crane:

@@ -11,10 +11,9 @@ from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability import stability as loop_stability
 from stillhook.analysis.loop_stability import sweeps
-from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.loop_stability.stability import Stability
-from stillhook.analysis.loop_stability.transfer import position_loop
+from stillhook.analysis.loop_stability.transfer import by_plc, position_loop
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.control.registry import DEFAULT_MODE
@@ -209,7 +208,7 @@ def strongest_gain(
             " gain margin and sensitivity peak must be above 1, the phase margin above 0 and below 90 deg."
         )
     alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
-    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, late + crane.control.computing)
+    loop = by_plc(crane, position_loop(crane, alpha), late)
     return strongest_up_to(loop, (gain_margin, phase, sensitivity))
 
 

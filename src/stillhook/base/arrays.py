@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
 from typing import Any
@@ -15,6 +16,13 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]
+
+
+def copied(record: Any, changes: Mapping[str, Any]) -> Any:
+    """A frozen dataclass with other values of some fields, which are not checked; nothing that it remembers."""
+    made = object.__new__(type(record))
+    fill(made, **{each.name: getattr(record, each.name) for each in fields(record)} | dict(changes))
+    return made
 
 
 def fill(record: object, /, **values: Any) -> None:

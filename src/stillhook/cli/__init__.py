@@ -40,7 +40,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "map": Entry("analysis.maps", "show_map"),
     "tune": Entry("analysis.tune", "tune"),
     "uncertainty": Entry("analysis.uncertainty", "uncertainty"),
-    "validate": Entry("validate", "validate"),
+    "validate": Entry("runs.validate", "validate"),
     "tip": Entry("sea.tip", "tip"),
     "lower": Entry("runs.simulation", "lower"),
     "response": Entry("sea.response", "response"),
@@ -55,7 +55,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
     "thesis": Entry("analysis.thesis", "thesis"),
-    "certificate": Entry("validate", "certificate"),
+    "certificate": Entry("runs.validate", "certificate"),
     "condition": Entry("live.condition", "condition"),
     "identify": Group(
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",

@@ -36,13 +36,9 @@ if TYPE_CHECKING:
 def say_lines(
     data: Any, title: str, lines: Sequence[str], written: Sequence[str] = (), step: str = "", *, json: bool
 ) -> None:
-    """Print what was written in a few lines; with --verbose without cutting any."""
+    """Print what was written in a few lines."""
     files = f"written: {', '.join(written)}" if written else ""
-
-    def in_full() -> None:
-        print("\n".join(filter(None, (title, *lines, files, step and f"Next: {step}"))))
-
-    present(data, in_full, brief=lambda: Answer(title, [files, *lines], step), json=json)
+    present(data, brief=lambda: Answer(title, [files, *lines], step), json=json)
 
 
 WIRE_OUT = 100.0

@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,8 +16,18 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
 from stillhook.report.document import Document, Table, words
-from stillhook.report.formatting import counted
-from stillhook.report.terminal import Answer, answer_of, columns, print_document, print_table, progress_bar, say
+from stillhook.report.formatting import counted, wrapped
+from stillhook.report.terminal import (
+    Answer,
+    Cells,
+    Line,
+    answer_of,
+    columns,
+    print_document,
+    print_table,
+    progress_bar,
+    say,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,7 +101,7 @@ def motor(
     document = report(result, {})
     step = "--out FOLDER, for the motor file and the report" if out is None else f"read {out / MOTOR_FILES[1]}"
     brief = lambda: answer_of(document, step, "models, parameters, where they must not be used")
-    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
+    present(to_dict(result), brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
         write_out(out, dict(sorted(_motor_files(result).items())), quiet=json)
         say_left_out()
@@ -160,7 +171,7 @@ def component(
     )
     step = "--out FOLDER, for the crane file and the report" if out is None else f"read {out / COMPONENT_FILES[1]}"
     brief = lambda: answer_of(document, step, "held-out data, notes, what the twin does with it", [f"{numbers}."])
-    present(to_dict(result), lambda: print_document(document), brief=brief, json=json)
+    present(to_dict(result), brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
         write_out(out, _component_files(result, text), quiet=json)
         say_left_out()
@@ -232,7 +243,7 @@ def friction(
     brief = lambda: answer_of(document, step, more, [f"Parameters with 95 % intervals: {numbers}."])
     answer = to_dict(result)
     if not (verify and json):
-        present(answer, lambda: print_document(document), brief=brief, json=json)
+        present(answer, brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
         write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
         say_left_out()
@@ -252,7 +263,7 @@ def _verified(tests: Campaign, result: Friction | None, answer: dict[str, Any], 
     document, numbers = report.verification_report(verified, {}), report.verification_dict(verified)
     step = "--out FOLDER, for the report" if out is None else f"read {out / VERIFY_FILES[0]}"
     brief = lambda: answer_of(document, step, "deviation by test, direction, speed and displacement")
-    present({**answer, "verification": numbers}, lambda: print_document(document), brief=brief, json=json)
+    present({**answer, "verification": numbers}, brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
         pictures = draw_if_possible(lambda: pngs(report.verification_figures(verified), LOG_DPI))
         page = html(report.verification_report(verified, pictures))
@@ -342,8 +353,8 @@ def curve(
     answer = {**result.to_dict(), "findings": [asdict(f) for f in read.findings]}
     files = {table: _csv(result), numbers: result.to_dict()}
     pictures = lambda: {picture: curve_figure(result, read, effort)}
-    show, brief = (lambda: _print_curve(result, describe(read))), (lambda: _brief_curve(result))
-    present(answer, show, out, files, brief=brief, json=json, pictures=pictures)
+    brief = lambda: _answer_of_curve(result, describe(read))
+    present(answer, out, files, brief=brief, json=json, pictures=pictures)
 
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
@@ -367,40 +378,33 @@ def _needed(speed: str, effort: str, position: str | None, command: str | None) 
     )
 
 
-def _brief_curve(curve: FrictionCurve) -> Answer:
-    """Friction of each speed, with what was left out."""
-    shown = [
-        [curve.text("speed", p.speed), curve.text("effort", p.friction), curve.text("effort", p.estimate.half, 2)]
-        for p in curve.points
-    ]
-    rejected = [*curve.steady.rejected, *curve.unpaired]
-    lines = columns(["speed", "friction", "+- (95 %)"], shown)
-    if rejected:
-        lines.append(f"Not used: {counted(len(rejected), 'stretch')}; the first: {rejected[0].reason}.")
-    return Answer(f"{curve.source}: friction, half the difference of both directions", lines, more="load, bins, log")
-
-
-def _print_curve(curve: FrictionCurve, head: Sequence[str]) -> None:
-    for line in head:
-        print(line)
+def _answer_of_curve(curve: FrictionCurve, log: Sequence[str]) -> Answer:
+    """Friction of each speed, with what was left out; log: what its file holds."""
     rows = []
     for p in curve.points:
         way = "-" if p.way is None else " to ".join(curve.text("position", x, 3) for x in p.way)
         half, load = curve.text("effort", p.estimate.half, 2), curve.text("effort", p.load)
         friction = curve.text("effort", p.friction)
         rows.append([curve.text("speed", p.speed), friction, half, load, str(p.up.n), str(p.down.n), way])
+    heads = ["speed", "friction", "+- (95 %)"]
+    lines: list[Line] = [
+        *(partial(wrapped, line) for line in log),
+        *columns(heads, [row[:3] for row in rows]),
+        partial(print_table, [*heads, "load", "bins up", "bins down", "way"], rows),
+    ]
     if curve.adapted:
-        print(
-            f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used"
-            " (curve.least_length of the mapping sets it)"
+        lines.append(
+            f"No speed was held for 2 s: stretches from {curve.least_length:g} s on are used"
+            " (curve.least_length of the mapping sets it)."
         )
-    head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
-    print_table(head, rows, title=f"{curve.source}: half the difference of both directions")
     rejected = [*curve.steady.rejected, *curve.unpaired]
-    for r in rejected[:MOST_REASONS]:
-        print(f"not used, {r.start:.1f} to {r.end:.1f} s: {r.reason}")
+    if rejected:
+        lines.append(Cells(f"Not used: {counted(len(rejected), 'stretch')}; the first: {rejected[0].reason}."))
+    shown = [f"not used, {r.start:.1f} to {r.end:.1f} s: {r.reason}" for r in rejected[:MOST_REASONS]]
     if len(rejected) > MOST_REASONS:
-        print(f"not used: {len(rejected) - MOST_REASONS} more stretches (see --json or --out)")
+        shown.append(f"not used: {len(rejected) - MOST_REASONS} more stretches (see --json or --out)")
+    lines += [partial(wrapped, line) for line in shown]
+    return Answer(f"{curve.source}: friction, half the difference of both directions", lines, more="load, bins, log")
 
 
 def _csv(curve: FrictionCurve) -> str:

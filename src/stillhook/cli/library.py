@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -12,7 +13,8 @@ import typer
 
 from stillhook.cli.parser import CraneArgument, Json, present
 from stillhook.errors import CommandError
-from stillhook.report.terminal import Answer, columns, print_implausible, print_table, print_twin
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import Answer, Cells, Line, columns, print_table, twin_lines
 from stillhook.units import quote, show
 
 PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = "plan", "sea-trials", "friction-tests", "motor-map"
@@ -154,21 +156,23 @@ def list_kind(
     kind = KINDS[what]
     rows = kind.rows()
     cells = [[_cell(name, row[name]) for name in kind.columns] for row in rows]
-    texts = {i for i, name in enumerate(kind.columns) if name in ("title", "origin", "sources")}
-    show = lambda: print_table(tuple(kind.columns.values()), cells, left=len(kind.columns), texts=texts)
-    present(rows, show, brief=lambda: _brief_list(what, kind, rows, cells), json=json)
+    present(rows, brief=lambda: _answer_of_list(what, kind, rows, cells), json=json)
 
 
-def _brief_list(what: str, kind: Kind, rows: list[dict[str, Any]], cells: list[list[str]]) -> Answer:
+def _answer_of_list(what: str, kind: Kind, rows: list[dict[str, Any]], cells: list[list[str]]) -> Answer:
     """Names with what they are, as many as find a place, and what to do with one."""
     names = list(kind.columns)
     chosen = [i for i, name in enumerate(names) if name in SHORT]
     shown = cells if len(cells) <= MOST_NAMES else cells[: MOST_NAMES - 1]
-    table = columns([], [[row[i] for i in chosen] for row in shown], left=range(len(chosen)), most=MOST_NAMES)
-    hidden = [row[0] for row in cells[len(shown) :]]
+    lines: list[Line] = [
+        *columns([], [[row[i] for i in chosen] for row in shown], left=range(len(chosen)), most=MOST_NAMES)
+    ]
+    if hidden := [row[0] for row in cells[len(shown) :]]:
+        lines.append(Cells(f"also {', '.join(hidden)}"))
+    texts = {i for i, name in enumerate(names) if name in ("title", "origin", "sources")}
+    lines.append(partial(print_table, tuple(kind.columns.values()), cells, left=len(names), texts=texts))
     step = OF_KIND.get(what, "")
     first = f"stillhook {step} {rows[0][names[0]]}" if step else ""
-    lines = [*table, f"also {', '.join(hidden)}"] if hidden else table
     return Answer(f"{what}: {len(rows)} in the library", lines, first, "every column")
 
 
@@ -220,31 +224,23 @@ def show_crane(name: CraneArgument, json: Json = False) -> None:
     notes = implausible_values(crane)
     certified = {} if crane.certified is None or objections(crane) else crane.certified.sub_models
     levels = {name: certified.get(name, 1) for name in parts_of(crane)}
+    levels_line = f"sub-models of the twin: {levels_text(levels)}"
     rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
 
-    def in_full() -> None:
-        print(f"{crane.name}: {crane.title}")
-        print_twin(crane)
-        print(f"sub-models of the twin: {levels_text(levels)}")
-        print_implausible(crane)
-        print_sheet(rows)
-
-    def brief() -> Answer:
-        kinds = Counter(kind for _, _, _, kind, _ in rows if kind)
-        wire = f"{crane.drum.layers} layers of wire" if crane.drum.layers else ""
-        lines = [
-            f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; type {crane.plant.value}.",
-            f"{len(rows)} numbers: {', '.join(f'{n} {kind}' for kind, n in kinds.most_common())}.",
-            twin_line(crane),
-            *([f"sub-models: {levels_text(levels)}"] if certified else []),
-            *notes,
-        ]
-        step = f"stillhook compare {name}, for its control error under the usual controllers"
-        return Answer(f"{crane.name}: {crane.title}", lines, step, "every number with its source")
-
+    kinds = Counter(kind for _, _, _, kind, _ in rows if kind)
+    wire = f"{crane.drum.layers} layers of wire" if crane.drum.layers else ""
+    lines: list[Line] = [
+        f"SWL {show(crane.SWL, 'mass')}, hook {show(crane.hook_mass, 'mass')}, {wire}; type {crane.plant.value}.",
+        f"{len(rows)} numbers: {', '.join(f'{n} {kind}' for kind, n in kinds.most_common())}.",
+        *twin_lines(crane),
+        levels_line if certified else partial(wrapped, levels_line),
+        *notes,
+        partial(print_sheet, rows),
+    ]
+    step = f"stillhook compare {name}, for its control error under the usual controllers"
+    answer = Answer(f"{crane.name}: {crane.title}", lines, step, "every number with its source")
     more = {"twin": twin_line(crane), "sub_models": levels, "status": marked("ok", notes), "notes": list(notes)}
-    data = sheet_json(crane) | more
-    present(data, in_full, brief=brief, json=json)
+    present(sheet_json(crane) | more, brief=lambda: answer, json=json)
 
 
 def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
@@ -277,9 +273,9 @@ def example(
     write = {PLAN: _plan, MOTOR_MAP: _map, LIVE: _live, HIL: _hil}.get(what, lambda folder: _campaign(what, folder))
     answer, lines = write(out)
     title, *more = lines
-    steps = [line.partition(": ")[2] for line in more if line.startswith(NEXT)]
+    steps = [line.removeprefix(NEXT) for line in more if line.startswith(NEXT)]
     brief = lambda: Answer(title, [line for line in more if not line.startswith(NEXT)], "; then ".join(steps))
-    present(answer, lambda: print("\n".join(lines)), brief=brief, json=json)
+    present(answer, brief=brief, json=json)
 
 
 NEXT = "next: "
@@ -298,11 +294,12 @@ def _plan(out: Path) -> tuple[dict[str, Any], list[str]]:
 
 
 def _hil(out: Path) -> tuple[dict[str, Any], list[str]]:
-    from stillhook.live.hil.example import example_hil
+    from stillhook.library.examples import HIL as HIL_FILES
+    from stillhook.library.examples import example_files
 
-    live, plc, *rest = example_hil(out)
-    written = [str(path) for path in (live, plc, *rest)]
-    return {"live": str(live), "plc": str(plc), "files": written}, [
+    written = [str(path) for path in example_files(HIL_FILES, out)]
+    live, plc = str(out / "live.toml"), str(out / "plc.toml")
+    return {"live": live, "plc": plc, "files": written}, [
         f"written: {', '.join(written)}",
         f"next: stillhook live run {live} --allow-writes",
         f'next: in parallel stillhook plc run {plc} --duration "60 s"',
@@ -317,14 +314,12 @@ def _map(out: Path) -> tuple[dict[str, Any], list[str]]:
 
 
 def _live(out: Path) -> tuple[dict[str, Any], list[str]]:
-    from stillhook.live.live_file import example_live
+    from stillhook.library.examples import LIVE as LIVE_FILES
+    from stillhook.library.examples import example_files
 
-    first, *rest = example_live(out)
-    written = [str(path) for path in (first, *rest)]
-    return {"live": str(first), "files": written}, [
-        f"written: {', '.join(written)}",
-        f"next: stillhook live run {first}",
-    ]
+    written = [str(path) for path in example_files(LIVE_FILES, out)]
+    live = str(out / "live.toml")
+    return {"live": live, "files": written}, [f"written: {', '.join(written)}", f"next: stillhook live run {live}"]
 
 
 def _campaign(what: str, out: Path) -> tuple[dict[str, Any], list[str]]:

@@ -209,34 +209,36 @@ def check_out(out: Path | None, names: Iterable[str]) -> None:
 
 def present(
     answer: Any,
-    show: Callable[[], None],
     out: Path | None = None,
     files: Mapping[str, Any] | None = None,
     *,
     brief: Callable[[], Answer],
     json: bool,
+    show: Callable[[], None] | None = None,
     pictures: Callable[[], Mapping[str, Any]] | None = None,
 ) -> None:
-    """Print an answer: with json in SI, with --verbose as `show` does, else in brief; and write files and pictures into
-    a folder, as `write_out` does."""
+    """Print an answer: with json in SI, else in brief, with --verbose all of it, as `show` prints it where that is
+    given; and write files and pictures into a folder, as `write_out` does."""
     from stillhook.report.terminal import print_json
 
     if json:
         print_json(answer)
+    elif show is not None and VERBOSE.get():
+        show()
     else:
-        say_answer(brief, show)
+        say_answer(brief())
     if out is not None and files is not None:
         write_out(out, files, pictures=pictures, quiet=json)
 
 
-def say_answer(brief: Callable[[], Answer], show: Callable[[], None]) -> None:
-    """Print an answer in brief; with --verbose all of it, as `show` does."""
-    from stillhook.report.terminal import print_answer
+def say_answer(answer: Answer) -> None:
+    """Print an answer in brief; with --verbose all of it."""
+    from stillhook.report.terminal import print_answer, print_in_full
 
     if VERBOSE.get():
-        show()
+        print_in_full(answer)
     else:
-        print_answer(brief(), files=WRITES.get())
+        print_answer(answer, files=WRITES.get())
 
 
 def write_out(

@@ -66,7 +66,7 @@ def _hoist_rates(h: Hoist, J: float, n_max: float, c: float) -> dict[str, float]
     mass = 1.0 / (1.0 / h.load.m + r_eff**2 / J)
     return {
         "wire with its damping": c / mass + (k / mass) ** 0.5,
-        "drag of the water": 2.0 * h.load.b * n_max * r_eff * h.load.i_m,
+        "drag of the water": 2.0 * h.load.b * math.hypot(n_max * r_eff, h.load.U) * h.load.i_m,
     }
 
 

@@ -16,11 +16,10 @@ from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.engine.saved import Range
-from stillhook.errors import MotionError, SimulationError, StillhookError
+from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.lanes import room_for
 from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
-from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Scenario, Sensors
 from stillhook.winches.records import THIN, Tick
@@ -215,12 +214,13 @@ class CycleInputs:
                 " Give it a longer duration, or no noise."
             )
         t: FloatArray = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
-        return self._full(t, k, n, np.zeros((n, THIN)) if still else np.column_stack(self.motion.sample(t)))
+        thin = np.zeros((n, THIN)) if still else np.column_stack(self.motion.sample(t))
+        return self._full(t, k, n, thin, still=still)
 
-    def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
+    def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray, *, still: bool = False) -> FloatArray:
         case, out = self.case, np.empty((n, TICK))
         out[:, :3] = thin
-        out[:, 3:6] = self._measured(t, k, n, thin)
+        out[:, 3:6] = thin if still else self._measured(t, k, n, thin)
         out[:, 6], out[:, 7] = operator_motion(case.operator, t)
         out[:, 8] = mode_codes(case.mode, case.modes, t)
         out[:, 9], out[:, 10] = pump_shares(case.power_loss, self._pumps, t)
@@ -236,7 +236,7 @@ class CycleInputs:
         """The tip as the PLC receives it: delayed (constant before the start), noisy, quantised."""
         sensors = self.case.sensors
         late = sensors.delay > 0.0 or self.motion.separate
-        seen = np.column_stack(self.motion.measured(np.maximum(t - sensors.delay, 0.0))) if late else thin
+        seen = np.column_stack(self.motion.measured(np.maximum(t - sensors.delay, 0.0), self.t_cycle)) if late else thin
         seen = seen + self._noise.tip[k : k + n]
         for column, step in ((0, sensors.step_s_tip), (1, sensors.step_v_tip)):
             if step > 0.0:
@@ -377,22 +377,6 @@ def check_motion(inputs: Mapping[str, Any]) -> None:
     if some and len(some) < len(MOTION):
         missing = ", ".join(name for name in MOTION if name not in inputs)
         raise SimulationError(f"Session.step: {', '.join(some)} without {missing}. Give the tip's motion whole.")
-
-
-def tip_of_vessel(tip: VesselTip, inputs: Mapping[str, float], t: float) -> dict[str, float]:
-    """Inputs with the tip's motion, and its image, in place of the vessel's at a time [s]. Errors: SimulationError."""
-    own = {name: inputs[name] for jet in GIVEN.values() for name in jet if name in inputs}
-    if not own:
-        return dict(inputs)
-    if "s_tip" in inputs:
-        raise SimulationError("Session.step: s_tip and heave: give the motion of the tip or that of the vessel.")
-    try:
-        motions = tip.of_inputs(own, t)
-    except MotionError as problem:
-        raise SimulationError(f"Session.step: {problem}") from None
-    numbers = [x.item() for motion in motions for x in motion]
-    others = {name: value for name, value in inputs.items() if name not in own}
-    return {**others, **dict(zip((*MOTION, *MEASURED), numbers, strict=True))}
 
 
 def number_within(name: str, value: Any, allowed: Range) -> float:

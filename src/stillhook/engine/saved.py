@@ -8,12 +8,14 @@ winch but a damaged one. What does not change during a run must be what it is in
 
 from __future__ import annotations
 
+import csv
 import fnmatch
 import hashlib
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -112,82 +114,23 @@ class Kind(IntEnum):
 
 Range = tuple[float, float]
 SHARE: Range = (0.0, 1.0)
-COMMAND: Range = (-1.0, 1.0)
-STOP = 0.05
-"""Part of its stroke by which a plate or spool may pass its stop within a step; at most 1e-4 is seen."""
 PAST_THE_END = 100.0
 """Wire beyond the last turn or above the tip with which a winch may still be carried on [m]."""
 SETTING: Range = (0.0, 1.0e6)
-LENGTH, SPEED, ACCELERATION, TURN = 1.0e6, 1.0e4, 1.0e6, 1.0e5
-PRESSURE, FORCE, TORQUE, VOLUME, CURRENT, ENERGY = 1.0e9, 1.0e10, 1.0e9, 1.0e3, 1.0e7, 1.0e15
-VAPOUR = 1.0e10
-"""Linear pressure below 0 of a line that is all vapour, at most [Pa]: its bulk modulus; in an accumulator's line oil is
-missing, some cubic metres at most."""
 CYCLES = 2.0**53
 """Cycles that a double counts one by one: 2.8 million years of 10 ms."""
-BY_NAME: Mapping[str, Range] = {
-    ".laws.checks.*": (-1.0e30, 1.0e30),
-    ".y.*": (-1.0e15, 1.0e15),
-    ".geo.*": (-1.0e15, 1.0e15),
-    ".x.winch.alpha_[mp]m": (-STOP, 1.0 + STOP),
-    ".x.winch.alpha_m": (-STOP, 1.0 + STOP),
-    ".x.winch.*_dot": (-1.0e3, 1.0e3),
-    ".x.winch.alpha_*": (-1.0 - STOP, 1.0 + STOP),
-    ".x.winch.x_v": (-1.0 - STOP, 1.0 + STOP),
-    ".x.winch.x_rod": (-10.0, 100.0),
-    ".x.winch.z": (-100.0, 100.0),
-    ".x.winch.p_*": (-VAPOUR, PRESSURE),
-    ".x.winch.V_*": (-10.0, VOLUME),
-    ".x.winch.omega_*": (-TURN, TURN),
-    ".x.winch.T_*": (-TORQUE, TORQUE),
-    ".x.winch.v_*": (-SPEED, SPEED),
-    ".x.winch.i": (-CURRENT, CURRENT),
-    ".x.winch.E": (-ENERGY, ENERGY),
-    ".x.winch.theta": (0.0, 5000.0),
-    ".x.winch.trip": SHARE,
-    ".x.path.s_*": (-2.0e4, 2.0e4),
-    ".x.path.v_*": (-SPEED, SPEED),
-    "*.brake": SHARE,
-    "*.f_pump": SHARE,
-    "*.f_known": SHARE,
-    "*.f_passive": SHARE,
-    "*.override": SHARE,
-    "*.stroke": SHARE,
-    "*.u_m": SHARE,
-    ".u*.u_pm": SHARE,
-    ".u*.u_raw": (-1.0e15, 1.0e15),
-    ".u*.u_*": COMMAND,
-    "*.u_p": COMMAND,
-    ".u*.x_v": COMMAND,
-    ".m.F": (-FORCE, FORCE),
-    ".m.p_mean": (-PRESSURE, PRESSURE),
-    ".m.b_?": (-LENGTH, LENGTH),
-    ".m.datum": (-1.0e9, 1.0e9),
-    ".m.held": (-FORCE, FORCE),
-    ".m.idle": (-1.0e10, 1.0e10),
-    "*.s_m": (-LENGTH, LENGTH),
-    "*.v_m": (-SPEED, SPEED),
-    "*.a_m": (-ACCELERATION, ACCELERATION),
-    "*.v_op": (-SPEED, SPEED),
-    "*.n_s": (-LENGTH, LENGTH),
-    "*.n_F": (-FORCE, FORCE),
-    "*.*2_sum": (0.0, 1.0e30),
-    ".st.*_min": (-1.0e12, 1.0e12),
-    ".st.*_max": (-1.0e12, 1.0e12),
-    ".st.*": (-1.0e30, 1.0e30),
-    "*": (-1.0e15, 1.0e15),
-}
-"""Range by a pattern of its name, the first that fits [SI]."""
-MOTION: Mapping[str, Range] = {
-    ".ti[cp]*.s": (-LENGTH, LENGTH),
-    ".ti[cp]*.v": (-SPEED, SPEED),
-    ".tick.a": (-ACCELERATION, ACCELERATION),
-}
-TENSION: Mapping[str, Range] = {
-    ".ti[cp]*.s": (-FORCE, FORCE),
-    ".ti[cp]*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
-}
-"""Of the tip, and of a winch on a host's wire, whose tip is that of the tension."""
+MOTION, TENSION = "motion", "tension"
+"""What the tip of a winch is: its motion, or on a host's wire the tension."""
+
+
+def _by_name(tip: str) -> dict[str, Range]:
+    """Range by a pattern of its name, the first that fits [SI]: the rows of `state_ranges.csv`."""
+    lines = (files("stillhook.tables") / "state_ranges.csv").read_text(encoding="utf-8").splitlines()
+    rows = [row for row in csv.DictReader(lines) if row["of"] in ("", tip)]
+    return {row["pattern"]: (float(row["least"]), float(row["most"])) for row in rows}
+
+
+BY_NAME: Mapping[str, Mapping[str, Range]] = {tip: _by_name(tip) for tip in (MOTION, TENSION)}
 PARAMETERS: Mapping[str, tuple[str, Range]] = {
     **{name: (f"gains.{name}", SETTING) for name in ("K_1", "K_2", "K_p")},
     "u_thr": ("motors.u_thr", SHARE),
@@ -252,7 +195,7 @@ def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mappin
     Parameters: names as `stillhook.kernels.lanes.paths` has them; wire on the full drum [m]; tension: it is given by a
     host in place of the tip's motion; settings: place and range of those that may change.
     """
-    table = {".x.path.s_w": (-PAST_THE_END, wire + PAST_THE_END), **(TENSION if tension else MOTION), **BY_NAME}
+    table = {".x.path.s_w": (-PAST_THE_END, wire + PAST_THE_END), **BY_NAME[TENSION if tension else MOTION]}
     kinds, ends = np.zeros(len(names)), np.empty((len(names), 2))
     for i, name in enumerate(names):
         ends[i] = next(each for pattern, each in table.items() if fnmatch.fnmatchcase(name, pattern))

@@ -30,7 +30,6 @@ from stillhook.engine.inputs import (
     check_motion,
     lacking,
     number_within,
-    tip_of_vessel,
 )
 from stillhook.engine.pack.settings import RunSettings
 from stillhook.engine.pack.winch import Packed
@@ -47,12 +46,12 @@ from stillhook.engine.saved import (
     wrong,
 )
 from stillhook.engine.scenario.run import ScenarioBlock, ScenarioType, WireBlock
+from stillhook.engine.scenario.vessel import VesselInputs, VesselUnit
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.c99.library import repeated
 from stillhook.kernels.lanes import aligned, offset, paths, room_for
 from stillhook.library import crane_toml
-from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.records import Tick
@@ -76,6 +75,7 @@ class Kept(NamedTuple):
     changed: dict[str, float]
     A: FloatArray
     row: FloatArray
+    unit: VesselUnit | None
 
 
 class Session:
@@ -108,12 +108,12 @@ class Session:
         if coupling not in (TIP, WIRE):
             raise SimulationError(f"Session: coupling = {units.quote(coupling)}: choose {TIP} or {WIRE}.")
         self._wire = coupling == WIRE
-        cases, of = checked_cases(crane, scenario), ScenarioType()
+        cases, scenarios = checked_cases(crane, scenario), ScenarioType()
         if len(cases) > 1:
             raise SimulationError("Session: one winch is stepped, not several scenarios. Use a Session for each.")
         n_sub = steps_per_cycle(crane, step, SERIES_STEP)
-        of.check([crane], cases)
-        prepared = of.ready([crane], cases, n_sub)
+        scenarios.check([crane], cases)
+        prepared = scenarios.ready([crane], cases, n_sub)
         self._crane, self._ready, winch = crane, prepared[0], prepared[0].winch
         self._block = (WireBlock if self._wire else ScenarioBlock)(prepared, lanes=1, n_sub=n_sub, every=0)
         self._ahead = RowsAhead(prepared[0].drive)
@@ -144,14 +144,10 @@ class Session:
             for name in self._columns
             for i in (self._place(name),)
         }
-        self._tip = cases[0].tip if isinstance(cases[0].tip, VesselTip) else None
-        pairs = [pair for jet in GIVEN.values() if self._tip for pair in zip(jet, MOTION, strict=True)]
-        self._ends |= {name: self._ends[of] for name, of in pairs}
-        self._vessel = tuple(name for name, _ in pairs)
-        text = json.dumps(
-            [crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()], default=str
-        ).encode()
-        self._identity = hashlib.sha256(text).hexdigest()
+        self._vessel = VesselInputs(cases[0].tip, self._t_cycle)
+        self._ends |= {name: self._ends[of] for name, of in self._vessel.ends_as.items()}
+        of = [crane_toml(crane), cases[0].to_dict(), coupling, n_sub, results_hash()]
+        self._identity = hashlib.sha256(json.dumps(of, default=str).encode()).hexdigest()
         self._k, self._held, self._changed = 0, dict[str, float](), dict[str, float]()
         self._prepare_calls()
         self._row, self._next = np.zeros(TICK), np.zeros(TICK)
@@ -193,7 +189,7 @@ class Session:
     @property
     def vessel_inputs(self) -> tuple[str, ...]:
         """Names by which `step` takes the vessel's motion in place of that of a `VesselTip`."""
-        return self._vessel
+        return self._vessel.names
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -223,7 +219,7 @@ class Session:
         """
         if type(cycles) is not int or cycles < 1 or (inputs and cycles > 1):
             raise SimulationError(f"Session.step: cycles = {cycles!r}: give a whole number from 1, and 1 with inputs.")
-        values = self._checked_inputs(inputs) if inputs else {}
+        values, unit = self._checked_inputs(inputs) if inputs else ({}, None)
         for _ in range(cycles):
             ahead, D = self._next, self._D
             self._fill(ahead, self._k + 1, values)
@@ -237,7 +233,7 @@ class Session:
                     f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state or shorten the step."
                 )
             self._k += 1
-            self._row, self._next, self._seen = ahead, self._row, False
+            self._row, self._next, self._seen, self._vessel.unit = ahead, self._row, False, unit
 
     def set(self, name: str, value: Any) -> None:
         """Hold an input, or change a setting, from the present time on [SI]; `mode` is a controller's name.
@@ -252,7 +248,7 @@ class Session:
         elif name in self._settings.known:
             known = self._settings.known[name]
             self._change({**self._changed, name: self._number(name, value, (known.least, known.most))}, name)
-        elif name in self._vessel:
+        elif name in self._vessel.names:
             raise SimulationError(f"Session.set: {name} is not held: give the vessel's motion to every step.")
         else:
             number = self._value(name, value)
@@ -275,6 +271,8 @@ class Session:
                 return self._changed.get(name, known.start)
             if (columns := self._columns.get(name)) is not None:
                 return float(self._row[columns[0]])
+            if name in self._vessel.names:
+                return self._vessel.at(name, self._k)
         raise SimulationError(self._unknown(name, (*self._signals, *self.parameters, *self._columns)))
 
     def sensed(self) -> Sensed:
@@ -308,14 +306,15 @@ class Session:
         The bytes say what they are of and which numbers they hold, and end with the SHA-256 of all before; their length
         does not grow with time.
         """
-        head = {
+        of_unit, unit = self._vessel.saved()
+        head = of_unit | {
             "identity": self._identity,
             "k": self._k,
             "held": {name: value.hex() for name, value in self._held.items()},
             "changed": {name: value.hex() for name, value in self._changed.items()},
             "names": self._names,
         }
-        data = seal("session", FORMAT, head, [self._A, self._row])
+        data = seal("session", FORMAT, head, [self._A, self._row, unit])
         if path is not None:
             with atomic_file(Path(path)) as part:
                 part.write_bytes(data)
@@ -336,35 +335,37 @@ class Session:
             )
         if head.get("names") != self._names:
             raise SimulationError(f"{label}: damaged: its numbers have other names. Save it again.")
-        if len(values) != len(self._names):
+        if len(values) < len(self._names):
             raise SimulationError(f"{label}: damaged: {len(values)} numbers in place of {len(self._names)}.")
         k, held = head.get("k"), self._held_in(head.get("held"), label)
         if type(k) is not int or not 0 <= k <= CYCLES:
             raise SimulationError(f"{label}: k = {printable(k)}: give a whole number of cycles from 0 to {CYCLES:.0f}.")
         changed = self._changed_in(head.get("changed"), label)
-        lane, row = np.split(values, [len(self._A)])
+        lane, row, numbers = np.split(values, [len(self._A), len(self._names)])
+        unit = self._vessel.restored(head, numbers, k, label)
         self._check(lane, row, k, changed, label)
         self._A[:], self._row[:] = lane, row
-        self._k, self._held, self._changed, self._seen = k, held, changed, False
+        self._k, self._held, self._changed, self._seen, self._vessel.unit = k, held, changed, False, unit
 
     def keep(self) -> Kept:
         """The state in memory, for `go_back`: quicker than `save`, and of this session alone."""
-        return Kept(self, self._k, dict(self._held), dict(self._changed), self._A.copy(), self._row.copy())
+        A, row, unit = self._A.copy(), self._row.copy(), self._vessel.unit
+        return Kept(self, self._k, dict(self._held), dict(self._changed), A, row, unit)
 
     def go_back(self, kept: Kept) -> None:
         """Go back to what `keep` gave. Errors: SimulationError where it is of another session."""
         if kept.session is not self:
             raise SimulationError("Session.go_back: kept of another session. Use save and restore between sessions.")
-        self._A[:], self._row[:] = kept.A, kept.row
+        self._A[:], self._row[:], self._vessel.unit = kept.A, kept.row, kept.unit
         self._k, self._held, self._changed, self._seen = kept.k, dict(kept.held), dict(kept.changed), False
 
-    def _checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, float]:
+    def _checked_inputs(self, inputs: Mapping[str, Any]) -> tuple[dict[str, float], VesselUnit | None]:
         """Inputs of a step. Errors: SimulationError."""
         if not isinstance(inputs, Mapping):
             raise SimulationError(f"Session.step: inputs = {units.quote(inputs)}: give values by name, as a mapping.")
         values = {name: self._value(name, value) for name, value in inputs.items()}
         check_motion(values)
-        return values if self._tip is None else tip_of_vessel(self._tip, values, (self._k + 1) * self._t_cycle)
+        return self._vessel.tip(values, self._k + 1)
 
     def _fill(self, row: FloatArray, k: int, inputs: Mapping[str, float]) -> None:
         """The whole row of the drive at cycle k: of the scenario, then what is held, then what is given."""
@@ -474,7 +475,7 @@ class Session:
         if not isinstance(name, str) or name not in self._ends:
             if reason := lacking(self._crane).get(name if isinstance(name, str) else ""):
                 raise SimulationError(f"Session: {name}: {reason}. Leave it out.")
-            raise SimulationError(self._unknown(name, (*self._columns, *self._vessel, *self.parameters)))
+            raise SimulationError(self._unknown(name, (*self._columns, *self.vessel_inputs, *self.parameters)))
         if name != "mode":
             number = self._number(name, value, self._ends[name])
             if name == "override" and number not in (0.0, 1.0):

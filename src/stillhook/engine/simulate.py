@@ -73,21 +73,10 @@ def run_cases(
     """What is kept of every run, in the order of the cases; a case that loses its numbers is marked and affects no
     other.
 
-    Parameters
-    ----------
-    crane, case: one or several of either, in pairs, as in `simulate`. step: integration step, or steps per PLC cycle;
-    default as in `simulate`. every: PLC cycles between two rows of the series; 0 for none. lanes: cases side by side, 1
-    or 16, which changes no number; default 16 where summaries are kept or there are many cases. keep: what is kept of
-    a run, made where it was run: its `Summary`, `unchanged`, or what a function of a module makes of it (a cluster
-    sends no more than that).
-    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
-    with the same numbers to the last bit, and threads is not used.
-    store: folder in which summaries are kept as they finish, under what they follow from: crane, case, step and code.
-    What is there already is not run again, so an interrupted run continues where it stopped, and a longer list of
-    cases costs only what is new. progress: called with the share done, 0..1; first when all cases were found good.
-
-    Errors: ScenarioError, LiftError, SpecError of the first case that cannot be run; SimulationError where store or
-    cluster fail, or the cluster runs other code.
+    Parameters and errors as in `simulate`, and: step may be steps per PLC cycle; every PLC cycles between two rows of
+    the series, 0 for none; lanes cases side by side, 1 or 16, which changes no number; default 16 where summaries are
+    kept or there are many cases; keep what is kept of a run, made where it was run: its `Summary`, `unchanged`, or what
+    a function of a module makes of it (a cluster sends no more than that).
     """
     cranes, cases = paired(crane, case, ANY_CASE)
     of = type_of(cases)

@@ -11,9 +11,10 @@ from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError
+from stillhook.formats.lift.flow import current_of
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import Place, other_vessel_of, place_of, still_place, tip_of
-from stillhook.formats.lift.tables import LiftTables, compensator_of, deck_of, payload_of, read_lift
+from stillhook.formats.lift.tables import LiftTables, compensator_of, deck_of, motion_unit_of, payload_of, read_lift
 from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -21,6 +22,7 @@ from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml, unknow
 from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.boom import TipPoint, parse_point
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import OtherVessel
 from stillhook.spec.crane import Crane
@@ -42,7 +44,7 @@ LATE = 1.1
 class LiftFile(NamedTuple):
     """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
     place of the crane tip and sea as the file gives them (None: not there); notes on what a reader should know;
-    sampling of its statistics (None: default), and where the run ends."""
+    sampling of its statistics (None: default), and where the run ends; unit: motion unit with a heave filter."""
 
     crane: Crane
     lift: Lowering
@@ -55,6 +57,7 @@ class LiftFile(NamedTuple):
     notes: tuple[str, ...] = ()
     sampling: str | None = None
     end: End = End.DURATION
+    unit: MotionUnit | None = None
 
 
 def stored_lift(path: str | Path) -> LiftFile:
@@ -192,6 +195,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(run.programme, run.start_depth, file.water.depth) if length is None else length
     place = place_of(file, table, length, seed, deck) if moving else still_place(file, table)
+    current = None if deck is not None else current_of(table)
     chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}
     lift = Lowering(
         name=file.name or table.path.stem,
@@ -210,23 +214,30 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         duration=f"{length!r} s",
         ramp=f"{file.ramp!r} s",
         rho=f"{file.water.rho!r} kg/m^3",
+        current=current,
         sensors=file.sensors,
         friction=file.friction,
         **chosen,
     )
-    lift = with_usual_controller(crane, lift)
+    lift, unit = with_usual_controller(crane, lift), motion_unit_of(file)
     return LiftFile(
         crane=crane,
         lift=lift,
         step=file.step,
         every=file.every,
-        place=place.words,
+        place=place.words if current is None else f"{place.words}; {current.describe()}",
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,
-        notes=(*place.notes, *run.notes, *_not_run(other_vessel_of(file, table), place.deck)),
+        notes=(
+            *place.notes,
+            *(() if unit is None else (unit.note,)),
+            *run.notes,
+            *_not_run(other_vessel_of(file, table), place.deck),
+        ),
         sampling=file.sampling,
         end=file.end,
+        unit=unit,
     )
 
 

@@ -21,6 +21,7 @@ from stillhook.library.catalogue import compensators, payloads, read_compensator
 from stillhook.library.toml.tree import LABELS
 from stillhook.library.write import file_value, joined, leaf_tables, quantity_of, toml_value
 from stillhook.sea.spectra.text import sea_text
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Resolution
 from stillhook.spec.crane import Crane
@@ -78,7 +79,9 @@ def write_lift(run: Run, folder: Path, *, remarks: Sequence[str] = ()) -> tuple[
         "tip": _lines(tip),
         "water": _lines({"depth": exact(lift.depth, "length"), "rho": exact(lift.rho, "density")}),
         **({"sea": _sea(case)} if isinstance(case, InSea) else {}),
+        **({"motion_unit": _unit(case.unit)} if isinstance(case, InSea) and case.unit is not None else {}),
         **{name: _record(record) for name, record in own.items() if record != type(record)()},
+        **({} if lift.current is None else {"environment.current": _record(lift.current)}),
     }
     (folder / LIFT).write_text(f"{joined(tables)}\n{phases}\n", encoding="utf-8")
     _check(run, folder / LIFT)
@@ -89,6 +92,12 @@ def _sea(case: InSea) -> list[str]:
     table = {"wave": sea_text(case.sea), "seed": case.seed, "amplitudes": case.amplitudes.value}
     table |= {"repeat": exact(case.period, "time"), "water": case.water, "left": case.left}
     return _lines(table | {"resolution": Resolution.COARSE.value})
+
+
+def _unit(unit: MotionUnit) -> list[str]:
+    assert unit.heave_period is not None
+    table = {"heave_period": exact(unit.heave_period, "time"), "heave_damping": unit.heave_damping}
+    return _lines({**table, "at": [exact(x, "length") for x in unit.at]})
 
 
 def _lines(values: Mapping[str, Any]) -> list[str]:

@@ -53,7 +53,8 @@ class Setup(NamedTuple):
     PLC. sensors: those of the crane, by name. losses: torque losses of motors by other models than MJ4, each with its
     place in the winch's Params and its label of `stillhook.physics.hydraulics.motor_laws`. ports: the lines have
     restrictions, and a series holds the pressures at the ports of pumps and motors. checks:
-    `stillhook.control.checks` is before that guard."""
+    `stillhook.control.checks` is before that guard. late: displacement controls follow their commands after a dead
+    time."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
@@ -61,12 +62,13 @@ class Setup(NamedTuple):
     losses: tuple[tuple[str, str], ...] = ()
     ports: bool = False
     checks: bool = False
+    late: bool = False
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
         losses = (f"{place}-{loss}" for place, loss in self.losses)
-        flags = {"checked": self.checks, "guarded": self.guarded, "ports": self.ports}
+        flags = {"checked": self.checks, "guarded": self.guarded, "ports": self.ports, "late": self.late}
         words = (*(word for word, on in flags.items() if on), *self.path, *losses)
         return "".join(f"{word}-" for word in words)
 
@@ -158,7 +160,8 @@ def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controller
 def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Driver:
     module = PLANTS[plant]
     drive = getattr(module, "CONTROL", DISPLACEMENT)
-    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors, setup.checks)
+    late = tuple(getattr(module, "SERVOS", ())) if setup.late else ()
+    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors, setup.checks, late)
     below = [ELEMENTS[name] for name in setup.path]
     lowers = len(below) > 1
     path = module.PATH if lowers or not below else below[0]
@@ -214,9 +217,9 @@ def _by_numba_or_python(function: Any, folder: Path) -> Any:
 def _by_numba(function: Any, folder: Path) -> Any:
     if importlib.util.find_spec("numba") is None:
         raise SimulationError(
-            "No compiler is installed. A winch or controller of your own, sensors with faults or drift, a loss model"
-            " other than MJ4, changed sources and processors that the package holds no compiled model for need one: pip"
-            ' install "stillhook[compiler]".'
+            "No compiler is installed. A winch or controller of your own, sensors with faults or drift, displacement"
+            " controls with a dead time, a loss model other than MJ4, a compensator in a current, changed sources and"
+            ' processors that the package holds no compiled model for need one: pip install "stillhook[compiler]".'
         )
     from stillhook.kernels.by_numba import machine_code  # heavy
 

@@ -19,6 +19,7 @@ from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, QUANTITIES,
 from stillhook.control.plc import ActuatorCommands, command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.control.sensors import Sensor, measured, sensor_named
+from stillhook.kernels.drivers.commands import memory_of
 from stillhook.kernels.lanes import unflatten
 from stillhook.physics.records import define, joined, record, replace
 from stillhook.physics.scalar import scalar
@@ -70,16 +71,19 @@ def control_laws(
     guarded: bool = False,
     sensors: tuple[str, ...] = (),
     checks: bool = False,
+    late: tuple[str, ...] = (),
 ) -> ControlLaws:
     """The controllers that every kernel of this kind of drive holds, and those named; guarded: with
     `stillhook.control.guard` around them, and with checks `stillhook.control.checks` before it; sensors: those of the
-    crane, by name."""
+    crane, by name; late: commands that displacement controls with a dead time follow."""
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     behind = [*([("guard", Guard)] if guarded else []), *([("checks", Checks)] if checks else [])]
-    read = parts_of(sensors)
+    delayed = memory_of(late)
+    read = parts_of(sensors) | delayed
     before = f"{' guarded' * guarded}{' checked' * checks}"
     kind = f"{drive}{before} {' '.join(names)}{' by ' if sensors else ''}{' '.join(sensors)}"
+    kind += f" late {' '.join(late)}" if late else ""
     LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **read, **dict(behind))
     names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observe": observe, "command": command}
     guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
@@ -101,6 +105,7 @@ def control_laws(
     def blank(settings: dict[str, Any], guard: Guard | None = None, checks: Checks | None = None) -> Any:
         """The record before the first cycle, with the settings of each controller and sensor that has some."""
         values: dict[str, Any] = {"code": -1.0, "guard": guard, "checks": checks, **blank_parts(sensors, settings)}
+        values |= {part: unflatten(cls, itertools.repeat(0.0)) for part, cls in delayed.items()}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
         names: tuple[str, ...] = LawRecord._fields

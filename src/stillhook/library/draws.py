@@ -3,6 +3,7 @@ a draw of it."""
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +14,10 @@ from stillhook.errors import IdentifyError
 from stillhook.library.crane_file import changed
 from stillhook.library.parameter_sets import Evidence, FrictionSet, LossSet, loss_range
 from stillhook.library.write import leaf_tree
-from stillhook.spec.crane import Crane, SourceKind, SystemFriction
+from stillhook.spec.crane import Crane, SourceKind
+from stillhook.tables.table import Spec
 from stillhook.units import show
-from stillhook.winches.circuits.losses import MJ4, TorqueLoss
+from stillhook.winches.circuits.losses import MJ4, SCALE, loss_fields, loss_values
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says
@@ -43,13 +45,14 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
     if evidence is None:
         do = "Identify it from tests, or give its covariance."
         raise IdentifyError(f'set "{item.name}": it has no [evidence], so its uncertainty is unknown. {do}')
-    if isinstance(item, LossSet) and item.motor.law != MJ4:
+    if isinstance(item, FrictionSet):
+        fitted = item.system.model_dump()
+    elif not set(evidence.names) <= set(fitted := loss_values(item.motor)):
         raise IdentifyError(
             f'set "{item.name}": its evidence is that of MJ4, and it names "{item.motor.law}". Draw the factor'
             " loss_model, or motor_loss with a distribution."
         )
-    spec = item.system if isinstance(item, FrictionSet) else item.motor.loss
-    mean = np.array([getattr(spec, name) for name in evidence.names])
+    mean = np.array([fitted[name] for name in evidence.names])
     least = np.array([np.nextafter(0.0, 1.0) if name == "Y_4" else 0.0 for name in evidence.names])
     accepted: list[FloatArray] = []
     have, tried = 0, 0
@@ -97,21 +100,23 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
     return crane
 
 
-def _leaves(
-    spec: SystemFriction | TorqueLoss, draws: Draws, i: int, sources: dict[str, Any], source: str
-) -> dict[str, Any]:
+def _drawn(draws: Draws, i: int) -> dict[str, float]:
+    return dict(zip(draws.names, map(float, draws.values[i]), strict=True))
+
+
+def _leaves(new: Spec, drawn: Container[str], sources: dict[str, Any], source: str) -> dict[str, Any]:
     """Leaves for `changed`: drawn values with where they are from, the others as they are in the set."""
-    new = spec.model_copy(update={name: float(x) for name, x in zip(draws.names, draws.values[i], strict=True)})
     out: dict[str, Any] = {}
     for name, leaf in leaf_tree(new, sources).items():
-        kind, text = (SourceKind.DERIVED, source) if name in draws.names else (leaf.source.kind, leaf.source.text)  # type: ignore[union-attr]
+        kind, text = (SourceKind.DERIVED, source) if name in drawn else (leaf.source.kind, leaf.source.text)  # type: ignore[union-attr]
         out[name] = {"value": leaf.value, "kind": kind.value, "source": text}  # type: ignore[union-attr]
     return out
 
 
 def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a system friction; label describes the values in its sources."""
-    system = _leaves(item.system, draws, i, dict(item.sources), f"{label} from {item.name}")
+    new = item.system.model_copy(update=_drawn(draws, i))
+    system = _leaves(new, draws.names, dict(item.sources), f"{label} from {item.name}")
     torques = item.evidence.T_d if item.evidence is not None else None
     ends = {} if torques is None else {"T_d_min": f"{torques[0]!r} N m", "T_d_max": f"{torques[1]!r} N m"}
     return changed(crane, {"friction": {"system": system, **ends}})
@@ -119,16 +124,22 @@ def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: 
 
 def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError."""
-    sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
-    loss = _leaves(item.motor.loss, draws, i, sources, f"{label} from {item.name}")
+    drawn, source = _drawn(draws, i), f"{label} from {item.name}"
+    motor = item.motor.model_copy(update=loss_fields(item.motor, drawn) if drawn else {})
+    known, of_model = (
+        {path.removeprefix(place): s for path, s in item.sources.items() if path.startswith(place)}
+        for place in ("loss.", "loss_model.")
+    )
+    loss = _leaves(motor.loss, drawn, known, source)
     fits = [name for name, c in crane.circuits.items() if c.motor.D_max == item.motor.D_max]
     if not fits:
         theirs, ours = (show(m.D_max, "displacement") for m in (item.motor, crane.active.motor))
         problem = f'is of a motor of {theirs}, and those of "{crane.name}" have {ours}'
         raise IdentifyError(f'set "{item.name}" {problem}. Choose a set for them.')
-    model = item.motor.loss_model
-    named = {"law": MJ4} if model is None else leaf_tree(model, {})
-    models = {"loss": loss} if model is None and crane.active.motor.law == MJ4 else {"loss": loss, "loss_model": named}
+    model, fields = motor.loss_model, ("C", SCALE) if drawn else ()
+    named = {"law": MJ4} if model is None else _leaves(model, fields, of_model, source)
+    own = model is None and all(crane.circuits[name].motor.loss_model is None for name in fits)
+    models = {"loss": loss} if own else {"loss": loss, "loss_model": named}
     return changed(crane, {name: {"motor": {**models, **loss_range(item.evidence)}} for name in fits})
 
 

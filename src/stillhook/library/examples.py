@@ -1,5 +1,5 @@
 """Examples to try a command on: SYNTHETIC crane tests and a supplier's map, simulated by `trials.campaigns.examples`
-and kept as data.
+and kept as data; files of a live twin, and of a twin with a soft PLC.
 
 A campaign is a folder of `data/examples`: its TOML files as they are, `logs.json` with heading, step, unit and decimals
 of each column and the samples of each test, and `logs.npy.xz` with every column in whole steps, all tests in turn, as
@@ -19,10 +19,11 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
-from stillhook.errors import SimulationError
+from stillhook.errors import LiveError, SimulationError
 
 DATA = Path(__file__).with_name("data") / "examples"
 SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = DATA / "sea-trials", DATA / "friction-tests", DATA / "motor-map.csv"
+LIVE, HIL = DATA / "live", DATA / "hil"
 MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
 CAMPAIGN_FILE, REFERENCE_FILE, LOG_FOLDER = "campaign.toml", "reference.toml", "logs"
 
@@ -43,6 +44,18 @@ def example_campaign(example: Path, out: str | Path) -> Path:
         for text in texts:
             shutil.copyfile(text, part / text.name)
     return folder / CAMPAIGN_FILE
+
+
+def example_files(example: Path, out: str | Path) -> list[Path]:
+    """Copy the files of an example, `LIVE` or `HIL`, into a folder without them. Errors: LiveError, SimulationError."""
+    folder, files = Path(out), sorted(example.iterdir())
+    if present := [file.name for file in files if (folder / file.name).exists()]:
+        raise LiveError(f"{folder / present[0]}: is there already. Choose another folder.")
+    check_folder(folder, tuple(file.name for file in files))
+    with atomic_folder(folder) as part:
+        for file in files:
+            shutil.copyfile(file, part / file.name)
+    return [folder / file.name for file in files]
 
 
 def example_map(out: str | Path) -> Path:

@@ -35,7 +35,7 @@ from stillhook.library.write import file_value, joined, leaf_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote
-from stillhook.winches.circuits.losses import TorqueLoss
+from stillhook.winches.circuits.losses import X_NAMES, loss_names
 from stillhook.winches.circuits.tables import Motor
 
 SYMMETRY = 1e-6
@@ -160,7 +160,6 @@ ANY = "set"
 LOSS_RANGE = ("D_loss_min", "n_loss_max", "dp_loss_max")
 """Fields of a motor with the range in which its loss was fitted; where a set has evidence, its ranges give it."""
 Y_NAMES = tuple(SystemFriction.model_fields)
-X_NAMES = tuple(TorqueLoss.model_fields)
 
 
 @dataclass(frozen=True)
@@ -177,8 +176,8 @@ class FrictionSet:
 
 @dataclass(frozen=True)
 class LossSet:
-    """A motor with its torque loss, sources and evidence; the evidence is about X_1 to X_5 of MJ4 (Moslatt 2020 eq.
-    2.12)."""
+    """A motor with its torque loss, sources and evidence; the evidence is about the parameters of its model, or about
+    X_1 to X_5 of MJ4 (Moslatt 2020 eq. 2.12) on the same map."""
 
     name: str
     title: str
@@ -249,9 +248,11 @@ def known_torques(name: str, where: str, folder: Path) -> Tree:
 def known_losses(name: str, where: str, folder: Path) -> Tree:
     """Range in which a motor's loss was identified, as D_loss_min and so on; empty where its file has no evidence."""
     label, table = _table(MOTORS, name, where, folder)
-    evidence = evidence_of(table.get(EVIDENCE), X_NAMES, label)
+    if EVIDENCE not in table:
+        return {}
+    ends = loss_range(_set(LossSet, label, table, user=is_path(name)).evidence)
     source = Source(text=f"range of the data of {label}", kind=SourceKind.FITTED)
-    return {name: Leaf(value, source) for name, value in loss_range(evidence).items()}
+    return {name: Leaf(value, source) for name, value in ends.items()}
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
@@ -331,14 +332,15 @@ def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
 
 def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> _Set:
     """The set in the tables of a file. Errors: SpecError, UnitError, one line."""
-    model, allowed = (SystemFriction, Y_NAMES) if kind is FrictionSet else (Motor, X_NAMES)
+    model = SystemFriction if kind is FrictionSet else Motor
     node = _tree(label, table, user=user)
     data = values(node)
     try:
         spec = model.model_validate(data)
     except ValidationError as error:
         raise explain(error, model, label, data) from None
-    evidence = evidence_of(table.get(EVIDENCE), allowed, label)
+    allowed = dict.fromkeys((*X_NAMES, *loss_names(spec.law))) if isinstance(spec, Motor) else Y_NAMES
+    evidence = evidence_of(table.get(EVIDENCE), tuple(allowed), label)
     return kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
 
 

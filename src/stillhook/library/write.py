@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from stillhook.library.leakage import form_of, point_text, stated_leak
-from stillhook.library.toml.tree import LABELS, Leaf, Tree
+from stillhook.library.toml.tree import LABELS, Leaf, Tree, nested
 from stillhook.spec.crane import Crane, Source, SourceKind, effective_inertia, wire_capacity
 from stillhook.tables.plausible import marks
 from stillhook.tables.table import Spec
@@ -75,16 +75,9 @@ def crane_tree(crane: Crane) -> Tree:
 
 def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
     """A table of a crane file as a tree of leaves."""
-    out: Tree = {}
-    for item in leaves(spec, sources):
-        *tables, name = item.path.split(".")
-        branch = out
-        for table in tables:
-            below = branch.setdefault(table, {})
-            assert isinstance(below, dict)
-            branch = below
-        branch[name] = Leaf(file_value(item.value, item.quantity), item.source)
-    return out
+    return nested(
+        (item.path, Leaf(file_value(item.value, item.quantity), item.source)) for item in leaves(spec, sources)
+    )
 
 
 def crane_toml(crane: Crane) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.extras import need
 from stillhook.errors import LiveError
 from stillhook.formats.case_file import CaseFile, load_case
@@ -20,7 +18,6 @@ from stillhook.live.runtime.inputs import TIMEOUT
 from stillhook.live.servers import modbus, opcua, udp
 from stillhook.live.servers.modbus import ModbusSettings
 from stillhook.live.servers.opcua import OpcUaSettings
-from stillhook.live.servers.registers import example_registers
 from stillhook.live.servers.served import LOOPBACK
 from stillhook.live.servers.udp import UdpFormat, UdpSettings
 from stillhook.tables.table import Spec, Text
@@ -136,62 +133,3 @@ def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
         kept = every, Budget(bytes=round(1e9 * h.size), days=h.days)
     observer = settings_of(table, file.measured, file.adapt, case.crane)
     return LivePlan(case, folder, file.timeout, of_opcua, of_modbus, of_udp, kept, file.sensed, observer)
-
-
-LIVE_FILE, CASE_FILE, REGISTERS_FILE = "live.toml", "case.toml", "registers.toml"
-EXAMPLE = f"""\
-# A live twin: stillhook live run {LIVE_FILE}
-case = "{CASE_FILE}"
-folder = "twin"             # saved state, certificates (opcua/trusted holds those of clients), events
-timeout = "1 s"             # an input that did not come for so long is stale
-
-[opcua]                     # leave a table out, and there is no such server
-host = "{LOOPBACK}"          # this machine alone; give the address of a network to be reached from there
-port = {opcua.PORT}
-
-[modbus]                    # no security: keep it on this machine, or in a network of its own
-registers = "{REGISTERS_FILE}"
-host = "{LOOPBACK}"
-port = {modbus.PORT}
-
-[udp]
-to_host = "{LOOPBACK}"
-to_port = {udp.RECEIVER}
-format = "json"             # or "packed"
-every = "0.1 s"
-
-[history]                   # in folder/history; stillhook live history prints what it holds
-every = "0.1 s"
-size = 20                   # GB; the oldest hours go first; days = 30 as well
-
-[measured]                  # what the crane measures: inputs such as measured.p_a, compared with the twin
-signals = ["s_w", "omega_m", "p_a", "p_b", "p_hp", "u_p", "alpha_p", "alpha_m", "alpha_pm", "F_w"]
-
-# [adapt]                   # friction follows the crane within the envelope of its certificate
-"""
-EXAMPLE_CASE = """\
-crane = "nov-250t"
-
-[scenario]                  # what holds until a PLC writes something else
-load = "100 t"
-s_w = "100 m"
-tip = "still"
-mode = "ssc"
-"""
-
-
-def example_live(out: Path) -> list[Path]:
-    """Write a live file, its case and its register map into a folder without them. Errors: LiveError,
-    SimulationError."""
-    return write_files(out, {LIVE_FILE: EXAMPLE, CASE_FILE: EXAMPLE_CASE, REGISTERS_FILE: example_registers()})
-
-
-def write_files(out: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write files by name into a folder without them. Errors: LiveError, SimulationError."""
-    if present := [name for name in texts if (out / name).exists()]:
-        raise LiveError(f"{out / present[0]}: is there already. Choose another folder.")
-    check_folder(out, tuple(texts))
-    with atomic_folder(out) as part:
-        for name, text in texts.items():
-            (part / name).write_text(text, encoding="utf-8")
-    return [out / name for name in texts]

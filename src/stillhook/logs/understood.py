@@ -59,12 +59,12 @@ TURNED = ("omega_m", "v_w", "u_p", "s_w", "s_tip", "v_tip")
 MOST_TURNED = 3
 
 
-def understood_log(path: str | os.PathLike[str], rows: Mapping[str, Any] | None = None) -> Understood:
+def understood_log(path: str | os.PathLike[str], columns: Mapping[str, Any] | None = None) -> Understood:
     """What a log holds: rows that its user gives (`stillhook.formats.table.corrections`), then headings with names of
     Stillhook, then those that are called as signals are. Errors: LogError, UnitError of one line."""
     source = open_log(path)
     named = mapping_from_headings(source.headings, source.name)
-    mine = mapping_from(rows, "columns") if rows else {}
+    mine = mapping_from(columns, "columns") if columns else {}
     signals = named | {name: resolved(signal, source.headings, source.name) for name, signal in mine.items()}
     guessed = dict(_guessed(source, signals))
     signals |= guessed

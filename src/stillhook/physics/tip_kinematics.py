@@ -76,6 +76,24 @@ def scaled(k, p):
 
 
 @scalar
+def between(p, q, h, x):
+    """The quintic through jets h apart [s], at part x of the way: p itself at 0."""
+    v_0 = p.v * h
+    a_0 = p.a * h * h
+    v_1 = q.v * h
+    a_1 = q.a * h * h
+    d = q.x - p.x
+    c_3 = 10.0 * d - 6.0 * v_0 - 4.0 * v_1 - 1.5 * a_0 + 0.5 * a_1
+    c_4 = -15.0 * d + 8.0 * v_0 + 7.0 * v_1 + 1.5 * a_0 - a_1
+    c_5 = 6.0 * d - 3.0 * v_0 - 3.0 * v_1 - 0.5 * a_0 + 0.5 * a_1
+    return Jet(
+        p.x + x * (v_0 + x * (0.5 * a_0 + x * (c_3 + x * (c_4 + x * c_5)))),
+        p.v + x * (a_0 + x * (3.0 * c_3 + x * (4.0 * c_4 + x * 5.0 * c_5))) / h,
+        p.a + x * (6.0 * c_3 + x * (12.0 * c_4 + x * 20.0 * c_5)) / (h * h),
+    )
+
+
+@scalar
 def sine(p):
     """Sine of a jet of an angle [rad]."""
     s = sin(p.x)

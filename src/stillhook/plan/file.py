@@ -23,7 +23,7 @@ from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
 from stillhook.formats.lift.rigging_table import read_items
-from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
+from stillhook.formats.lift.tables import LiftTables, compensator_of, motion_unit_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
 from stillhook.kernels.build import results_hash
@@ -241,6 +241,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         wire=file.wire,
         winch=file.winch,
         sensors=file.sensors,
+        unit=motion_unit_of(file),
         alternatives=_alternatives(file, table, crane, unit),
         compensator=unit,
         weather=weather,
@@ -253,6 +254,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     )
     notes = (
         *operation.notes,
+        *(() if plan.unit is None else (plan.unit.note,)),
         *_ideal(file, phases),
         *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
@@ -455,16 +457,14 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
-    if plan.against is not None:
-        content_of_plan["other_vessel"] = plan.against.other.inputs()
-    if plan.compensator is not None:
-        content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
+    content_of_plan |= {} if plan.unit is None else {"motion_unit": plan.unit.to_dict()}
+    content_of_plan |= {} if plan.against is None else {"other_vessel": plan.against.other.inputs()}
+    content_of_plan |= {} if plan.compensator is None else {"compensator": plan.compensator.model_dump(mode="json")}
     if plan.weight is not None:
         content_of_plan["weight"] = weight_facts(plan.weight)
     if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):
         content_of_plan["gear"] = gear
-    if plan.statement is not None:
-        content_of_plan["capacity"] = plan.statement.model_dump(mode="json")
+    content_of_plan |= {} if plan.statement is None else {"capacity": plan.statement.model_dump(mode="json")}
     if plan.reconciled:
         content_of_plan["reconciled"] = sorted((*at, reason) for at, reason in plan.reconciled.items())
     if plan.load_chart is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stillhook.analysis.drives.figures import bars_figure, sankey_figure
@@ -18,9 +17,15 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
-    from stillhook.analysis.uncertainty.sobol import Sensitivity
-    from stillhook.spec.crane import Crane
+    from stillhook.analysis.drives.comparison import DriveComparison
+
+envelope = load_speed_figure
+layers = layer_figure
+settings = setting_figure
+bode = bode_figure
+root_locus = root_locus_figure
+indices = index_figure
+energy = sankey_figure
 
 
 def map(  # noqa: A001  # the field's noun
@@ -85,92 +90,6 @@ def change(data: xarray.Dataset, *, layer: int = 0, period: int = 0) -> Figure:
     return figure
 
 
-def envelope(data: xarray.Dataset) -> Figure:
-    """Load over highest wire speed of each mode, with the rectangles of the classic modes and lines of equal power.
-
-    Parameters
-    ----------
-    data : Dataset
-        From `stillhook.analysis.envelope`.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return load_speed_figure(data)
-
-
-def layers(data: xarray.Dataset) -> Figure:
-    """Highest wire speed over the layer of wire, a panel for each load.
-
-    Parameters
-    ----------
-    data : Dataset
-        From `stillhook.analysis.envelope` with several layers.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return layer_figure(data)
-
-
-def settings(data: xarray.Dataset) -> Figure:
-    """Displacement of motors and pumps over wire speed by mode, with losses and for the ideal machine.
-
-    Parameters
-    ----------
-    data : Dataset
-        From `stillhook.analysis.setting_curves`.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return setting_figure(data)
-
-
-def bode(crane: Crane, alpha_m: Sequence[float] = (1.0,), *, delay: float = 0.0) -> Figure:
-    """Loop gain and phase of the position loop over frequency, as published and with PLC and delay.
-
-    Parameters
-    ----------
-    crane : Crane
-        With a closed circuit.
-    alpha_m : sequence of float, default (1.0,)
-        Displacement of the motors over their largest [1], a colour each.
-    delay : float, default 0.0
-        Of the motion signals [s].
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return bode_figure(crane, tuple(alpha_m), delay=delay)
-
-
-def root_locus(crane: Crane, alpha_m: Sequence[float] = (1.0, 0.6)) -> Figure:
-    """Poles of the position loop as K_p grows from 0 to three times its limit.
-
-    Parameters
-    ----------
-    crane : Crane
-        With a closed circuit.
-    alpha_m : sequence of float, default (1.0, 0.6)
-        Displacement of the motors over their largest [1], a colour each.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return root_locus_figure(crane, tuple(alpha_m))
-
-
 def uncertainty(data: xarray.Dataset) -> Figure:
     """Every draw of every case, with median, 5 to 95 % band and the crane as described.
 
@@ -187,22 +106,6 @@ def uncertainty(data: xarray.Dataset) -> Figure:
     return band_figure(data, str(data.attrs.get("title", "")))
 
 
-def indices(results: Sequence[Sensitivity]) -> Figure:
-    """Shares of the variance of each uncertain number, first and total order, with 95 % intervals.
-
-    Parameters
-    ----------
-    results : sequence of Sensitivity
-        From `stillhook.analysis.sensitivity`.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return index_figure(results)
-
-
 def drives(comparison: DriveComparison) -> Figure:
     """Control error and net energy of each drive, with the band of what is uncertain.
 
@@ -217,19 +120,3 @@ def drives(comparison: DriveComparison) -> Figure:
         Of matplotlib.
     """
     return bars_figure(comparison, title=comparison.reference.name)
-
-
-def energy(run: DriveRun) -> Figure:
-    """Energy per hour of one drive, from supply to losses.
-
-    Parameters
-    ----------
-    run : DriveRun
-        One of a comparison of drives.
-
-    Returns
-    -------
-    Figure
-        Of matplotlib.
-    """
-    return sankey_figure(run)

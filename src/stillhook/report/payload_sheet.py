@@ -14,6 +14,7 @@ from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.lift.payload import RHO_STEEL, Payload
+from stillhook.spec.scenario import RHO_SEA
 from stillhook.units import Quantity, show
 
 if TYPE_CHECKING:
@@ -153,19 +154,33 @@ def _shown(value: float, kind: str) -> str:
     return f"{value:.5g} m^3" if kind == "volume" else show(value, kind, 5)
 
 
-def payload_figure(payload: Payload, rho: float) -> Figure:
-    """Displaced volume, added mass, its slope as slamming at 1 m/s, and drag over submergence; dots: the levels that a
-    run uses."""
-    record, rows = pack_payload(payload, rho, DEPTH)
+def payload_figure(of: Payload, *, rho: float = RHO_SEA) -> Figure:
+    """Displaced volume, added mass, slamming at 1 m/s and drag of a payload over its submergence.
+
+    Dots: the levels that a run uses.
+
+    Parameters
+    ----------
+    of : Payload
+        From `stillhook.read_payload`.
+    rho : float, default 1025.0
+        Density of the water [kg/m^3].
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
+    record, rows = pack_payload(of, rho, DEPTH)
     h = rows[:, COLUMNS.index("h")]
-    smooth = payload.curve(rho)
-    title = f"{payload.name}: {payload.title or 'payload of your own'}"
+    smooth = of.curve(rho)
+    title = f"{of.name}: {of.title or 'payload of your own'}"
     figure, grid = kit.panels(1, 4, (11.0, 4.5), title, sharey=True)
     axes = grid[0]
     for ax, name, x, y in (
         (axes[0], "displaced volume [m^3]", smooth.V, rows[:, COLUMNS.index("V")]),
         (axes[1], "added mass [t]", smooth.A33 / 1e3, rows[:, COLUMNS.index("A33")] / 1e3),
-        (axes[3], "drag at 1 m/s [kN]", 0.5 * rho * payload.C_D * smooth.A_p / 1e3, rows[:, COLUMNS.index("B")] / 1e3),
+        (axes[3], "drag at 1 m/s [kN]", 0.5 * rho * of.C_D * smooth.A_p / 1e3, rows[:, COLUMNS.index("B")] / 1e3),
     ):
         ax.plot(x, smooth.h, color=COLOURS[0], lw=1.2)
         ax.plot(y, h, ".", ms=2, color=COLOURS[1])
@@ -173,7 +188,7 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
     axes[2].plot(rows[:-1, SLOPES].ravel() / 1e3, np.repeat(h, 2)[1:-1], color=COLOURS[1], lw=1.2)
     kit.axis(axes[2], "slamming at 1 m/s [kN]")
     for ax in axes:
-        ax.axhline(payload.height, color=GREY, lw=0.8, ls=":")
+        ax.axhline(of.height, color=GREY, lw=0.8, ls=":")
         ax.set_xlim(left=0.0)
     kit.axis(axes[0], y="underside under the surface [m]\n(dotted: covered)")
     axes[0].set_ylim(record.reach, 0.0)

@@ -3,9 +3,10 @@ people."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.base.progress import RUNS, Monitor, Relay
@@ -52,24 +53,38 @@ FILE_LINES, TITLE_LINES, MOST_ROWS = 2, 2, 6
 """Lines of an answer that are kept for written files; of its title at most; rows of a table in it."""
 
 
+Line = str | Callable[[], None]
+"""A line of an answer; a function prints what --verbose has in addition."""
+
+
+class Cells(str):
+    """A row of a small table, in whose place --verbose prints a full one."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a command answers unless --verbose or --json requests all of it."""
+    """What a command answers unless --json requests numbers: a dozen lines, or with --verbose all of it."""
 
     title: str  # the subject, in a line
-    lines: Sequence[str] = ()  # verdict, numbers with units, what governs; the most important first
+    lines: Sequence[Line] = ()  # verdict, numbers with units, what governs; the most important first
     step: str = ""  # what to do next
     more: str = ""  # what --verbose prints besides
+    notes: Sequence[str] = ()  # after the lines
+    shown: int = 1  # how many of them without --verbose
 
     def text(self, *, files: bool = True) -> list[str]:
         """Lines to print; what has no place among them is counted in the last one. files: leave room for those that
         name the files."""
         title = _cut(folded(self.title), TITLE_LINES)
         step = _cut(folded(f"Next: {self.step}"), TITLE_LINES) if self.step else []
-        lines = [line for each in self.lines if each for line in folded(each)]
+        texts = [each for each in (*self.lines, *self.notes[: self.shown]) if isinstance(each, str)]
+        lines = [line for each in texts for line in folded(each)]
         room = MOST_LINES - FILE_LINES * files - 1 - len(title) - len(step)
         hidden = len(lines) - room if len(lines) > room else 0
-        more = [self.more, counted(hidden, "more line") if hidden else ""]
+        notes = counted(len(self.notes), "note") if len(self.notes) > self.shown else ""
+        more = [", ".join(filter(None, (self.more, notes))), counted(hidden, "more line") if hidden else ""]
         end = f"More with --verbose: {'; '.join(filter(None, more))}." if any(more) else ""
         return [*title, *lines[:room], *step, *(_cut(folded(end), 1) if end else [])]
 
@@ -106,6 +121,16 @@ def print_answer(answer: Answer, *, files: bool = True) -> None:
     print("\n".join(answer.text(files=files)))
 
 
+def print_in_full(answer: Answer) -> None:
+    """All of an answer, nothing cut."""
+    wrapped(answer.title, "  ")
+    for each in (*answer.lines, *answer.notes, f"Next: {answer.step}" if answer.step else ""):
+        if not isinstance(each, str):
+            each()
+        elif each and not isinstance(each, Cells):
+            wrapped(each, "  ")
+
+
 def folded(text: str) -> list[str]:
     """Running text in lines of an answer, those after the first indented."""
     import shutil
@@ -124,7 +149,7 @@ def _cut(lines: list[str], most: int) -> list[str]:
 
 def columns(
     header: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[int] = (0,), most: int = MOST_ROWS
-) -> list[str]:
+) -> list[Cells]:
     """A small table without rules as lines of an answer: of many rows the first. left: columns of text."""
     shown = [list(row) for row in rows[: most if len(rows) <= most else most - 1]]
     table = [list(header), *shown] if any(header) else shown
@@ -141,7 +166,7 @@ def columns(
         for row in cells
     ]
     hidden = len(rows) - len(shown)
-    return [line.rstrip() for line in lines] + ([f"... and {hidden} more"] if hidden else [])
+    return [Cells(line.rstrip()) for line in lines] + ([Cells(f"... and {hidden} more")] if hidden else [])
 
 
 def _fitted(cell: str, width: int) -> str:
@@ -311,32 +336,13 @@ def _escaped(text: str) -> str:
     return escape(text)
 
 
-def print_twin(crane: Crane, *cases: Scenario) -> None:
-    """Validation of the twin, its range, and where these cases leave it; each line once."""
+def twin_lines(crane: Crane, *cases: Scenario) -> list[Line]:
+    """How far the twin is validated, with --verbose its range, and where these cases leave that; each line once."""
     from stillhook.engine.certificate import doubts, envelope_line, twin_line
 
-    print(twin_line(crane))
-    if line := envelope_line(crane):
-        print(line)
-    if crane.certified is not None:
-        for note in dict.fromkeys(note for case in cases for note in doubts(crane, case)):
-            print(note)
-
-
-def twin_lines(crane: Crane, *cases: Scenario) -> list[str]:
-    """How far the twin is validated, and where these cases leave its range, for an answer."""
-    from stillhook.engine.certificate import doubts, twin_line
-
     notes = [] if crane.certified is None else [note for case in cases for note in doubts(crane, case)]
-    return [twin_line(crane), *dict.fromkeys(notes)]
-
-
-def print_implausible(crane: Crane) -> None:
-    """Numbers of a crane outside the range of built machines; for answers without notes."""
-    from stillhook.tables.plausible import implausible_values
-
-    for note in implausible_values(crane):
-        print(note)
+    within = envelope_line(crane)
+    return [twin_line(crane), *([partial(wrapped, within)] if within else []), *dict.fromkeys(notes)]
 
 
 def say(text: str) -> None:

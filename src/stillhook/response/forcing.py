@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,8 @@ from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST as HIGHEST_SEA
 from stillhook.sea.spectra.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
 from stillhook.sea.spectra.spectrum import Sea, check_spread
+from stillhook.sea.vessel.heave_filter import FilteredMotion
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao, VerticalMotion, wavenumber
 from stillhook.statistics.time_lag import over_frequency
 
@@ -32,7 +34,8 @@ OMEGA: FloatArray = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
 class Forcing:
     """n sea states at m frequencies. omega, width (m,) [rad/s]; tip (n, m) variance of the tip's height in each [m^2];
     wave (n, m) that of the surface above the load [m^2]; cross (n, m) mean of tip times conjugate wave [m^2], complex.
-    Rows of a missing sea are NaN.
+    Rows of a missing sea are NaN. lost: what the heave filter of the motion unit keeps from the PLC, as the tip of a
+    forcing, and mixed (n, m) mean of tip times its conjugate [m^2], complex; None where there is no filter.
     """
 
     omega: FloatArray = field(repr=False)
@@ -40,6 +43,22 @@ class Forcing:
     tip: FloatArray = field(repr=False)
     wave: FloatArray = field(repr=False)
     cross: ComplexArray = field(repr=False)
+    lost: Forcing | None = field(default=None, repr=False)
+    mixed: ComplexArray | None = field(default=None, repr=False)
+
+    def remaining(self, C: ArrayLike) -> Forcing:
+        """With the wire's end for the tip, of a winch that leaves C, complex, of the motion that the PLC is given: all
+        of what the filter loses is left. A flat share, of unknown phase, leaves no less than a winch that follows
+        exactly."""
+        C = np.asarray(C)
+        tip, cross = np.abs(C) ** 2 * self.tip, C * self.cross
+        if self.lost is not None and self.mixed is not None:
+            D = 1.0 - C
+            tip = np.maximum(tip + np.abs(D) ** 2 * self.lost.tip + 2.0 * np.real(C * np.conj(D) * self.mixed), 0.0)
+            flat = (np.imag(C) == 0.0) & (np.real(C) < 1.0)
+            tip = np.where(flat, np.maximum(tip, self.lost.tip), tip)
+            cross = cross + D * self.lost.cross
+        return replace(self, tip=tip, cross=cross, lost=None, mixed=None)
 
     def __len__(self) -> int:
         return len(self.tip)
@@ -50,9 +69,19 @@ class Forcing:
         return np.asarray(np.sqrt(over_frequency(self.tip, self.omega[None, :] ** (2 * order))[:, 0]))
 
 
+def filtered_forcing(of: Callable[[VerticalMotion], Forcing], vessel: Rao, unit: MotionUnit | None) -> Forcing:
+    """Forcing of seas, with what the heave filter of a motion unit loses; of: the forcing of something that moves."""
+    tip = of(vessel)
+    if unit is None:
+        return tip
+    lost, both, turned = (of(FilteredMotion(vessel, unit, a, b)) for a, b in ((0.0, 1.0), (1.0, 1.0), (1.0, 1j)))
+    apart = tip.tip + lost.tip
+    return replace(tip, lost=lost, mixed=np.asarray(0.5 * (both.tip - apart) + 0.5j * (turned.tip - apart)))
+
+
 def forcing_of_series(
     series: SpectrumSeries,
-    vessel: Rao,
+    vessel: VerticalMotion,
     x: float,
     y: float,
     beta: ArrayLike,
@@ -194,7 +223,7 @@ GAMMA_CHANGES = (3.6, 5.0)
 
 
 def forcing_of_directional(
-    series: SpectrumSeries, vessel: Rao, x: float, y: float, ship: float, *, parts: int = PARTS
+    series: SpectrumSeries, vessel: VerticalMotion, x: float, y: float, ship: float, *, parts: int = PARTS
 ) -> Forcing:
     """Forcing of every record of spectra that hold their directions, about a ship that heads `ship` [rad clockwise from
     north].
@@ -225,7 +254,7 @@ def forcing_of_directional(
 
 def forcing_of_states(
     states: SeaStates,
-    vessel: Rao,
+    vessel: VerticalMotion,
     x: float,
     y: float,
     *,
@@ -264,7 +293,13 @@ def forcing_of_states(
 
 
 def _about(
-    omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, place: NDArray[np.intp], spread: float | None
+    omega: FloatArray,
+    vessel: VerticalMotion,
+    x: float,
+    y: float,
+    beta: float,
+    place: NDArray[np.intp],
+    spread: float | None,
 ) -> tuple[FloatArray, NDArray[np.complex128]]:
     """Result of `tip_by_wave` for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
     direction are calculated once and shared by all headings whose waves reach it."""

@@ -8,7 +8,7 @@ included.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -153,8 +153,8 @@ class _Seas:
         moving = self.v > 0.0
         for some in _blocks(np.flatnonzero(moving)):
             C[some] = residual.gaussian(forcing.omega, self.v[some])
-        self.wire = np.abs(C) ** 2 * forcing.tip
-        self.cross = C * forcing.cross if self.waves else None
+        remains = forcing.remaining(C)
+        self.wire, self.cross = remains.tip, remains.cross if self.waves else None
         self.slow = self.places = None
         if residual.remnant is not None:
             still = np.where(moving, self.v, 1.0)
@@ -190,7 +190,7 @@ class _Tables:
     def __init__(self, seas: _Seas, level: float, trial: FloatArray, quantities: Collection[str] = QUANTITIES) -> None:
         forcing, load, residual = seas.forcing, seas.load, seas.residual
         self.seas, self.trial = seas, trial
-        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)
+        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V, load.U)
 
         def compliance(omega: FloatArray) -> ComplexArray:
             return (
@@ -285,26 +285,13 @@ def _agreement(y: FloatArray, trial: FloatArray) -> tuple[NDArray[np.intp], Floa
 
 
 def frequency_response(
-    forcing: Forcing,
-    load: SuspendedLoad,
-    residual: Residual,
-    *,
-    duration: float = 10800.0,
-    names: Sequence[str] | None = None,
+    forcing: Forcing, load: SuspendedLoad, residual: Residual, *, duration: float = 10800.0
 ) -> xarray.Dataset:
     """Statistics of tip, wire and load in every sea state, compensated and on the brake, as a Dataset over "case".
 
-    Parameters
-    ----------
-    forcing: the seas at tip and load (`stillhook.response.forcing`).
-    load: the suspended load at one depth (`stillhook.response.suspended_load.suspended_load`).
-    residual: the tip's motion that remains at the wire's end; `Residual.constant(0.2)` for a compensation of 80 %.
-    duration: time for which largest values and chances are calculated [s]. names: labels of the cases.
-
-    Returns
-    -------
-    Dataset of names of `stillhook.variables`. A missing sea has NaN everywhere; in a calm one nothing moves.
-
+    Parameters: forcing the seas at tip and load; load the suspended load at one depth; residual the tip's motion that
+    remains at the wire's end, `Residual.constant(0.2)` for a compensation of 80 %; duration time for which largest
+    values and chances are calculated [s]. A missing sea has NaN everywhere; in a calm one nothing moves.
     Valid while the wire stays taut (`slack_share` small), motions are Gaussian, and the payload is in air or completely
     submerged. Drag and winch are linearised at the deviation of the motion itself: seas of resonance against drag,
     and largest values under drag, are approximate (docs/explanation/frequency-domain-method.md shows by how much).
@@ -334,7 +321,7 @@ def frequency_response(
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, load, duration).items()}
         if way is not None:
             columns |= {f"{name}{suffix}": values for name, values in _of_stroke(way, duration).items()}
-    labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]
+    labels = [str(i) for i in range(len(forcing))]
     data = xarray.Dataset(
         {name: ("case", np.where(valid, values, np.nan), attributes_of(name)) for name, values in columns.items()},
         coords={"case": labels},

@@ -22,6 +22,7 @@ from stillhook.formats.lift_file import LiftFile
 from stillhook.kernels.cache import cache_root
 from stillhook.response.forcing import (
     Forcing,
+    filtered_forcing,
     forcing_of_directional,
     forcing_of_seas,
     forcing_of_series,
@@ -34,7 +35,7 @@ from stillhook.response.winch.linear_form import Residual, neighbours
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import VerticalMotion
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Mode, mode_of
@@ -212,7 +213,8 @@ def lift_response(
         water = show(file.lift.depth, "length")
         raise LiftError(f"depth {show(below, 'length')}: the water is {water} deep. Choose a smaller depth.")
     load = suspended_load(file.crane, file.lift, -below)
-    forcing = forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
+    at = file.at.x, file.at.y
+    forcing = filtered_forcing(lambda vessel: forcing_of_waves(waves, vessel, *at), file.vessel, file.unit)
     begin(progress, "winch residual")
     steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
@@ -233,7 +235,7 @@ def check_place(file: LiftFile) -> None:
         )
 
 
-def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
+def forcing_of_waves(waves: Waves, vessel: VerticalMotion, x: float, y: float) -> Forcing:
     """Forcing by the waves at a crane tip x, y from the vessel's reference point [m], and at the load under it."""
     if isinstance(waves.of, Sea):
         return forcing_of_seas(waves.of, vessel, x, y)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -25,6 +25,8 @@ from stillhook.spec.scenario import Sensors
 from stillhook.units import show
 from stillhook.winches.load_path.interface import LinearJoint
 
+NODES = 64
+"""Points of a mean over a Gaussian speed: right to 1e-3 down to a current of a tenth of its deviation."""
 SCAN = 1.0 / 64.0
 """Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them are further
 apart unless slings and wire happen to ring together within a hundredth."""
@@ -308,6 +310,7 @@ class SuspendedLoad:
     sensors: Sensors = field(default_factory=Sensors)  # of the winch
     V: float = 0.0  # mean speed of the payload through the water, either sign [m/s]; adds to the damping by drag
     link: LinearJoint | None = None  # passive heave compensator; the springs of `end` are its own
+    U: float = 0.0  # current past the payload, level [m/s]
 
     @property
     def duty(self) -> Duty:
@@ -378,6 +381,8 @@ def suspended_load(crane: Crane, lift: Lowering, z: float) -> SuspendedLoad:
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
     rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * crane.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
+    if wet and lift.current is not None:
+        under["U"] = lift.current.past(z + load.height / 2.0)
     return SuspendedLoad(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, link=link, **under)
 
 
@@ -396,26 +401,38 @@ def linear_joint(lift: Lowering, z: float) -> LinearJoint | None:
     return linear
 
 
-def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0) -> FloatArray:
+def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0, U: float = 0.0) -> FloatArray:
     r"""Linear drag [N s/m] of a Gaussian speed of deviation sigma_v [m/s] about a mean speed V [m/s]; B [N s^2/m^2].
 
     .. math:: \Sigma = 2 B\,E|V + v| = 2 B \left(V\,\mathrm{erf}\frac{V}{\sqrt 2 \sigma_v}
         + \sqrt{2/\pi}\,\sigma_v\,e^{-V^2/2\sigma_v^2}\right)
 
-    The slope with the least square error; at V = 0 it takes out the same power.
+    The slope with the least square error; at V = 0 it takes out the same power. In a current of U [m/s] across it is
+    that of B v sqrt(v^2 + U^2).
     """
     sigma = np.asarray(sigma_v, dtype=np.float64)
+    if U > 0.0:
+        return np.asarray(B * _mean(lambda v: (2.0 * v**2 + U**2) / np.hypot(v, U), V, sigma))
     if V == 0.0:
         return np.asarray(math.sqrt(8.0 / math.pi) * B * sigma)
     share, bell = _normal(V, sigma)
     return np.asarray(2.0 * B * (V * (2.0 * share - 1.0) + 2.0 * sigma * bell))
 
 
-def mean_drag(B: float, V: float, sigma_v: ArrayLike) -> FloatArray:
-    """Mean of B (V + v)|V + v| for a Gaussian v of deviation sigma_v [m/s] [N]; B [N s^2/m^2], V [m/s]."""
+def mean_drag(B: float, V: float, sigma_v: ArrayLike, U: float = 0.0) -> FloatArray:
+    """Mean of B (V + v)|V + v| for a Gaussian v of deviation sigma_v [m/s] [N]; B [N s^2/m^2], V [m/s], U as in
+    `drag_of_gaussian`."""
     sigma = np.asarray(sigma_v, dtype=np.float64)
+    if U > 0.0:
+        return np.asarray(B * _mean(lambda v: v * np.hypot(v, U), V, sigma))
     share, bell = _normal(V, sigma)
     return np.asarray(B * ((V**2 + sigma**2) * (2.0 * share - 1.0) + 2.0 * V * sigma * bell))
+
+
+def _mean(f: Callable[[FloatArray], FloatArray], V: float, sigma: FloatArray) -> FloatArray:
+    """Mean of f over a Gaussian speed."""
+    x, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    return np.asarray(f(V + sigma[..., None] * x) @ weights / weights.sum())
 
 
 def _normal(V: float, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:

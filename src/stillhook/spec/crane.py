@@ -452,6 +452,7 @@ def _misfits(crane: Crane) -> Iterator[str]:
             f"{control.alpha_ns} must not fall in this order. Change the one that is out of place."
         )
     yield from _limit_misfits(crane)
+    yield from filter(None, [crane.plant.type.dead_time_refusal(crane)])
     if drum.turns * wire.d > drum.width:
         yield (
             f"drum.turns {drum.turns} x wire.d {u.show(wire.d, 'diameter')} = {drum.turns * wire.d:.4g} m is more than "

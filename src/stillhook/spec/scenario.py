@@ -27,6 +27,7 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.motion.words import parse_motion
+from stillhook.sea.steady_flow import FlowSpeed
 from stillhook.spec.record import Record as Record
 from stillhook.spec.sensors import Sensors as Sensors
 from stillhook.tables.table import Number as Number
@@ -130,13 +131,15 @@ class FrictionModel(StrEnum):
 
 
 class Water(Record):
-    """Fully submerged payload. Weight is less by buoyancy, moving mass more by added mass, drag 1/2 rho C_D A v|v|."""
+    """Fully submerged payload. Weight is less by buoyancy, moving mass more by added mass; drag
+    1/2 rho C_D A v sqrt(v^2 + U^2), U the current."""
 
     volume: u.Volume = Field(gt=0, description="displaced volume of payload")
     added_mass: u.Mass = Field(default=0.0, ge=0, description="added mass in heave")
     C_D: Number = Field(default=0.0, ge=0, description="drag coefficient on `area`")
     area: u.Area = Field(default=0.0, ge=0, description="projected area")
     rho: u.Density = Field(default=RHO_SEA, gt=0, description="water density")
+    current: FlowSpeed = Field(default=0.0, ge=0, description="speed of the current, horizontal, past the payload")
 
 
 class Operator(Record):

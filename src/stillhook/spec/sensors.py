@@ -14,8 +14,9 @@ from stillhook.control.interface import QUANTITIES, SPEED
 from stillhook.control.sensors import error_sensor
 from stillhook.errors import ScenarioError
 from stillhook.spec.record import Record
-from stillhook.tables.plausible import Ranged
-from stillhook.tables.table import Number
+from stillhook.tables.plausible import Ranged, marks
+from stillhook.tables.table import Number, model_in
+from stillhook.units import Quantity
 from stillhook.winches.registry import WinchType
 
 Q = TypeVar("Q")
@@ -46,6 +47,12 @@ class Part(Ranged):
     """A table within that of the sensors, whose refusal names both: frozen, and closed to unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Such as LengthFault, by the kind of quantity: the name in `stillhook.tables.plausible`, and in a pickle."""
+        kinds = (mark.kind for mark in marks(params[0]) if isinstance(mark, Quantity))
+        return f"{next(kinds, 'number').title()}{cls.__name__}"
 
 
 class Fault(Part, Generic[Q]):
@@ -91,80 +98,7 @@ class Errors(Part, Generic[Q]):
     drift: Q = Field(default=_NOTHING, description="what is read too much after an hour more")
     step: Q = Field(default=_NOTHING, ge=0, description="smallest step")
     delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the signal, at most 20 PLC cycles")
-    faults: tuple[Any, ...] = ()
-
-
-_SEVERAL: Any = Field(default=(), max_length=sensor_errors.FAULTS)
-
-
-class LengthFault(Fault[u.Length]):
-    """Of a position."""
-
-
-class LengthErrors(Errors[u.Length]):
-    """Of the tip's position and the encoder."""
-
-    faults: tuple[LengthFault, ...] = _SEVERAL
-
-
-class SpeedFault(Fault[u.Speed]):
-    """Of a speed."""
-
-
-class SpeedErrors(Errors[u.Speed]):
-    """Of the tip's speed."""
-
-    faults: tuple[SpeedFault, ...] = _SEVERAL
-
-
-class AccelerationFault(Fault[u.Acceleration]):
-    """Of an acceleration."""
-
-
-class AccelerationErrors(Errors[u.Acceleration]):
-    """Of the tip's acceleration."""
-
-    faults: tuple[AccelerationFault, ...] = _SEVERAL
-
-
-class ForceFault(Fault[u.Force]):
-    """Of a force."""
-
-
-class ForceErrors(Errors[u.Force]):
-    """Of the load cell."""
-
-    faults: tuple[ForceFault, ...] = _SEVERAL
-
-
-class DisplacementFault(Fault[Number]):
-    """Of a displacement over its maximum."""
-
-
-class DisplacementErrors(Errors[Number]):
-    """Of the motors' displacement over its maximum."""
-
-    faults: tuple[DisplacementFault, ...] = _SEVERAL
-
-
-class RotationFault(Fault[u.Rotation]):
-    """Of a motor speed."""
-
-
-class RotationErrors(Errors[u.Rotation]):
-    """Of the motors' speed."""
-
-    faults: tuple[RotationFault, ...] = _SEVERAL
-
-
-class PressureFault(Fault[u.Pressure]):
-    """Of a pressure."""
-
-
-class PressureErrors(Errors[u.Pressure]):
-    """Of a pressure transmitter."""
-
-    faults: tuple[PressureFault, ...] = _SEVERAL
+    faults: tuple[Fault[Q], ...] = Field(default=(), max_length=sensor_errors.FAULTS)
 
 
 class Sensors(Record):
@@ -187,17 +121,17 @@ class Sensors(Record):
     step_s_w: u.Length = Field(default=0.0, ge=0, description="smallest step of the wire encoder")
     step_F: u.Force = Field(default=0.0, ge=0, description="smallest step of the load cell")
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
-    s_tip: LengthErrors | None = None
-    v_tip: SpeedErrors | None = None
-    a_tip: AccelerationErrors | None = None
-    s_w: LengthErrors | None = None
-    F: ForceErrors | None = None
-    alpha_m: DisplacementErrors | None = None
-    omega_m: RotationErrors | None = None
-    p_a: PressureErrors | None = None
-    p_b: PressureErrors | None = None
-    dp: PressureErrors | None = None
-    p_hp: PressureErrors | None = None
+    s_tip: Errors[u.Length] | None = None
+    v_tip: Errors[u.Speed] | None = None
+    a_tip: Errors[u.Acceleration] | None = None
+    s_w: Errors[u.Length] | None = None
+    F: Errors[u.Force] | None = None
+    alpha_m: Errors[Number] | None = None
+    omega_m: Errors[u.Rotation] | None = None
+    p_a: Errors[u.Pressure] | None = None
+    p_b: Errors[u.Pressure] | None = None
+    dp: Errors[u.Pressure] | None = None
+    p_hp: Errors[u.Pressure] | None = None
 
     @model_validator(mode="after")
     def _in_one_place(self) -> Self:
@@ -232,17 +166,15 @@ class Sensors(Record):
         return cls.model_construct(**{**data, **tables})
 
 
-TABLES: Mapping[str, tuple[type[Errors[Any]], type[Fault[Any]]]] = {
-    "s_tip": (LengthErrors, LengthFault),
-    "v_tip": (SpeedErrors, SpeedFault),
-    "a_tip": (AccelerationErrors, AccelerationFault),
-    "s_w": (LengthErrors, LengthFault),
-    "F": (ForceErrors, ForceFault),
-    "alpha_m": (DisplacementErrors, DisplacementFault),
-    "omega_m": (RotationErrors, RotationFault),
-    **dict.fromkeys(("p_a", "p_b", "dp", "p_hp"), (PressureErrors, PressureFault)),
-}
+def _table_and_fault(quantity: str) -> tuple[type[Errors[Any]], type[Fault[Any]]]:
+    table = model_in(Sensors.model_fields[quantity].annotation)
+    assert table is not None
+    return table, model_in(table.model_fields["faults"].annotation)  # type: ignore[return-value]
+
+
+TABLES = {quantity: _table_and_fault(quantity) for quantity in QUANTITIES}
 """Table and fault of every quantity."""
+globals().update({each.__name__: each for both in TABLES.values() for each in both})  # pickle looks for them here
 
 
 def _table_of(quantity: str, data: Mapping[str, Any]) -> Errors[Any]:

@@ -86,8 +86,6 @@ class Source(Spec):
     kind: SourceKind
 
 
-REFUSED = "refused"
-"""Type of the problem that `Part` makes of an error of Stillhook."""
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
 """Misspelt fields come first: a misspelt field is also a missing one."""
 _OTHER = 2

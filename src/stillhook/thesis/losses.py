@@ -17,7 +17,7 @@ from stillhook.identify.motor.fit import CARDS, LossModel, fit_loss
 from stillhook.identify.motor.map import LossMap, read_map
 from stillhook.identify.motor.rank import residual_share
 from stillhook.identify.system_friction.fitting.fit import predicted
-from stillhook.identify.system_friction.fitting.model import Loss, Points, Y, mj4, system_friction
+from stillhook.identify.system_friction.fitting.model import Loss, Points, Y, loss_of, system_friction
 from stillhook.library import load_crane, load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.examples import MOTOR_MAP
@@ -157,7 +157,7 @@ def friction_of_tests(name: str, part: str) -> Drawing:
     or of the winch alone (2.13)."""
     crane_name, tests = TESTS[name]
     crane, y = load_crane(crane_name), Y.of(library_friction(name))
-    n, loss, curves = np.linspace(25.0, 1500.0, 60) * RPM, mj4(motor(FIRST).loss), []
+    n, loss, curves = np.linspace(25.0, 1500.0, 60) * RPM, loss_of(motor(FIRST)), []
     count = crane.active.motor.count + (crane.passive.motor.count if crane.passive else 0)
     for D, load in tests:
         T_d = drum_torque(crane, 1e3 * load)
@@ -191,7 +191,7 @@ def two_loops() -> Drawing:
     n, curves = np.linspace(0.0, 2000.0, 100) * RPM, []
     for D, dp in POINTS:
         for name, words, style in ((FIRST, "first loop", "-"), (SECOND, "second loop", "--")):
-            loss = mj4(motor(name).loss)
+            loss = loss_of(motor(name))
             y = np.asarray(loss(n, np.full_like(n, D * CC), np.full_like(n, dp * BAR)))
             curves.append(Curve(f"{D:.0f} cm³/rev at {dp:.0f} bar, {words}", n, y, style))
     return Drawing("Motor loss before and after the second loop", [Panel(SPEED, TORQUE, curves)])

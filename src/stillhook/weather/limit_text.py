@@ -24,23 +24,10 @@ from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.units import parse, quote
+from stillhook.variables import BY_NAME
 from stillhook.weather.series import SYSTEMS, Weather
 
 BETA = "beta"
-KIND = {
-    "H_m0": "length",
-    "T_p": "time",
-    "T_m02": "time",
-    "wind": "wind_speed",
-    "current": "speed",
-    "come_from": "angle",
-    "wind_from": "angle",
-    BETA: "angle",
-    **{f"H_m0_{system}": "length" for system in SYSTEMS},
-    **{f"T_p_{system}": "time" for system in SYSTEMS},
-    **{f"come_from_{system}": "angle" for system in SYSTEMS},
-}
-"""Columns that a limit may be of, with the kind of their units."""
 SPELLINGS = {
     "H_m0": ("hs", "h_s", "hm0", "h_m0", "waveheight", "wave_height", "height"),
     "T_p": ("tp", "t_p", "period"),
@@ -54,6 +41,8 @@ SPELLINGS = {
     **{f"T_p_{system}": (f"tp_{system}",) for system in SYSTEMS},
     **{f"come_from_{system}": (f"from_{system}", f"come_from_{system}") for system in SYSTEMS},
 }
+KIND = {name: BY_NAME[name].kind for name in SPELLINGS}
+"""Columns that a limit may be of, with the kind of their units."""
 SPELT = {spelling: name for name, spellings in SPELLINGS.items() for spelling in spellings}
 FREE_STEP = math.radians(5.0)
 """Headings that a ship free to turn tries are so far apart [rad]."""

@@ -16,6 +16,8 @@ from stillhook.control.plant import Hydraulics
 from stillhook.control.plc import ActuatorCommands, Memory
 from stillhook.control.registry import source_of
 from stillhook.errors import SpecError
+from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.records import fields
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, quote
 from stillhook.winches.interface import (
@@ -189,6 +191,10 @@ def _values(module: ModuleType) -> dict[str, Rule]:
             ),
             "pairs of numbers that rise [SI], by path of a number in a table of TABLES",
         ),
+        "SERVOS": Rule(
+            lambda v: isinstance(v, dict) and all(_is_servo(module, u, pair) for u, pair in v.items()),
+            "pairs of a path of a table in TABLES and of a Servo in Params, by field of Command",
+        ),
         "PER_MOTOR": Rule(
             lambda v: isinstance(v, tuple) and all(_is_field(module, path) for path in v),
             "a tuple of paths of tables in TABLES",
@@ -216,6 +222,16 @@ def _is_field(module: ModuleType, path: Any) -> bool:
             return False
         model = field.annotation
     return head in module.TABLES
+
+
+def _is_servo(module: ModuleType, command: Any, pair: Any) -> bool:
+    """Whether a pair is the table and the record of a displacement control, and a command one that it can follow."""
+    if command not in module.Command._fields or not isinstance(pair, tuple) or len(pair) != 2:
+        return False
+    record, names = module.Params, str(pair[1]).split(".")
+    for name in names:
+        record = dict(fields(record)).get(name) if hasattr(record, "_fields") else None
+    return record is Servo and _is_field(module, pair[0])
 
 
 def _numbers(module: ModuleType) -> list[str]:

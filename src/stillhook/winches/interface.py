@@ -235,6 +235,9 @@ class Undeclared(Protocol):
     drive that takes the speed command u_p alone."""
     TUNED: Mapping[str, tuple[float, float]] = {}
     """Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]."""
+    SERVOS: Mapping[str, tuple[str, str]] = {}
+    """Fields of Command that a displacement control follows, with the path of its table in a crane file and that of its
+    `Servo` in Params: commands reach it after its dead time."""
     WITHIN: tuple[str, ...] = ()
     """Powers that go in at one place of the winch and out at another, equal: not from outside."""
     PER_MOTOR: tuple[str, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -15,6 +16,8 @@ from stillhook.base.extensions import extensions, modules_in
 from stillhook.base.variable import Row, Variable
 from stillhook.control.interface import SPEED
 from stillhook.control.registry import Mode, default_of, modes_of, usual_of
+from stillhook.control.sensor_errors import RING
+from stillhook.units import show
 from stillhook.winches import types
 from stillhook.winches.checks import check_module, check_params, check_result
 from stillhook.winches.interface import Cause, Undeclared
@@ -96,6 +99,21 @@ class WinchType:
         """Its own numbers in a table of runs, with the head of each column."""
         declared: Mapping[str, str] | None = self.SHOWN
         return {row.name: row.name.replace("_", "\n", 1) for row in self.numbers} if declared is None else declared
+
+    def dead_times(self, crane: Any) -> dict[str, float]:
+        """Dead times of the displacement controls of a crane [s], by the command that each follows."""
+        return {u: operator.attrgetter(path)(crane).dead_time or 0.0 for u, (path, _) in self.SERVOS.items()}
+
+    def dead_time_refusal(self, crane: Any) -> str:
+        """Reason why a dead time cannot be as long; "" where all can."""
+        cycle, computing = crane.control.t_cycle, crane.control.computing
+        for u, time in self.dead_times(crane).items():
+            if time > 0.0 and time + computing > RING * cycle * (1.0 + 1e-12):
+                return (
+                    f"{self.SERVOS[u][0]}.dead_time {show(time, 'time')} is more than {RING} PLC cycles less the"
+                    f" computing time, {show(RING * cycle - computing, 'time')}. Give a shorter one."
+                )
+        return ""
 
     def run_numbers(self, stats: Any, t_cycle: float) -> dict[str, float]:
         """Its own numbers of a run, from the statistics."""

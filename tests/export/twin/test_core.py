@@ -109,6 +109,30 @@ def test_motors_with_other_loss_models_have_the_signals_of_simulate(compiled):
         assert np.abs(values - true).max() <= RELATIVE * float(np.abs(true).max()), name
 
 
+def test_late_displacement_controls_have_the_signals_of_simulate_and_go_on_from_a_saved_state(compiled):
+    dead_time = {"servo": {"dead_time": "83 ms"}}
+    nov = stillhook.load_crane("nov-250t")
+    crane = changed(nov, {"active": {"pump": dead_time}, "passive": {"motor": dead_time}})
+    case = case_of(crane, duration="8 s")
+    made, run, tip = export(crane, case), series(crane, case), rows(crane, case)
+    _, (e_c, p_hp) = hosted(made, compiled, tip, ("e_c", "p_hp"))
+    assert np.abs(e_c - run.e_c.values).max() <= CLOSE
+    assert np.abs(p_hp - run.p_hp.values).max() <= RELATIVE * float(run.p_hp.max())
+    assert np.abs(e_c - series(nov, case).e_c.values).max() > 1e-3
+    host, _ = hosted(made, compiled, tip[:401], ("e_c",))
+    kept = host.save()
+
+    def later() -> float:
+        for k in range(400, 500):
+            host.set(**dict(zip(TIP, tip[k + 1], strict=True)))
+            assert host.step(k * 0.01, 0.01) == OK
+        return host.get("e_c")
+
+    first = later()
+    host.restore(kept)
+    assert later() == first == e_c[500]
+
+
 def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):
     case = case_of(nov)
     _, (e_c,) = hosted(export(nov, case), compiled, rows(nov, case), ("e_c",), ahead=False)

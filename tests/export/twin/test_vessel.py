@@ -8,7 +8,7 @@ import stillhook
 from stillhook.engine.inputs import CycleInputs
 from stillhook.export.fmu import write_fmu
 from stillhook.export.twin import ExportError, export
-from stillhook.export.twin.ports import VESSEL
+from stillhook.sea.vessel.vessel_tip import VESSEL
 
 BOOM = "x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg"
 CLOSE = 1e-11  # m: of other flags of a compiler, and of the boom's height, 40 m, whose rounding is in the tip's
@@ -25,7 +25,7 @@ def case_of(unit: stillhook.MotionUnit | None = None) -> stillhook.Scenario:
 
 def rows(tip: stillhook.VesselTip, t: np.ndarray, given: stillhook.VesselTip) -> list[dict[str, float]]:
     """What a host gives: the vessel's motion, the boom's angles, and the heave of another unit."""
-    jets = [*tip._attitude(t), *tip._pose(t), given._signals.at(t).heave]
+    jets = [*tip._attitude(t), *tip._pose(t), given.signals(0.01).at(t).heave]
     columns = np.column_stack([np.broadcast_to(x, t.shape) for jet in jets for x in jet])
     return [dict(zip(VESSEL, row, strict=True)) for row in columns.tolist()]
 

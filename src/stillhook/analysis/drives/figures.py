@@ -63,6 +63,16 @@ def sankey_figure(run: DriveRun) -> Figure:
     """Energy per hour of one drive, from supply (left) to losses (right), the height of a band its energy.
 
     What a power gives on the whole is on the left, what it takes on the right; flows below 1 % are added up.
+
+    Parameters
+    ----------
+    run : DriveRun
+        One of a comparison of drives.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
     """
     e = run.energy
     drawn = {"drawn": e.drawn, **{name: x for name, x in e.supplied.items() if name == "tip"}}

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import lateness, strong_gain, strong_ssc
-from stillhook.analysis.effects import nested
 from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.errors import SpecError
 from stillhook.library import changed, cranes, load_crane
+from stillhook.library.toml.tree import nested
 from stillhook.library.write import Item, file_value, items
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Installation, SourceKind, effective_inertia, holding_torque

@@ -23,6 +23,7 @@ from stillhook.analysis.loop_stability.differences import (
     steady_tick,
     step_of,
 )
+from stillhook.analysis.loop_stability.linearisation import lateness_of
 from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.base.arrays import FloatArray
@@ -174,7 +175,7 @@ def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
 def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
-    d = driver(packed.name, 1, Setup(losses=packed.losses), packed.extra_controllers)
+    d = driver(packed.name, 1, Setup(losses=packed.setup.losses), packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
     load, _, v_tip, at = place
     stroke = _stroke(crane, load)
@@ -219,15 +220,15 @@ def engine_linear(point: EnginePoint) -> EngineLinear:
 
 def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
     """The position loop at K_p = 1 as the PLC closes it; every other loop of drive and PLC is closed. delay [s] of the
-    position feedback, to which the PLC's computing time is added."""
-    control = point.crane.control
+    position feedback, to which the PLC's computing time and dead times are added."""
     linear = engine_linear(point)
     cycle = _control_slopes(point, linear.states)
     A, B, K, M = _standing(linear, cycle.commands, cycle.carried)
     out = np.zeros(len(linear.states))
     out[linear.states.index("s_w")] = -1.0
     cycle = cycle._replace(commands=K, carried=M)
-    return closed_by_plc((A, B, out), cycle, t_cycle=control.t_cycle, computing=control.computing, delay=delay)
+    late = lateness_of(point.crane, linear.commands)
+    return closed_by_plc((A, B, out), cycle, t_cycle=point.crane.control.t_cycle, late=late, delay=delay)
 
 
 def _standing(

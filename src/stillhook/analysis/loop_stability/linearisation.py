@@ -232,16 +232,23 @@ def plc_loop(
 
     These are what the controller remembers of the feedback (an integral part), the motors' law through measured alpha_m
     and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's torque control and make-up.
-    delay [s] is that of the position feedback alone; all commands are the PLC's computing time late.
+    delay [s] is that of the position feedback alone; all commands are the PLC's computing time late, and the dead time
+    of their displacement controls.
     """
-    control = crane.control
+    names = [name for name in point.command._fields if name.startswith("u_")]
     return closed_by_plc(
         _plant(point),
         _control_slopes(_Plc(crane, point, Mode(mode)), crane),
-        t_cycle=control.t_cycle,
-        computing=control.computing,
+        t_cycle=crane.control.t_cycle,
+        late=lateness_of(crane, names),
         delay=delay,
     )
+
+
+def lateness_of(crane: Crane, commands: Iterable[str]) -> FloatArray:
+    """Time after which each command acts [s]: the PLC's computing time, and the dead time of a displacement control."""
+    dead_times = crane.plant.type.dead_times(crane)
+    return np.array([crane.control.computing + dead_times.get(name, 0.0) for name in commands])
 
 
 REMEMBERED = ("F", "p_mean", "u_m")

@@ -7,7 +7,7 @@ A loop is the path between the feedback's share of the pump command and the wire
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -219,44 +219,62 @@ def closed_by_plc(
     cycle: Cycle,
     *,
     t_cycle: float,
-    computing: float,
+    late: FloatArray,
     delay: float = 0.0,
 ) -> SampledLoop:
     """The position loop at K_p = 1 with all other loops of the PLC closed, sampled exactly.
 
-    Parameters: plant A (n, n), B (n, m) by all commands, C (n,) the wire hoisted; cycle; t_cycle, computing time and
-    delay of the position feedback [s].
+    Parameters: plant A (n, n), B (n, m) by all commands, C (n,) the wire hoisted; cycle; t_cycle; late (m,) time after
+    which each command acts, computing and dead time of its displacement control; delay of the position feedback [s].
 
-    All commands of a cycle take effect a computing time after it, those of the load cell, of measured pressures and of
-    the displacement as well as the position feedback's; `delay` is of the latter alone. What the feedback does to a
-    controller's memory comes a computing time late too, at most a cycle, which takes margin and gives none.
+    A command acts as late whether it follows from the load cell, measured pressures, the displacement or the position
+    feedback; `delay` is of the latter alone. What the feedback does to a controller's memory comes as late as the
+    quickest command, at most a cycle more, which takes margin and gives none.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
     """
     (A, B, C), (K, M, g, h) = plant, cycle
     size, carried, commands = len(A), len(M), B.shape[1]
-    n_own, own_late, own_early = held(A, B, t_cycle, computing)
-    n, by_late, by_early = held(A, (B @ g)[:, None], t_cycle, delay + computing)
-    history = n_own + (1 if np.any(own_early) else 0)
-    total = size + carried + history * commands
-    Phi = np.zeros((total, total))
+    times, remembers = sorted(set(late.tolist())), bool(np.any(h))
+    each = {time: B * (late == time) for time in times}
+    own = _by_cycle((held(A, B_late, t_cycle, time) for time, B_late in each.items()))
+    fed = _by_cycle(held(A, (B_late @ g)[:, None], t_cycle, delay + time) for time, B_late in each.items())
+    n, part = full_cycles(delay + times[0], t_cycle)
+    acts = [past for past, gamma in fed.items() if np.any(gamma)]
+    n = n if remembers or not acts else min(acts)
+    history = max((past for past, gamma in own.items() if np.any(gamma)), default=0)
+    chain = max(max(acts, default=n) - n, 1) - 1  # feedback that acts later than in the next cycle is kept
+    total = size + carried + history * commands + (chain + 1 if chain else 0)
+    Phi, by = np.zeros((total, total)), np.zeros((2, total))
     Phi[:size, :size] = hold_matrices(A, B, t_cycle)[0]
     Phi[size : size + carried, : size + carried] = M
-    for past, gamma in ((n_own, own_late), (n_own + 1, own_early)):
+    for past, gamma in own.items():
         if past == 0:
             Phi[:size, : size + carried] += gamma @ K
         elif past <= history:
             at = size + carried + (past - 1) * commands
             Phi[:size, at : at + commands] += gamma
     if history:
-        at = size + carried
+        at, end = size + carried, size + carried + history * commands
         Phi[at : at + commands, : size + carried] = K
-        Phi[at + commands :, at : total - commands] = np.eye((history - 1) * commands)
-    pad = np.zeros(total - size)
-    late, early = (np.concatenate([by[:, 0], pad]) for by in (by_late, by_early))
-    remembers = bool(np.any(h))
+        Phi[at + commands : end, at : end - commands] = np.eye((history - 1) * commands)
+    for past in acts:
+        if past <= n + 1:
+            by[past - n, :size] += fed[past][:, 0]
+        else:
+            Phi[:size, total - chain - 2 + past - n] += fed[past][:, 0]
+    if chain:
+        by[0, total - chain - 1] = 1.0
+        Phi[total - chain :, total - chain - 1 : total - 1] = np.eye(chain)
     if remembers:
-        part = full_cycles(delay + computing, t_cycle)[1] / t_cycle
-        late[size : size + carried] += (1.0 - part) * h
-        early[size : size + carried] += part * h
+        by[:, size : size + carried] += np.outer([1.0 - part / t_cycle, part / t_cycle], h)
     states = (size, size + carried) if remembers else None
-    return SampledLoop(Phi, late, early, np.concatenate([C, pad]), t_cycle, n, states)
+    return SampledLoop(Phi, by[0], by[1], np.concatenate([C, np.zeros(total - size)]), t_cycle, n, states)
+
+
+def _by_cycle(parts: Iterable[tuple[int, FloatArray, FloatArray]]) -> dict[int, FloatArray]:
+    """What commands add together, by the cycles since they were calculated."""
+    out: dict[int, FloatArray] = {}
+    for n, first, next_ in parts:
+        for past, gamma in ((n, first), (n + 1, next_)):
+            out[past] = out[past] + gamma if past in out else gamma
+    return out

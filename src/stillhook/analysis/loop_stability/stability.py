@@ -1,6 +1,6 @@
 """The published reduced model of the active circuit (Moslatt 2020 paper E section 3), a reference: eigenfrequency, gain
-limit, the one that belongs to an operating point of the complete plant, and the position loop with and without PLC. It
-turns on the outer diameter with a full drum, one line at constant pressure, B_v for all friction.
+limit, and the position loop with and without PLC. It turns on the outer diameter with a full drum, one line at constant
+pressure, B_v for all friction.
 
 `full_stability` does the same for the complete plant at one operating point. What a crane is judged by is
 `stillhook.analysis.loop_stability.verdict`.
@@ -13,13 +13,13 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.loop_stability.loops import Loop, SampledLoop, sampled
+from stillhook.analysis.loop_stability.loops import Loop, SampledLoop
 from stillhook.analysis.loop_stability.margins import margins, strongest_up_to
 from stillhook.analysis.loop_stability.transfer import (
     about_at,
+    by_plc,
     command_pole,
     effective_radius,
     full_matrices,
@@ -39,6 +39,8 @@ from stillhook.spec.scenario import Mode
 
 MARGINS = ("gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak")
 """Margins that a `Stability` has without and with PLC."""
+SHOWN = tuple(name for name in MARGINS if name != "omega_gc")
+"""Those that sweeps and a verdict show."""
 
 
 class Eigenfrequency(NamedTuple):
@@ -151,61 +153,6 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     return GainLimit(alpha_m, K_wire, K_p_ms, omega_c)
 
 
-class Equivalent(NamedTuple):
-    """B_v slope of all torques against the motion by motor speed, wire rigid [N m s/rad], of which B_low is from the
-    low line; C_leak leakage of the line at pressure [m^3/s/Pa]; J_m with the load hanging rigidly on the wire [kg m^2];
-    K_wire [-]; omega_0 [rad/s], zeta [-], K_p_ms [1/m] of the reduced model with these."""
-
-    B_v: float
-    B_low: float
-    C_leak: float
-    J_m: float
-    K_wire: float
-    omega_0: float
-    zeta: float
-    K_p_ms: float
-
-
-def equivalent(crane: Crane, point: OperatingPoint) -> Equivalent:
-    """The reduced model with the plant's own numbers at a point where the winch slides.
-
-    B_v holds the slope of the friction (Stribeck curve, with the bristle in its steady state), of the motors' turbulent
-    and viscous losses, and of the passive circuit (piston friction, leakage), and what the low line adds: boost holds
-    its pressure through the conductance G of its check valve, so that the line is a damper of D_m^2 / G and not a
-    constant pressure. Valid for wires so short that the load follows the winch.
-    """
-    linear = linearise(point)
-    A, n = linear.A, {name: i for i, name in enumerate(linear.states)}
-    if (bristle := A[n["z"], n["z"]]) != 0.0:  # in its steady state, where it is far faster than all else
-        A = A - np.outer(A[:, n["z"]], A[n["z"]]) / bristle
-    J = 1.0 / point.geometry.i_J
-    by_speed = A[n["omega_m"], n["omega_m"]] + A[n["omega_m"], n["v_load"]] * point.geometry.r_eff
-    pressed, low = ("p_a", "p_b") if point.p_a >= point.p_b else ("p_b", "p_a")
-    C_leak, G_low = (-float(A[n[p], n[p]]) / point.params.active.i_C_h for p in (pressed, low))
-    B_low = (crane.active.motor.D_total * point.alpha_m) ** 2 / G_low
-    B_v = -J * float(by_speed) + B_low
-    J_m = J + point.params.hoist.load.m * point.geometry.r_eff**2
-    K_wire = float(ratio_of(point.geometry.d, drum_record(crane)))
-    hydraulic = crane.model_copy(
-        update={
-            "inertia": crane.inertia.model_copy(update={"J_m_eff": J_m}),
-            "control": crane.control.model_copy(update={"B_v": B_v}),
-            "active": crane.active.model_copy(update={"C_leak": C_leak}),
-        }
-    )
-    e = eigenfrequency(hydraulic, point.alpha_m)
-    return Equivalent(
-        B_v=B_v,
-        B_low=B_low,
-        C_leak=C_leak,
-        J_m=J_m,
-        K_wire=K_wire,
-        omega_0=e.omega_0,
-        zeta=e.zeta,
-        K_p_ms=gain_limit(hydraulic, point.alpha_m, K_wire).K_p_ms,
-    )
-
-
 class Stability(NamedTuple):
     """The position loop of one crane at one displacement, SI.
 
@@ -284,7 +231,7 @@ def stability(
     alpha = steady(machine, -v_tip, DEFAULT_MODE, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
-    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    with_plc = by_plc(crane, plain, delay)
     at = about_at(machine, v_tip, alpha, -v_tip / effective_radius(machine, K_wire), K_wire=K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
@@ -390,19 +337,6 @@ def _stability(
         stable=plain.stable,
         stable_plc=with_plc.stable,
     )
-
-
-def least_limit(crane: Crane) -> tuple[float, float]:
-    """Displacement at which the gain limit is lowest [-], and that limit [1/m]: below, where no mode goes, it rises
-    again.
-
-    There the winch oscillates so slowly that the decay of the circuit alone, which does not depend on the displacement,
-    holds it.
-    """
-    minimum = scipy.optimize.minimize_scalar(
-        lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9}
-    )
-    return float(minimum.x), float(minimum.fun)
 
 
 def range_of_modes(crane: Crane) -> dict[str, tuple[float, float]]:

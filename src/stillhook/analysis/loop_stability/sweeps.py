@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
-from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
-from stillhook.analysis.loop_stability.stability import Stability, gain_limit, range_of_modes, stability
-from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles, position_loop
+from stillhook.analysis.loop_stability.stability import SHOWN, Stability, gain_limit, range_of_modes, stability
+from stillhook.analysis.loop_stability.transfer import about, by_plc, full_matrices, motor_poles, position_loop
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -72,21 +71,7 @@ AXES: Mapping[str, Axis] = {
     ),
     "delay": Axis("delay", "time", "delay of the position feedback [s]", lambda crane: np.linspace(0.0, 1.0, 41)),
 }
-SWEPT = (
-    "K_p_ms",
-    "omega_c",
-    "omega_0",
-    "zeta",
-    "gain_margin",
-    "phase_margin",
-    "delay_margin",
-    "sensitivity_peak",
-    "K_p_ms_plc",
-    "gain_margin_plc",
-    "phase_margin_plc",
-    "delay_margin_plc",
-    "sensitivity_peak_plc",
-)
+SWEPT = ("K_p_ms", "omega_c", "omega_0", "zeta", *SHOWN, "K_p_ms_plc", *(f"{name}_plc" for name in SHOWN))
 
 
 SPEED_POINTS = 60
@@ -186,7 +171,7 @@ def bode(crane: Crane, alpha_m: float = 1.0, *, delay: float = 0.0, omega: Float
     import xarray
 
     plain = position_loop(crane, alpha_m)
-    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    with_plc = by_plc(crane, plain, delay)
     w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
     for end, loop in (("", plain), ("_plc", with_plc)):
@@ -287,13 +272,28 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
     return figure
 
 
-def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: float = 0.0) -> Figure:
-    """Magnitude and phase of the cut loop at the crane's K_p, solid as published, dashed with PLC and delay."""
+def bode_figure(crane: Crane, alpha_m: Sequence[float] = (1.0,), *, delay: float = 0.0) -> Figure:
+    """Loop gain and phase of the position loop over frequency, as published (solid) and with PLC and delay (dashed).
+
+    Parameters
+    ----------
+    crane : Crane
+        With a closed circuit.
+    alpha_m : sequence of float, default (1.0,)
+        Displacement of the motors over their largest [1], a colour each.
+    delay : float, default 0.0
+        Of the motion signals [s].
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     late = f" and {1e3 * delay:g} ms of delay" if delay else ""
     title = f"{crane.name}, K_p = {crane.control.K_p:g} 1/m: solid as published, dashed with PLC{late}"
     figure, axes = kit.panels(2, 1, (7.5, 6.5), title, sharex=True)
     top, bottom = axes.ravel()
-    for colour, alpha in zip(COLOURS * 2, alphas, strict=False):
+    for colour, alpha in zip(COLOURS * 2, alpha_m, strict=False):
         data = bode(crane, alpha, delay=delay)
         w = data["omega"].values
         for end, style, label in (("", "-", f"motors at {alpha:.3g}"), ("_plc", "--", None)):
@@ -307,11 +307,24 @@ def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: floa
     return figure
 
 
-def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> Figure:
-    """Poles of the published loop as K_p grows from 0 to three times its limit; dots at the crane's own K_p."""
+def root_locus_figure(crane: Crane, alpha_m: Sequence[float] = (1.0, 0.6)) -> Figure:
+    """Poles of the published position loop as K_p grows from 0 to three times its limit; dots at the crane's own K_p.
+
+    Parameters
+    ----------
+    crane : Crane
+        With a closed circuit.
+    alpha_m : sequence of float, default (1.0, 0.6)
+        Displacement of the motors over their largest [1], a colour each.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     title = f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane"
     figure, ax = kit.panel((7.5, 5.5), title)
-    for colour, alpha in zip(COLOURS, alphas, strict=False):
+    for colour, alpha in zip(COLOURS, alpha_m, strict=False):
         locus, now = root_locus(crane, alpha), root_locus(crane, alpha, K_p=[crane.control.K_p])
         lines = ax.plot(locus["pole_re"], locus["pole_im"], color=colour, lw=1.2)
         lines[0].set_label(f"motors at {alpha:.3g}")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.loop_stability.loops import ContinuousLoop, balanced
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, SampledLoop, balanced, sampled
 from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
@@ -90,21 +90,6 @@ def loop_matrices(
     A[2:4, 2:4], A[2:4, 0:1] = circuit, from_pump
     A[4, 3] = effective_radius(crane, K_wire)
     return A, B, np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-
-
-def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator of the cut loop, highest power first: 1 + K_p num/den = 0 gives the poles.
-
-    Multiplied out from the transfer functions of circuit, servo and integration, for Routh's table.
-    """
-    a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
-    circuit_matrices(crane, alpha_m)  # refuses a displacement outside its range
-    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
-    hydraulic = np.polyadd(np.polymul([J, B_v], [C_h, a.C_leak]), [D_m * D_m])
-    pump = np.array([1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2])
-    den = np.polymul(np.polymul(hydraulic, pump), [1.0, 0.0])
-    num = np.array([servo.omega_n**2 * a.pump.D_total * a.pump.omega_p * D_m * effective_radius(crane, K_wire)])
-    return num / den[0], den / den[0]
 
 
 def about(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0) -> About:
@@ -215,3 +200,10 @@ def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
 def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
     """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20)."""
     return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
+
+
+def by_plc(crane: Crane, loop: ContinuousLoop, delay: float = 0.0) -> SampledLoop:
+    """The published loop as the crane's PLC closes it; delay of the position feedback [s], to which computing time and
+    the dead time of the pumps' control are added."""
+    dead_time = crane.plant.type.dead_times(crane)["u_p"]
+    return sampled(loop, crane.control.t_cycle, delay + crane.control.computing + dead_time)

@@ -28,7 +28,7 @@ from stillhook.analysis.loop_stability.places import (
     tip_speeds,
     wire_range,
 )
-from stillhook.analysis.loop_stability.stability import Stability, stability
+from stillhook.analysis.loop_stability.stability import SHOWN, Stability, stability
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
@@ -89,10 +89,7 @@ class Verdict(NamedTuple):
             "K_p_strong": self.found.K_p,
             "K_p_ms_plc": math.nan if least is None else least.gains.high,
             "omega_c_plc": math.nan if least is None else least.gains.omega_c,
-            "gain_margin_plc": math.nan if m is None else m.gain_margin,
-            "phase_margin_plc": math.nan if m is None else m.phase_margin,
-            "delay_margin_plc": math.nan if m is None else m.delay_margin,
-            "sensitivity_peak_plc": math.nan if m is None else m.sensitivity_peak,
+            **{f"{name}_plc": getattr(m, name, math.nan) for name in SHOWN},
             "least_at": None if least is None else _place(least),
             "places": len(self.found.places),
             "decide": len(self.found.decide),

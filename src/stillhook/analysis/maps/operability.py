@@ -9,8 +9,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controllers as controllers_of
@@ -108,33 +106,24 @@ def _map(
     motion: str,
 ) -> Map:
     """The summaries of all cells as a map."""
-    shape, available = (len(chosen), *axes.shape), numbers_of(crane)
+    names = [name for name in NUMBERS if name in numbers_of(crane)]
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
     causes = [
         "not run" if s is NOT_RUN else cause_of(crane, s, m, k.load)
         for s, m, k in zip(answers, modes, cases, strict=True)
     ]
-    return Map(
-        crane=crane,
-        labels=tuple(c.name for c in chosen),
-        modes=tuple(c.mode for c in chosen),
-        axes=axes,
-        values={
-            name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape)
-            for name in NUMBERS
-            if name in available
-        },
-        status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
-        cause=np.array(causes, dtype=object).reshape(shape),
-        better="e_c_pp",
-        about={
-            "speed_is": "peak speed of the tip",
-            "motion": motion,
-            "duration": cases[0].duration,
-            "warm_up": cases[0].warm_up,
-            "notes": notes_of(cranes, cases),
-        },
-    ).with_best_classic()
+    rows = [
+        {"cause": cause, **{name: s[name] for name in ("status", *names)}}
+        for cause, s in zip(causes, answers, strict=True)
+    ]
+    about = {
+        "speed_is": "peak speed of the tip",
+        "motion": motion,
+        "duration": cases[0].duration,
+        "warm_up": cases[0].warm_up,
+        "notes": notes_of(cranes, cases),
+    }
+    return Map.of(crane, chosen, axes, names, rows, "e_c_pp", about)
 
 
 operability_map = as_dataset(

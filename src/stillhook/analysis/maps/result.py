@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import functools
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stillhook._version import __version__
 from stillhook.analysis.axes import Axes
+from stillhook.analysis.controllers import Controller
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
 from stillhook.engine.certificate import twin_line
@@ -76,6 +77,35 @@ class Map:
     cause: NDArray[Any]
     better: str
     about: Mapping[str, Any]
+
+    @classmethod
+    def of(
+        cls,
+        crane: Crane,
+        controllers: Sequence[Controller],
+        axes: Axes,
+        names: Iterable[str],
+        rows: Sequence[Mapping[str, Any]],
+        better: str,
+        about: Mapping[str, Any],
+    ) -> Map:
+        """The map of rows of results, controller by controller, the last axis fastest: the numbers of these names,
+        `status` and `cause` of each; with the best classic controller."""
+
+        def column(name: str, kind: Any) -> NDArray[Any]:
+            return np.array([row[name] for row in rows], dtype=kind).reshape(len(controllers), *axes.shape)
+
+        return cls(
+            crane=crane,
+            labels=tuple(c.name for c in controllers),
+            modes=tuple(c.mode for c in controllers),
+            axes=axes,
+            values={name: column(name, np.float64) for name in names},
+            status=column("status", object),
+            cause=column("cause", object),
+            better=better,
+            about=about,
+        ).with_best_classic()
 
     @property
     def applicable(self) -> NDArray[np.bool_]:

@@ -95,28 +95,16 @@ def settling_of(
         client=client,
         progress=progress,
     )
-    shape = (len(chosen), *axes.shape)
-    return Map(
-        crane=crane,
-        labels=tuple(c.name for c in chosen),
-        modes=tuple(c.mode for c in chosen),
-        axes=axes,
-        values={
-            name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape)
-            for name in NUMBERS
-            if name != "alpha_m_end" or any(row.name == "alpha_m" for row in crane.plant.type.rows)
-        },
-        status=np.array([a.status for a in answers], dtype=object).reshape(shape),
-        cause=np.array([a.cause for a in answers], dtype=object).reshape(shape),
-        better="settling_time",
-        about={
-            "speed_is": "wire speed before the step",
-            "wire_step": dv,
-            "lowering": lowering,
-            "duration": RAMP + HOLD + AFTER,
-            "notes": notes_of(cranes, cases),
-        },
-    ).with_best_classic()
+    motors = any(row.name == "alpha_m" for row in crane.plant.type.rows)
+    about = {
+        "speed_is": "wire speed before the step",
+        "wire_step": dv,
+        "lowering": lowering,
+        "duration": RAMP + HOLD + AFTER,
+        "notes": notes_of(cranes, cases),
+    }
+    names = [name for name in NUMBERS if name != "alpha_m_end" or motors]
+    return Map.of(crane, chosen, axes, names, [a._asdict() for a in answers], "settling_time", about)
 
 
 settling_map = as_dataset(

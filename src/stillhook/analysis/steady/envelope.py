@@ -283,12 +283,6 @@ def setting_curves(
     return _labelled(fields | crossings, coords, attrs)
 
 
-def gain(data: xarray.Dataset, mode: str, over: str) -> xarray.DataArray:
-    """Part by which one mode's highest speed is above another's; NaN where either may not be used."""
-    v = data["v_w_top"]
-    return v.sel(mode=mode) / v.sel(mode=over) - 1.0
-
-
 def _ideal(crane: Crane, mode: Mode, v: float, load: float, K_wire: float) -> tuple[float, float]:
     """Motors and pumps of the ideal machine [-]; the pumps beyond 1 where they cannot."""
     s = steady(crane, v, mode, load, K_wire=K_wire)

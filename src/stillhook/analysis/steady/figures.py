@@ -40,11 +40,19 @@ def slower(data: xarray.Dataset) -> xarray.DataArray:
 
 
 def load_speed_figure(data: xarray.Dataset) -> Figure:
-    """Load over highest wire speed by mode on the outermost of the layers, with the classic rectangles, the machine's
-    own limit and hyperbolas of constant power.
+    """Load over highest wire speed of each mode, with the rectangles of the classic modes and lines of equal power.
 
-    data: from `envelope`. Of hoisting and lowering the slower one counts. Source of the arrangement: Moslatt 2020 paper
-    C figure 4.
+    On the outermost of the layers, the slower of hoisting and lowering. Arrangement: Moslatt 2020 paper C figure 4.
+
+    Parameters
+    ----------
+    data : Dataset
+        From `stillhook.analysis.envelope`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
     """
     crane, number = _crane(data), int(data["layer"].max())
     of_layer = data.sel(layer=number)
@@ -70,38 +78,60 @@ def load_speed_figure(data: xarray.Dataset) -> Figure:
     return figure
 
 
-def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
-    """Motor and pump setting over wire speed: complete plant in full lines, the ideal machine of the published figures
-    dashed.
+def setting_figure(data: xarray.Dataset, *, title: str = "") -> Figure:
+    """Displacement of motors and pumps over wire speed by mode, with losses and (dashed) for the ideal machine.
 
-    Source of the arrangement: Moslatt 2020 figure 2.17 and paper E figure 4.
+    Arrangement: Moslatt 2020 figure 2.17 and paper E figure 4.
+
+    Parameters
+    ----------
+    data : Dataset
+        From `stillhook.analysis.setting_curves`.
+    title : str, default ""
+        Above the figure, in place of crane, load and direction.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
     """
-    load, way = in_display(float(curves.attrs["load"]), "mass"), Direction(curves.attrs["direction"])
-    place = f"{_crane(curves).name}, {load:g} t, layer {curves.attrs['layer']}, {way}"
+    load, way = in_display(float(data.attrs["load"]), "mass"), Direction(data.attrs["direction"])
+    place = f"{_crane(data).name}, {load:g} t, layer {data.attrs['layer']}, {way}"
     title = title or f"{place}: settings of motors and pumps at a steady wire speed"
     figure, axes = kit.panels(2, 1, (9.0, 6.5), title, sharex=True)
     axes = axes.ravel()
-    x = kit.display(curves["v_w"].values, "speed")
-    for mode, colour in _coloured(curves):
-        of_mode = curves.sel(mode=mode)
+    x = kit.display(data["v_w"].values, "speed")
+    for mode, colour in _coloured(data):
+        of_mode = data.sel(mode=mode)
         for ax, name in zip(axes, ("alpha_m", "alpha_p"), strict=True):
             ax.plot(x, of_mode[name], color=colour, lw=1.8, label=mode)
             ax.plot(x, of_mode[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
         meets = of_mode["v_w_cross"].values
         meets = meets[np.isfinite(meets)]
-        at = np.interp(meets, curves["v_w"], of_mode["alpha_m"])
+        at = np.interp(meets, data["v_w"], of_mode["alpha_m"])
         axes[0].plot(kit.display(meets, "speed"), at, "o", color=colour, ms=5)
     axes[1].axhline(1.0, color="black", lw=0.8)
     axes[1].text(0.0, 1.0, " pumps full", va="bottom", fontsize="small")
     axes[0].set(ylabel="motors alpha_m [-]", ylim=(0.4, 1.05))
     axes[1].set(ylabel="pumps alpha_p [-]", ylim=(0.0, 1.3), xlabel="wire speed [m/min]", xlim=(0.0, float(x[-1])))
     axes[0].plot([], [], color=GREY, ls="--", lw=1.0, label="without leakage, published diameter")
-    kit.legend_below(figure, [axes[0]], curves.sizes["mode"] + 1)
+    kit.legend_below(figure, [axes[0]], data.sizes["mode"] + 1)
     return figure
 
 
 def layer_figure(data: xarray.Dataset) -> Figure:
-    """Highest wire speed by layer, one panel a load of the data, one colour a mode; the slower direction counts."""
+    """Highest wire speed over the layer of wire, a panel for each load.
+
+    Parameters
+    ----------
+    data : Dataset
+        From `stillhook.analysis.envelope` with several layers.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     v, title = slower(data), f"{_crane(data).name}: highest steady wire speed by layer"
     figure, axes = kit.panels(1, data.sizes["load"], (9.0, 5.0), title, sharey=True)
     axes = axes.ravel()

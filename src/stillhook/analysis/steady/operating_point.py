@@ -165,7 +165,7 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     return Winch(
         name=crane.name,
         plant=plant,
-        driver=driver(packed.name, 1, Setup(losses=packed.losses)),
+        driver=driver(packed.name, 1, Setup(losses=packed.setup.losses)),
         params=free,
         geometry=plant.geometry(case.s_w, free),
         s_w=case.s_w,

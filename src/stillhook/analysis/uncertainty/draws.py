@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import BaseModel, Field
 
-from stillhook.analysis.effects import nested
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, copied
 from stillhook.base.choice import nearest
 from stillhook.engine.pack.settings import ASSUMED
 from stillhook.engine.pack.winch import gains, set_up_for
@@ -25,13 +24,13 @@ from stillhook.library.draws import draw
 from stillhook.library.parameter_sets import FrictionSet, LossSet, is_path
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import nested
 from stillhook.library.write import file_value, items
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Spec
 from stillhook.units import quote
-from stillhook.winches.circuits.losses import MJ4
-from stillhook.winches.circuits.tables import alternatives_of
+from stillhook.winches.circuits.losses import MJ4, X_NAMES, alternatives_of, loss_fields
 
 Pair = tuple[Crane, Scenario]
 
@@ -56,6 +55,7 @@ class Drawing:
         self.crane, self.case, self.columns = crane, case, tuple(columns)
         self._scales: dict[str, list[tuple[int, float]]] = {}
         self._set: dict[str, int] = {}
+        self._of_model: dict[str, dict[str, int]] = {}
         for k, name in enumerate(columns):
             self._take(name, k)
         self._held = {}
@@ -84,15 +84,20 @@ class Drawing:
             return
         motor = self.crane.active.motor
         for circuit in (name for name, c in self.crane.circuits.items() if c.motor.D_max == motor.D_max):
-            self._set[f"{SETS[name].format(circuit=circuit)}.{parameter}"] = k
+            loss = SETS[name].format(circuit=circuit)
+            if parameter in X_NAMES:
+                self._set[f"{loss}.{parameter}"] = k
+            else:
+                self._of_model.setdefault(f"{loss}_model", {})[parameter] = k
 
     def values(self, draws: FloatArray) -> dict[str, FloatArray]:
         """Path -> value in every draw [SI], shape (n,); draws has shape (n, columns)."""
         out = {path: np.full(len(draws), x) for path, x in self._held.items()}
         out |= {path: draws[:, k] for path, k in self._set.items() if not path.endswith(MODEL)}
-        out |= {path: self._models(path, draws[:, k], draws) for path, k in self._set.items() if path.endswith(MODEL)}
+        models = {path for path in self._set if path.endswith(MODEL)} | set(self._of_model)
+        out |= {path: self._models(path, draws) for path in models}
         for path, parts in self._scales.items():
-            if path.endswith(".scale") and path.removesuffix(".scale") in self._set:
+            if path.removesuffix(".scale") in models:
                 continue
             x = out[path] if path in out else np.full(len(draws), self._base(path))
             for k, share in parts:
@@ -100,16 +105,19 @@ class Drawing:
             out[path] = x
         return out
 
-    def _models(self, path: str, places: FloatArray, draws: FloatArray) -> Any:
-        """The loss model of a set of motors in every draw, scaled as its loss is; a number beyond its models is the
-        last."""
+    def _models(self, path: str, draws: FloatArray) -> Any:
+        """The loss model of a set of motors in every draw, scaled as its loss is, the one in force with its drawn
+        parameters; a number beyond its models is the last."""
         motor = operator.attrgetter(path.removesuffix(MODEL))(self.crane)
-        models = [motor.loss_model, *alternatives_of(motor)]
-        drawn = [models[min(int(place), len(models) - 1)] for place in places]
-        factors = np.prod([draws[:, k] for k, _ in self._scales.get(f"{path[: -len(MODEL)]}.loss.X_1", ())], axis=0)
-        out = np.empty(len(places), dtype=object)
-        for i, (model, x) in enumerate(zip(drawn, np.broadcast_to(factors, len(drawn)).tolist(), strict=True)):
+        others, columns = alternatives_of(motor), self._of_model.get(path, {})
+        factors = [k for k, _ in self._scales.get(f"{path[: -len(MODEL)]}.loss.X_1", ())]
+        out = np.empty(len(draws), dtype=object)
+        for i, row in enumerate(draws):
+            place = min(int(row[self._set[path]]), len(others)) if path in self._set else 0
+            drawn = loss_fields(motor, {name: float(row[k]) for name, k in columns.items()}) if columns else {}
+            model = others[place - 1] if place else drawn.get("loss_model", motor.loss_model)
             by_law = model is not None and model.law != MJ4  # MJ4 has the numbers of loss, which are scaled
+            x = float(np.prod(row[factors]))
             out[i] = model.model_copy(update={"scale": model.scale * x}) if by_law else model
         return out
 
@@ -177,7 +185,7 @@ def _copy(record: Any, tree: Mapping[str, Any], i: int) -> Any:
     if not tree:
         return record
     new = {name: _copy(getattr(record, name), x, i) if isinstance(x, dict) else x[i] for name, x in tree.items()}
-    return record.model_copy(update=new)
+    return record.model_copy(update=new) if isinstance(record, BaseModel) else copied(record, new)
 
 
 Set = FrictionSet | LossSet

@@ -22,11 +22,13 @@ from stillhook.engine.pack.settings import SCALED
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
 from stillhook.errors import SpecError
+from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.spec.crane import Crane, Wire, effective_inertia, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, parse, quote
-from stillhook.winches.circuits.tables import ServoVariant, alternatives_of
+from stillhook.winches.circuits.losses import alternatives_of
+from stillhook.winches.circuits.tables import Motor, ServoVariant
 
 MOST_OUTSIDE = 0.01
 """Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the
@@ -243,6 +245,8 @@ class Factor:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
             return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
+        if self.name == HEAVE_FILTER and not (isinstance(case.tip, VesselTip) and case.tip.unit.heave_period):
+            return "no motion unit of the case filters heave. Leave it out."
         if self.name == "load" and case.load == 0.0:
             return "only the hook is on the wire. Leave this factor out."
         return ""
@@ -250,7 +254,7 @@ class Factor:
 
 RATES = tuple(
     f"{unit}.servo.{rate}"
-    for rate in ("rate_max", "rate_down")
+    for rate in ("rate_max", "rate_down", "dead_time")
     for unit in (
         *(f"{circuit}.{part}" for circuit in CIRCUITS for part in ("pump", "motor")),
         *("secondary.unit", "secondary.pump", "open.valve", "cylinder.pump"),
@@ -290,11 +294,12 @@ def between(low: float, high: float) -> Distribution:
 
 PASSIVE_LOSS = "passive_motor_loss"
 LOSS_MODEL = "loss_model"
+HEAVE_FILTER = "heave_filter"
 
 
 def equal_models(crane: Crane) -> Distribution:
     """Place of a loss model among those that fit the motors equally well: 0 to 1 the one in force, and so on."""
-    count = max((len(alternatives_of(c.motor)) for c in crane.circuits.values()), default=0)
+    count = max((len(alternatives_of(motor)) for motor in crane.motors if isinstance(motor, Motor)), default=0)
     return Distribution(Law.UNIFORM, (0.0, 1.0 + count))
 
 

@@ -422,9 +422,21 @@ def band_figure(run: xarray.Dataset, title: str = "", limits: Sequence[Limit] = 
 
 
 def index_figure(results: Sequence[Sensitivity], title: str = "") -> Figure:
-    """Indices as bars, one panel for each case and output: first order and, lighter, total order, with 95 % intervals.
+    """Shares of the variance of each uncertain number, first and (lighter) total order, with 95 % intervals.
 
-    Factors whose total index is below `MATTERS` in every panel are left out.
+    Numbers whose total index is below `MATTERS` in every panel are left out.
+
+    Parameters
+    ----------
+    results : sequence of Sensitivity
+        From `stillhook.analysis.sensitivity`.
+    title : str, default ""
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
     """
     largest = largest_totals(results)
     names = [name for name, x in largest.items() if x >= MATTERS] or list(largest)[:1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
@@ -11,7 +12,7 @@ import typer
 from stillhook.cli.parser import Json, present
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import MOST_LINES, Answer, columns, print_table, print_values, say
+from stillhook.report.terminal import MOST_LINES, Answer, Line, columns, print_table, print_values, say
 from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def _motor_loss(name: str, D_m: float, omega_m: float, dp_m: float) -> Rows:
     """Torque loss of one motor shaft: by MJ4 (thesis eq. 2.12), or by the model that its file names."""
     from stillhook.library.parameter_sets import load_losses
     from stillhook.physics.hydraulics.motor_laws import motor_loss
-    from stillhook.winches.circuits.tables import loss_fit
+    from stillhook.winches.circuits.losses import loss_fit
 
     losses = load_losses(name)
     m, evidence = losses.motor, losses.evidence
@@ -226,21 +227,16 @@ def calc(
     header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in rows[0]]
     cells = [[display_number(k, v, 5) for k, v in row.items()] for row in rows]
 
-    def in_full() -> None:
-        if isinstance(answer, Mapping):
-            print_values(dict(answer))
-        else:
-            print_table(header, cells, left=0)
-
-    def brief() -> Answer:
-        short = [[display_number(k, v, 4) for k, v in row.items()] for row in rows]
-        lines = columns(header, short, left=())
-        if isinstance(answer, Mapping):
-            named = [[k, display_number(k, v, 5), display_unit(k), _meaning(k)] for k, v in answer.items()]
-            lines = columns([], named, left=(0, 2, 3), most=MOST_LINES - 3)
-        return Answer(f"{quantity} of {name}", lines, more="" if isinstance(answer, Mapping) else "every row")
-
-    present(answer, in_full, brief=brief, json=json)
+    lines: list[Line] = [
+        *columns(header, [[display_number(k, v, 4) for k, v in row.items()] for row in rows], left=()),
+        partial(print_table, header, cells, left=0),
+    ]
+    if isinstance(answer, Mapping):
+        named = [[k, display_number(k, v, 5), display_unit(k), _meaning(k)] for k, v in answer.items()]
+        short = columns([], named, left=(0, 2, 3), most=MOST_LINES - 3)
+        lines = [*short, partial(print_values, dict(answer))]
+    more = "" if isinstance(answer, Mapping) else "every row"
+    present(answer, brief=lambda: Answer(f"{quantity} of {name}", lines, more=more), json=json)
 
 
 def _meaning(name: str) -> str:

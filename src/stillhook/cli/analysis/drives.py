@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.cli.parser import check_out, present
-from stillhook.report.formatting import EMPTY, cell, counted, fmt, percent, wrapped
-from stillhook.report.terminal import Answer, columns, print_table, progress_bar, say
+from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, say
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
-    from stillhook.analysis.drives.costs import OwnerRow
+    from stillhook.analysis.drives.costs import CostFile, OwnerRow
     from stillhook.formats.case_file import Subject
     from stillhook.spec.scenario import Scenario
 
@@ -85,14 +86,8 @@ def compare_drives(
 
     files = {FILES[0]: data, FILES[1]: result.dataset()} if out is not None else None
 
-    def show() -> None:
-        if costs is not None:
-            from stillhook.cli.analysis.owner import print_owner
-
-            print_owner(rows, costs)
-        _print(result, data, title)
-
-    present(data, show, out, files, brief=lambda: _brief(result, title, rows), json=json, pictures=pictures)
+    brief = lambda: _answer(result, data, title, rows, costs)
+    present(data, out, files, brief=brief, json=json, pictures=pictures)
     return result.ok
 
 
@@ -101,7 +96,9 @@ def sankey(name: str) -> str:
     return f"energy-{name}.png"
 
 
-def _brief(result: DriveComparison, title: str, owner: Sequence[OwnerRow] = ()) -> Answer:
+def _answer(
+    result: DriveComparison, data: dict[str, Any], title: str, owner: Sequence[OwnerRow], costs: CostFile | None
+) -> Answer:
     """Error, net energy, installed power and status of each drive, and which are best; with a table of costs these."""
     runs = result.ordered()
     rows = [
@@ -114,30 +111,31 @@ def _brief(result: DriveComparison, title: str, owner: Sequence[OwnerRow] = ()) 
         ]
         for run in runs
     ]
-    table = columns(["drive", "error p-p", "net energy", "installed", "status"], rows, left=(0, 4))
-    lines = [*table, *(result.verdict(name) for name in ("e_c_pp", "energy_net")), "Not validated: no certificate."]
-    notes = sum(len(run.notes) for run in runs)
-    if owner:
-        from stillhook.cli.analysis.owner import HEADERS, owner_remarks, owner_row
+    best = [result.verdict(name) for name in ("e_c_pp", "energy_net")]
+    short = [*columns(["drive", "error p-p", "net energy", "installed", "status"], rows, left=(0, 4)), *best]
+    lines: list[Line] = [*short, "Not validated: no certificate."]
+    if costs is not None:
+        from stillhook.cli.analysis.owner import HEADERS as OF_OWNER
+        from stillhook.cli.analysis.owner import owner_remarks, owner_row, owner_title
 
-        heads = [head.replace("-\n", "").replace("\n", " ") for head in HEADERS]
-        lines = [*columns(heads, [owner_row(row) for row in owner], left=(0, len(heads) - 1)), *owner_remarks(owner)]
-    return Answer(title, lines, more=f"intervals, losses, sizing, {counted(notes, 'note')}")
-
-
-def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
-    print_table(HEADERS, [_row(run) for run in result.ordered()], title=title)
-    for run in result.ordered():
-        wrapped(f"{run.drive.describe()}; top speed stopped by {run.binds}; losses {_losses(run)}", "  ")
-    for name in ("e_c_pp", "energy_net"):
-        wrapped(result.verdict(name), "  ")
+        heads = [head.replace("-\n", "").replace("\n", " ") for head in OF_OWNER]
+        cells = [owner_row(row) for row in owner]
+        lines = [
+            *columns(heads, cells, left=(0, len(heads) - 1)),
+            partial(print_table, OF_OWNER, cells, title=owner_title(costs)),
+            *owner_remarks(owner),
+            *(partial(wrapped, line) for line in best),
+        ]
+    lines.append(partial(print_table, HEADERS, [_row(run) for run in runs]))
+    lines += [
+        partial(wrapped, f"{run.drive.describe()}; top speed stopped by {run.binds}; losses {_losses(run)}")
+        for run in runs
+    ]
     if "plan" in data:
-        _print_plan(data["plan"], {run.name: run.label for run in result.runs})
-    for line in result.rule:
-        wrapped(line, "  ")
-    for run in result.ordered():
-        for note in run.notes:
-            wrapped(f"{run.name}: {note}", "  ")
+        lines.append(partial(_print_plan, data["plan"], {run.name: run.label for run in result.runs}))
+    lines += [partial(wrapped, line) for line in result.rule]
+    notes = [f"{run.name}: {note}" for run in runs for note in run.notes]
+    return Answer(title, lines, more="intervals, losses, sizing", notes=notes, shown=0)
 
 
 def _row(run: DriveRun) -> list[str]:

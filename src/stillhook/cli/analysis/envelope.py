@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, present, write_out
-from stillhook.report.formatting import cell, change, display_number
-from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar
+from stillhook.report.formatting import cell, change, display_number, wrapped
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, twin_lines
 
 if TYPE_CHECKING:
     import xarray
@@ -64,7 +65,7 @@ def envelope(
         data = envelope_at(crane, loads, modes=chosen, layers=layers, progress=bar)
     table = rows(data)
     answer = _answer(crane, data, table)
-    present(answer, lambda: _print(crane, data, table), brief=lambda: _brief(crane, data, table), json=json)
+    present(answer, brief=lambda: _answer_lines(crane, data, table), json=json)
     if out is not None:
         _write(out, crane, chosen, layer, answer, quiet=json)
     if any(all(math.isnan(r["v_w_top"]) for r in table if r["load"] == x and r["mode"] != "physical") for x in loads):
@@ -130,57 +131,31 @@ def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> 
 _BY_LOAD = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
 
 
-def _brief(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> Answer:
+def _answer_lines(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> Answer:
     """Highest wire speed of each load and controller, and what binds."""
-    from stillhook.engine.certificate import twin_line
-
+    gains = [g for g in ("gain_over_ns", "gain_over_hs") if any(g in r for r in table)]
+    shown = {name: title for name, title in _SHOWN.items() if name in data}
+    head = ["load", "mode", "governing", *shown.values(), *(f"over {g[-2:].upper()}" for g in gains)]
     rows, before = [], None
     for r in table:
         load = f"{display_number('load', r['load'], 4)} t" if r["load"] != before else ""
         before = r["load"]
         label = "machine limit" if r["mode"] == "physical" else r["mode"]
-        rows.append([load, label, cell("v_w_top", r["v_w_top"]), r["binds"]])
-    lines = columns(["load", "controller", "speed", "governing"], rows, left=(0, 1, 3))
+        numbers = [*(cell(n, r[n]) for n in shown), *(change(r.get(g, math.nan)) for g in gains)]
+        rows.append([load, label, r["binds"], *numbers])
+    short = [[load, label, speed, binds] for load, label, binds, speed, *_ in rows]
+    basis = "Compensating, the slower of hoisting and lowering; losses of the winch included. -: the mode may not be"
+    lines: list[Line] = [
+        *_type_notes(data),
+        *columns(["load", "controller", "speed", "governing"], short, left=(0, 1, 3)),
+        partial(print_table, head, rows, left=3),
+        partial(wrapped, f"{basis} used at this load."),
+        *twin_lines(crane),
+    ]
     title = f"{crane.name}: highest steady wire speed in compensation, layer {int(data['layer'].values[0])}"
     more = f"motors, pumps, pressure, gains over NS and HS in {len(table)} rows"
     step = f"stillhook map {crane.name}, for the control error over load and speed"
-    return Answer(f"{title} of {crane.drum.layers}", [*_type_notes(data), *lines, twin_line(crane)], step, more)
-
-
-def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> None:
-    gains = [g for g in ("gain_over_ns", "gain_over_hs") if any(g in r for r in table)]
-    head = [
-        "load",
-        "mode",
-        "what binds",
-        *(title for name, title in _SHOWN.items() if name in data),
-        *(f"over {g[-2:].upper()}" for g in gains),
-    ]
-    body, before = [], None
-    for r in table:
-        label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
-        first = f"{display_number('load', r['load'], 4)} t" if r["load"] != before else ""
-        before = r["load"]
-        body.append(
-            [
-                first,
-                label,
-                r["binds"],
-                *(cell(n, r[n]) for n in _SHOWN if n in data),
-                *(change(r.get(g, math.nan)) for g in gains),
-            ]
-        )
-    layer = int(data["layer"].values[0])
-    print_table(
-        head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3
-    )
-    print(
-        "Compensating, the slower of hoisting and lowering; losses of the winch included. -: the mode may not be used"
-        " at this load."
-    )
-    for note in _type_notes(data):
-        print(note)
-    print_twin(crane)
+    return Answer(f"{title} of {crane.drum.layers}", lines, step, more)
 
 
 def _type_notes(data: xarray.Dataset) -> list[str]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.cli.parser import check_out, present, write_out
+from stillhook.cli.parser import check_out, present
 from stillhook.report.formatting import fmt
-from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
 
 if TYPE_CHECKING:
     from stillhook.analysis.maps.faults import FaultTable, Outcome
@@ -33,9 +34,7 @@ def compare_faults(
             subject.crane, case, modes, settings.faults or None, limit=settings.fault_limit, progress=progress
         )
     data = _data(table)
-    present(data, lambda: _print(table), brief=lambda: _brief(table), json=json)
-    if out is not None:
-        write_out(out, {FILES[0]: data}, quiet=json)
+    present(data, out, {FILES[0]: data}, brief=lambda: _answer(table), json=json)
     return table.ok
 
 
@@ -43,10 +42,6 @@ def _data(table: FaultTable) -> dict[str, Any]:
     """The table as plain data, SI."""
     rows = {fault: {mode: o._asdict() for mode, o in row.items()} for fault, row in table.outcomes.items()}
     return {"crane": table.crane.name, "fault_time": table.time, "false_alarms": table.false_alarms, "faults": rows}
-
-
-def _modes(table: FaultTable) -> list[str]:
-    return list(next(iter(table.outcomes.values())))
 
 
 def _cell(o: Outcome) -> str:
@@ -63,18 +58,17 @@ def _ends(table: FaultTable) -> list[str]:
     return [alarms, f"Survived by no controller: {', '.join(table.lost) or 'none'}."]
 
 
-def _print(table: FaultTable) -> None:
-    rows = [[fault, *map(_cell, row.values())] for fault, row in table.outcomes.items()]
-    print_table(["fault", *_modes(table)], rows, title=f"{table.crane.name}: load moved, time to the alarm")
-    for line in _ends(table):
-        print(line)
-    print_twin(table.crane)
-
-
-def _brief(table: FaultTable) -> Answer:
-    """Faults by verdict under each controller."""
-    verdicts = {m: [str(row[m].verdict) for row in table.outcomes.values()] for m in _modes(table)}
+def _answer(table: FaultTable) -> Answer:
+    """Faults by verdict under each controller, and each with what it moved."""
+    modes = list(next(iter(table.outcomes.values())))
+    verdicts = {m: [str(row[m].verdict) for row in table.outcomes.values()] for m in modes}
     counts = [[m, *(str(of.count(v)) for v in ("kept", "ended", "lost"))] for m, of in verdicts.items()]
+    rows = [[fault, *map(_cell, row.values())] for fault, row in table.outcomes.items()]
     title = f"{table.crane.name}: {len(table.outcomes)} sensor faults from {table.time:g} s on"
-    lines = columns(["", "kept", "ended at rest", "lost"], counts, left=(0,))
-    return Answer(title, [*lines, *_ends(table)], more="every fault with what it moved, and the time to its alarm")
+    lines: list[Line] = [
+        *columns(["", "kept", "ended at rest", "lost"], counts, left=(0,)),
+        partial(print_table, ["fault", *modes], rows, title="load moved, time to the alarm"),
+        *_ends(table),
+        *twin_lines(table.crane),
+    ]
+    return Answer(title, lines, more="every fault with what it moved, and the time to its alarm")

@@ -12,8 +12,8 @@ import typer
 from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_out, present
 from stillhook.cli.runs.simulation import USUAL_CASE, title_of
 from stillhook.errors import IdentifyError
-from stillhook.report.formatting import cell
-from stillhook.report.terminal import Answer, columns, print_table, progress_bar
+from stillhook.report.formatting import cell, wrapped
+from stillhook.report.terminal import Answer, Cells, Line, columns, print_table, progress_bar
 from stillhook.units import number, parse, show
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def compare(
         remarks.append("No set here has a stated uncertainty.")
     picture, numbers = FILES
     pictures = lambda: {picture: figure(splits, T_d, description)}
-    show, brief = partial(_print, rows, T_d, description, remarks), partial(_brief, rows, T_d, remarks)
-    present(data, show, out, {numbers: data}, brief=brief, json=json, pictures=pictures)
+    brief = partial(_answer, rows, T_d, description, remarks)
+    present(data, out, {numbers: data}, brief=brief, json=json, pictures=pictures)
 
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
@@ -83,17 +83,10 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
     return drum_torque(machine, mass, layer), f"{show(mass, 'mass')} and the hook on layer {n} of {machine.name}"
 
 
-def _brief(rows: list[dict[str, Any]], T_d: float, remarks: list[str]) -> Answer:
-    """Coulomb part and the whole at each speed, a set a row."""
+def _answer(rows: list[dict[str, Any]], T_d: float, description: str, remarks: list[str]) -> Answer:
+    """Coulomb part and the whole at each speed, a set a row; stiction, viscous part, intervals."""
     speeds = list(rows[0]["total"])
-    shown = [[r["set"], f"{r['coulomb']:.1f}", *(f"{r['total'][s]:.1f}" for s in speeds)] for r in rows]
-    title = f"System friction per motor shaft [N m] at a drum torque of {show(T_d, 'drum_torque')}"
-    lines = columns(["set", "Coulomb", *speeds], shown)
-    return Answer(title, [*lines, *remarks[:2]], more="stiction, viscous part, intervals, sources")
-
-
-def _print(rows: list[dict[str, Any]], T_d: float, description: str, remarks: list[str]) -> None:
-    speeds = list(rows[0]["total"])
+    short = [[r["set"], f"{r['coulomb']:.1f}", *(f"{r['total'][s]:.1f}" for s in speeds)] for r in rows]
     header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
     body = []
     for r in rows:
@@ -102,16 +95,14 @@ def _print(rows: list[dict[str, Any]], T_d: float, description: str, remarks: li
             for s in speeds
         ]
         body.append((r["set"], f"{r['coulomb']:.1f}", f"{r['stiction']:.1f}", f"{r['viscous_1000']:.1f}", *totals))
-    torque = f"drum torque {show(T_d, 'drum_torque')}"
-    print_table(
-        header,
-        body,
-        title=f"System friction per motor shaft [N m], {torque}{f' ({description})' if description else ''}",
-    )
-    for r in rows:
-        print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
-    for remark in remarks:
-        print(remark)
+    lines: list[Line] = [
+        *columns(["set", "Coulomb", *speeds], short),
+        partial(print_table, header, body),
+        *(partial(wrapped, f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})") for r in rows),
+    ]
+    title = f"System friction per motor shaft [N m] at a drum torque of {show(T_d, 'drum_torque')}"
+    title += f" ({description})" if description else ""
+    return Answer(title, lines, more="stiction, viscous part, intervals, sources", notes=remarks, shown=2)
 
 
 def draws(
@@ -158,16 +149,19 @@ def draws(
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
     answer = {"draws": n, "seed": seed, "at_values": at_values, "band_90": spread, "beyond_limits": len(beyond)}
     answer["notes"] = notes
-    title = f"{n} draws of {' and '.join(sets)}, {title_of(machine, case)}, {case.mode.value}"
-    lines = [f"note: {note}" for note in notes]
+    rows = [
+        [BY_NAME[k].meaning, *(cell(k, x) for x in (at_values[k], q["median"], q["low"], q["high"]))]
+        for k, q in spread.items()
+    ]
+    bands = [f"{meaning}: {value}, 5 to 95 % {low} to {high}." for meaning, value, _, low, high in rows]
+    lines: list[Line] = [
+        *map(Cells, bands),
+        partial(print_table, ("", "at the set's\nvalues", "median", "5 %", "95 %"), rows),
+    ]
     if beyond:
         lines.append(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
-    bands = [
-        f"{BY_NAME[n].meaning}: {cell(n, at_values[n])}, 5 to 95 % {cell(n, q['low'])} to {cell(n, q['high'])}."
-        for n, q in spread.items()
-    ]
-    brief = lambda: Answer(title, [*bands, *lines[-2:]], more="medians, notes")
-    present(answer, lambda: _print_draws(spread, at_values, title, lines), brief=brief, json=json)
+    title = f"{n} draws of {' and '.join(sets)}, {title_of(machine, case)}, {case.mode.value}"
+    present(answer, brief=lambda: Answer(title, lines, more="medians", notes=notes), json=json)
     raise typer.Exit(1 if beyond else 0)
 
 
@@ -190,17 +184,3 @@ def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
     if len(friction) > 1 or len(loss) > 1:
         raise IdentifyError("draws: two sets of one kind. Give one friction set, one motor set, or one of each.")
     return (friction[0] if friction else None), (loss[0] if loss else None)
-
-
-def _print_draws(
-    spread: dict[str, dict[str, float]], at_values: dict[str, float], title: str, lines: list[str]
-) -> None:
-    from stillhook.variables import BY_NAME
-
-    rows = []
-    for name, q in spread.items():
-        shown = [cell(name, x) for x in (at_values[name], q["median"], q["low"], q["high"])]
-        rows.append((BY_NAME[name].meaning, *shown))
-    print_table(("", "at the set's\nvalues", "median", "5 %", "95 %"), rows, title=title)
-    for line in lines:
-        print(line)

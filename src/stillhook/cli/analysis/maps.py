@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -18,7 +20,8 @@ from stillhook.cli.parser import (
     refuse,
 )
 from stillhook.errors import SpecError
-from stillhook.report.terminal import Answer, columns, print_implausible, print_table, print_twin, progress_bar, started
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
 from stillhook.units import in_display, number, quote, show
 
 if TYPE_CHECKING:
@@ -91,15 +94,7 @@ def show_map(
 
     record = result.record()
     files = None if out is None else dict(zip(FILES, (result.dataset(), record), strict=True))
-    present(
-        record,
-        lambda: _print(result, metric),
-        out,
-        files,
-        brief=lambda: _brief(result, metric),
-        json=json,
-        pictures=pictures,
-    )
+    present(record, out, files, brief=lambda: _answer(result, metric), json=json, pictures=pictures)
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 
@@ -136,14 +131,13 @@ def _run(crane: Crane, controllers: str | None, metric: str, arguments: dict[str
     return map_of(crane, chosen, **arguments)
 
 
-def _brief(result: Map, metric: str) -> Answer:
+def _answer(result: Map, metric: str) -> Answer:
     """Where each controller is applicable, its median number there, and what limits it most."""
     from collections import Counter
 
     import numpy as np
 
     from stillhook.analysis.maps.result import SHOWN
-    from stillhook.engine.certificate import twin_line
 
     name, axes = METRICS[metric], result.axes
     words, factor, digits = SHOWN[name]
@@ -156,65 +150,44 @@ def _brief(result: Map, metric: str) -> Answer:
             [controller_name(label), f"{summary['applicable_share']:.0%}", *shown, causes[0][0] if causes else "-"]
         )
     ends = [show(x, kind) for kind, of in (("mass", axes.loads), ("speed", axes.speeds)) for x in (min(of), max(of))]
+    applicable, *against = _comparisons(result)
+    lines: list[Line] = [
+        *columns(["controller", "applicable", "median", "largest", "most frequent limit"], rows, left=(0, 4)),
+        partial(_print, result, name),
+        partial(wrapped, f"{applicable}."),
+        *(f"{part}." for part in against),
+        *twin_lines(result.crane),
+        _not_validated(result),
+    ]
     title = f"{result.crane.name}: {words}; {ends[0]} to {ends[1]}, {ends[2]} to {ends[3]}"
-    table = columns(["controller", "applicable", "median", "largest", "most frequent limit"], rows, left=(0, 4))
-    against = [f"{part}." for part in one_line(result).split("; ")[1:]]
     step = f"stillhook tune {result.crane.name}, for each controller with its best tuning"
     cells = f"{len(axes.loads) * len(axes.speeds)} cells of each controller"
-    return Answer(
-        title,
-        [*table, *against, twin_line(result.crane), _not_validated(result), *result.about["notes"][:1]],
-        step,
-        cells,
-    )
+    return Answer(title, lines, step, cells, result.about["notes"])
 
 
-def _print(result: Map, metric: str) -> None:
-    """A table for every controller, layer and period; then the meaning of the marks, and one line of summary."""
+def _print(result: Map, name: str) -> None:
+    """A table for every controller, layer and period; then the meaning of the marks."""
     from stillhook.analysis.maps.result import MARKS, SHOWN
 
-    name = METRICS[metric]
-    words, factor, digits = SHOWN[name]
+    _, factor, digits = SHOWN[name]
     axes, used = result.axes, set()
-    print(f"{result.crane.name}: {words}; load on the hook down, {result.about['speed_is']} [m/min] across")
+    print(f"load on the hook down, {result.about['speed_is']} [m/min] across")
     head = ["", *(number(in_display(v, "speed"), 4) for v in axes.speeds)]
-    for i, label in enumerate(result.labels):
-        for k, layer in enumerate(axes.layers):
-            for j, period in enumerate(axes.periods):
-                rows = []
-                for m, load in enumerate(axes.loads):
-                    cells = [
-                        (result.values[name][i, m, n, k, j], str(result.cause[i, m, n, k, j]))
-                        for n in range(len(axes.speeds))
-                    ]
-                    used |= {cause for _, cause in cells if cause}
-                    texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
-                    rows.append([show(load, "mass"), *texts])
-                where = [
-                    show(axes.s_w[k], "length", 3) + " of wire",
-                    *([f"layer {layer}"] if layer else []),
-                    *_wave(result, period),
-                ]
-                print(f"\n{controller_name(label)}: {', '.join(where)}")
-                print_table(head, rows)
+    for i, k, j in product(range(len(result.labels)), range(len(axes.layers)), range(len(axes.periods))):
+        rows = []
+        for m, load in enumerate(axes.loads):
+            cells = list(zip(result.values[name][i, m, :, k, j], map(str, result.cause[i, m, :, k, j]), strict=True))
+            used |= {cause for _, cause in cells if cause}
+            texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
+            rows.append([show(load, "mass"), *texts])
+        layer = axes.layers[k]
+        where = [f"{show(axes.s_w[k], 'length', 3)} of wire", *([f"layer {layer}"] if layer else [])]
+        print(f"\n{controller_name(result.labels[i])}: {', '.join((*where, *_wave(result, axes.periods[j])))}")
+        print_table(head, rows)
     if used:
         available = [c for c in MARKS if c in used]
-        print(
-            "not applicable: "
-            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*available, *sorted(used - set(available))])
-        )
-    print(one_line(result))
-    for note in result.about["notes"]:
-        print(note)
-    _print_validated(result)
-
-
-def _print_validated(result: Map) -> None:
-    """How far the twin is validated, and in how many cells."""
-    print_twin(result.crane)
-    print_implausible(result.crane)
-    if line := _not_validated(result):
-        print(line)
+        marks = (f"{MARKS.get(c, 'never')} = {c}" for c in (*available, *sorted(used - set(available))))
+        print(f"not applicable: {'; '.join(marks)}")
 
 
 def _not_validated(result: Map) -> str:
@@ -241,7 +214,7 @@ def controller_name(label: str) -> str:
     return label.upper() if label in NAMES else label
 
 
-def one_line(result: Map) -> str:
+def _comparisons(result: Map) -> list[str]:
     """Where each controller can be used, and the new ones against the best classic one."""
     from stillhook.analysis.maps.result import BEST_CLASSIC
     from stillhook.control.registry import CLASSIC
@@ -256,4 +229,4 @@ def one_line(result: Map) -> str:
         texts = [f"{LABELS[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
         if texts and label != BEST_CLASSIC and mode not in CLASSIC:
             parts.append(f"{controller_name(label)} against best classic (median where both apply): {', '.join(texts)}")
-    return "; ".join(parts)
+    return parts

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.costs import CELLS, NOT_STATED, PAPER, SCALED, omissions, owner_rows
-from stillhook.report.formatting import DAY, EMPTY, fmt, wrapped
-from stillhook.report.terminal import print_table
+from stillhook.report.formatting import DAY, EMPTY, fmt
 from stillhook.units import number
 
 if TYPE_CHECKING:
@@ -40,12 +39,10 @@ def owner_json(rows: Sequence[OwnerRow], costs: CostFile) -> dict[str, Any]:
     return {"currency": costs.currency, "per": "year", "drives": drives, "remarks": omissions(rows)}
 
 
-def print_owner(rows: Sequence[OwnerRow], costs: CostFile) -> None:
-    """The table with what its sums leave out, deck areas and masses, and which winches are not built."""
+def owner_title(costs: CostFile) -> str:
+    """Title of the owner's table."""
     unit = f"{costs.currency} per year" if costs.currency else "none stated"
-    print_table(HEADERS, [owner_row(row) for row in rows], title=f"costs, {unit}; {EMPTY}: {NOT_STATED}")
-    for line in owner_remarks(rows):
-        wrapped(line)
+    return f"costs, {unit}; {EMPTY}: {NOT_STATED}"
 
 
 def owner_remarks(rows: Sequence[OwnerRow]) -> list[str]:

@@ -12,7 +12,7 @@ import typer
 from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, present, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import Answer, print_implausible, print_table
+from stillhook.report.terminal import Answer, print_table
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
@@ -122,8 +122,7 @@ def stability(
             print("What the crane is judged by is the complete plant, without --layer.")
         for alpha, v in zip(alphas, verdicts, strict=False):
             _print_verdict(v, chosen.name, alpha)
-        print_implausible(crane)
-        for note in notes:
+        for note in table["notes"]:
             print(note)
 
     def brief() -> Answer:
@@ -135,7 +134,7 @@ def stability(
         step = "" if all(each.ok for each in result) else f"stillhook tune {name} --controllers {chosen.name}"
         return Answer(title, [*lines, *notes[:1]], step, "every margin, wire damping, the published loop")
 
-    present(table, show_answer, brief=brief, json=json)
+    present(table, brief=brief, json=json, show=show_answer)
     if out is not None:
         if closed:
             _write(out, crane, alphas, table, at.delay, quiet=json)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.cli.parser import Json, check_out, present
-from stillhook.report.terminal import MOST_LINES, Answer, columns, print_table
+from stillhook.report.terminal import MOST_LINES, Answer, Line, columns, print_table
 
 if TYPE_CHECKING:
     from stillhook.thesis.gallery import Drawing, Item
@@ -33,7 +34,7 @@ def thesis(
 
     Example: stillhook thesis E19 e19
     """
-    from stillhook.thesis.gallery import drawing, item
+    from stillhook.thesis.gallery import STATES, drawing, item
 
     if number is None:
         _list(json)
@@ -42,15 +43,9 @@ def thesis(
     if one.function:
         check_out(out, (f"{one.number}.png", f"{one.number}.svg", "data.csv", "summary.json"))
     elif one.state != "no data" and not json:
-        _nothing(one)
+        print(f"{one.number}: {one.caption}. Nothing to draw: {STATES[one.state].partition(':')[0]}.")
         return
     _show(one, drawing(number) if one.function else None, out, json=json)
-
-
-def _nothing(one: Item) -> None:
-    from stillhook.thesis.gallery import STATES
-
-    print(f"{one.number}: {one.caption}. Nothing to draw: {STATES[one.state].partition(':')[0]}.")
 
 
 def _list(json: bool) -> None:
@@ -60,13 +55,14 @@ def _list(json: bool) -> None:
     cells = [[one.number, one.state, one.caption, one.missing] for one in items().values()]
     counts = Counter(one.state for one in items().values())
 
-    def brief() -> Answer:
-        lines = columns(("state", "items", ""), [[s, str(counts[s]), text] for s, text in STATES.items()], left=(0, 2))
-        title = f"Moslatt 2020: {len(answer)} figures and tables"
-        return Answer(title, lines, "stillhook thesis E19", "every item")
-
+    of_states = [[state, str(counts[state]), text] for state, text in STATES.items()]
     head = ["number", "state", "what it shows", "not given by the thesis"]
-    present(answer, lambda: print_table(head, cells, left=4), brief=brief, json=json)
+    lines: list[Line] = [
+        *columns(("state", "items", ""), of_states, left=(0, 2)),
+        partial(print_table, head, cells, left=4),
+    ]
+    title = f"Moslatt 2020: {len(answer)} figures and tables"
+    present(answer, brief=lambda: Answer(title, lines, "stillhook thesis E19", "every item"), json=json)
 
 
 def _show(one: Item, drawn: Drawing | None, out: Path | None, *, json: bool) -> None:
@@ -82,38 +78,20 @@ def _show(one: Item, drawn: Drawing | None, out: Path | None, *, json: bool) -> 
     tails += [f"Differs from print: {one.differs}."] if one.differs else []
     tails += [f"Judged in docs/validation/{one.page}."] if one.page.endswith(".md") and "/" not in one.page else []
 
-    def brief() -> Answer:
-        lines = [drawn.title] if drawn else []
-        lines += columns(head, cells, left=(0, 1, 2)) if cells else _first(drawn)
-        lines += tails
-        step = f"stillhook thesis {one.number} OUT" if drawn and out is None else ""
-        return Answer(f"{one.number}: {one.caption}", lines, step)
-
-    def in_full() -> None:
-        print(f"{one.number}: {one.caption}")
-        for table in drawn.data().values() if drawn and not drawn.pictured else ():
-            print_table(list(table.head), [list(map(str, row)) for row in table.rows], left=len(table.head))
-        if cells:
-            print_table(list(head), cells, left=3)
-        print(*tails, sep="\n")
-
+    lines: list[Line] = [drawn.title] if drawn else []
+    for table in drawn.data().values() if drawn and not drawn.pictured else ():
+        of_table, n = [list(map(str, row)) for row in table.rows], len(table.head)
+        if of_table != cells:
+            lines += [] if cells else columns(table.head, of_table, left=range(n), most=MOST_LINES - 4)
+            lines.append(partial(print_table, table.head, of_table, left=n))
+    if cells:
+        lines += [*columns(head, cells, left=(0, 1, 2)), partial(print_table, head, cells, left=3)]
+    step = f"stillhook thesis {one.number} OUT" if drawn and out is None else ""
+    answer_of = Answer(f"{one.number}: {one.caption}", [*lines, *tails], step)
     files: dict[str, Any] | None = None
     if drawn is not None:
         files = {f"{name}.csv": table.csv() for name, table in drawn.data().items()}
         files |= {f"{one.number}.svg": drawn.svg} if drawn.svg else {}
         files["summary.json"] = {k: v for k, v in answer.items() if k != "data"}
     pictures = (lambda: {f"{one.number}.png": drawn.figure()}) if drawn and drawn.pictured else None
-    present(answer, in_full, out, files, brief=brief, json=json, pictures=pictures)
-
-
-def _first(drawn: Drawing | None) -> list[str]:
-    """The first rows of an item that is a table."""
-    if drawn is None or drawn.pictured:
-        return []
-    return [
-        line
-        for table in drawn.tables.values()
-        for line in columns(
-            table.head, [list(map(str, r)) for r in table.rows], left=range(len(table.head)), most=MOST_LINES - 4
-        )
-    ]
+    present(answer, out, files, brief=lambda: answer_of, json=json, pictures=pictures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,13 +13,13 @@ import typer
 from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, present, write_out
 from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
-from stillhook.report.formatting import counted
+from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import (
     Answer,
+    Cells,
+    Line,
     columns,
-    print_implausible,
     print_table,
-    print_twin,
     progress_bar,
     say,
     say_if_compiling,
@@ -98,7 +99,7 @@ def tune(
     options |= {"seed": settings.seed, "budget": settings.budget}
     tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
-    present(report.data(), report.print, brief=report.brief, json=json)
+    present(report.data(), brief=report.answer, json=json)
     if out is not None:
         _write(report, trials, out, pareto=pareto, quiet=json)
     raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
@@ -190,6 +191,11 @@ class _Report:
         self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
         self.notes += [f"stability: {note}" for note in left_out(crane.sensors)]
         self.remarks = [*self._stability_remarks(), *self._load_remarks(load), *self.notes]
+        if crane.certified is not None:
+            self.remarks.append(
+                "with other settings the certificate of the crane does not hold: validate the settings before they"
+                " are used"
+            )
 
     def _stability_remarks(self) -> list[str]:
         """What the one margin says of each tuned controller, regardless of the limits of the tuning."""
@@ -265,59 +271,50 @@ class _Report:
         left_out = ("e_c_pp", "pressures", *({"p_max"} - set(self.available)))
         return {name: value for name, value in of._asdict().items() if name not in left_out}
 
-    def brief(self) -> Answer:
+    def answer(self) -> Answer:
         """Score and errors of each controller before and with its best tuning, active limits, and what to distrust."""
+        from stillhook.tables.plausible import implausible_values
 
-        rows = []
+        rows, outcomes = [], []
         for t, (_, unseen) in zip(self.tuned, self.held_out, strict=True):
             errors = [f"{x.e_c_pp_mean * 1e3:.1f} mm" for x in (t.before, t.after, unseen)]
-            outcome = "limits kept" if t.met else f"exceeded: {'; '.join(t.stops)}"
+            outcome = "limits kept" if t.met else f"no setting keeps the limits; exceeded: {'; '.join(t.stops)}"
             active = f"; active: {', '.join(t.active)}" if t.active else ""
             rows.append([t.start.name, *errors, f"{t.after.score:.3f}", outcome + active])
+            limits = ", ".join(t.active) or "no limit"
+            outcomes.append(
+                f"{t.start.name}: {outcome}; active limits: {limits}; {t.evaluations} evaluations, seed {t.seed}"
+            )
         heads = ["controller", "before", "tuned", "hold-out", "score", "limits"]
         settings = [
-            f"{t.start.name}: " + ", ".join(f"{c.name} {_change(c.name, c.before, c.after)}" for c in t.settings)
+            Cells(f"{t.start.name}: " + ", ".join(f"{c.name} {_change(c.name, c.before, c.after)}" for c in t.settings))
             for t in self.tuned
             if t.met
         ]
+        head = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
+        varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
+        of_outcomes = _outcome_table(self.crane, self.available, self.tuned, self.held_out)
+        loads = ", ".join(dict.fromkeys(show(c.load, "mass", 4) for c in self.cases))
+        deviating = "Tuned controllers on a winch that deviates from its crane file"
+        fronts = [
+            f"{name}: front of error and pressure: "
+            + ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
+            for name, points in self.fronts.items()
+        ]
+        lines: list[Line] = [
+            *columns(heads, rows, left=(0, 5)),
+            *settings,
+            partial(print_table, *_settings_table(self.tuned), title="settings, before → after"),
+            partial(print_table, *of_outcomes, title=f"scenarios with {loads}", left=2),
+            partial(print_table, (head, *(t.controller.name for t in self.tuned)), varied, title=deviating),
+            *(partial(wrapped, outcome) for outcome in (*outcomes, *fronts)),
+            *twin_lines(self.crane, *self.cases),
+        ]
         title = f"{self.crane.name}: mean control error p-p, objective {self.tuned[0].objective.value},"
-        lines = [*columns(heads, rows, left=(0, 5)), *settings, *self.remarks[:1], *twin_lines(self.crane, *self.cases)]
         names = ",".join(t.start.name for t in self.tuned)
         step = f"stillhook compare {self.crane.name} --controllers {names}"
-        more = f"pressures, deviating winches, {counted(len(self.remarks), 'remark')}"
-        return Answer(f"{title} {len(self.cases)} scenarios", lines, step, more)
-
-    def print(self) -> None:
-        """The tables for people."""
-        loads = ", ".join(dict.fromkeys(show(c.load, "mass", 4) for c in self.cases))
-        print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
-        title = f"{len(self.cases)} scenarios with {loads}; objective: {self.tuned[0].objective.value}"
-        print_table(*_outcome_table(self.crane, self.available, self.tuned, self.held_out), title=title, left=2)
-        head = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
-        header = (head, *(t.controller.name for t in self.tuned))
-        varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
-        print_table(header, varied, title="Tuned controllers on a winch that deviates from its crane file")
-        for t in self.tuned:
-            if t.met:
-                print(
-                    f"{t.start.name}: active limits: {', '.join(t.active) or 'no limit'}; {t.evaluations}"
-                    " evaluations, seed"
-                    f" {t.seed}"
-                )
-            else:
-                print(f"{t.start.name}: no setting keeps the limits; exceeded: {'; '.join(t.stops)}")
-        for line in self.remarks:
-            print(line)
-        print_twin(self.crane, *self.cases)
-        print_implausible(self.crane)
-        if self.crane.certified is not None:
-            print(
-                "with other settings the certificate of the crane does not hold: validate the settings before they"
-                " are used"
-            )
-        for name, points in self.fronts.items():
-            shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
-            print(f"{name}: front of error and pressure: {shown}")
+        notes = [*self.remarks, *implausible_values(self.crane)]
+        return Answer(f"{title} {len(self.cases)} scenarios", lines, step, "pressures, deviating winches", notes)
 
 
 def _few(points: list[Point], most: int = 5) -> list[Point]:

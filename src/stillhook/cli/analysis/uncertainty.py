@@ -22,17 +22,16 @@ from stillhook.cli.parser import (
     check_out,
     client_of,
     present,
-    write_out,
 )
 from stillhook.cli.runs import simulation
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.formatting import cell, percent
 from stillhook.report.terminal import (
     Answer,
+    Cells,
+    Line,
     columns,
     print_document,
-    print_implausible,
-    print_twin,
     progress_bar,
     started,
     twin_lines,
@@ -132,14 +131,8 @@ def uncertainty(
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
-    present(
-        data,
-        lambda: _print(request, data, indices, causes),
-        brief=lambda: _brief(request, data, causes),
-        json=json,
-    )
-    if out is not None:
-        _write(out, run, data, limits, indices, quiet=json)
+    brief, pictures = lambda: _answer(request, data, indices, causes), lambda: _pictures(run, limits, indices)
+    present(data, out, {FILES[0]: run, FILES[1]: data}, brief=brief, json=json, pictures=pictures)
     cases = data["cases"].values()
     within = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
     raise typer.Exit(0 if any(within) else 1)
@@ -204,8 +197,9 @@ OF_BRIEF = {"e_c_pp": "error p-p", "p_max": "peak pressure"}
 """Numbers in the short answer, where the winch type has them."""
 
 
-def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) -> Answer:
+def _answer(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> Answer:
     """Control error of each controller with its band, chances of limits, and which controller is lower."""
+    from stillhook.analysis.uncertainty.report import document
 
     crane, case = request.cranes[0], request.cases[0]
     names = [name for name in OF_BRIEF if all(name in of["band_90"] for of in data["cases"].values())]
@@ -219,42 +213,29 @@ def _brief(request: _Request, data: dict[str, Any], causes: Attribution | None) 
             f"{label}: {text} {'met' if x['kept'] else 'not met'}, exceeded in {percent(x['share'])} of the draws."
             for text, x in of["limits"].items()
         ]
-    lines = [*columns(heads, rows), *limits]
+
+    def in_full() -> None:
+        factors = request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe()
+        print_document(document(crane, case, factors, data, indices, causes))
+
+    brief = [*limits, *(causes.words()[:2] if causes is not None else ())]
+    lines: list[Line] = [
+        *columns(heads, rows),
+        *map(Cells, brief),
+        in_full,
+        *twin_lines(crane, *request.cases),
+    ]
     title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out: {data['draws']} draws"
-    if causes is not None:
-        lines += causes.words()[:2]
     more = f"factors, differences, limits{', causes' if causes is not None else ''}"
-    return Answer(title, [*lines, *data["notes"][:1], *twin_lines(crane, *request.cases)], more=more)
+    return Answer(title, lines, more=more, notes=data["notes"])
 
 
-def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
-    from stillhook.analysis.uncertainty.report import document
-
-    crane, factors = (
-        request.cranes[0],
-        request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe(),
-    )
-    print_document(document(crane, request.cases[0], factors, data, indices, causes))
-    for note in data["notes"]:
-        print(note)
-    print_twin(crane, *request.cases)
-    print_implausible(crane)
-
-
-def _write(
-    out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
-) -> None:
-    """NetCDF, numbers and pictures."""
+def _pictures(run: Any, limits: list[Limit], indices: list[Sensitivity]) -> dict[str, Any]:
     from stillhook.analysis.uncertainty.report import band_figure, index_figure
 
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    series, numbers, bands = FILES
-
-    def pictures() -> dict[str, Any]:
-        figures = {bands: band_figure(run, title, limits)}
-        return figures | ({INDICES: index_figure(indices, title)} if indices else {})
-
-    write_out(out, {series: run, numbers: data}, pictures=pictures, quiet=quiet)
+    figures = {FILES[2]: band_figure(run, title, limits)}
+    return figures | ({INDICES: index_figure(indices, title)} if indices else {})
 
 
 def _fixed(label: str) -> bool:

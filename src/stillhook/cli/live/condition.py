@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -62,11 +63,8 @@ def _pass(campaigns: list[Path], out: Path | None, *, json: bool) -> bool:
         result = follow_condition(campaigns, out, progress=bar)
     written = save_condition(result, out) if out is not None else ()
     full = document(result)
-    show, brief = (
-        (lambda: print_document(full)),
-        (lambda: answer_of(full, more="every number, basis", lines=trends(full))),
-    )
-    present(to_dict(result), show, brief=brief, json=json)
+    brief = lambda: answer_of(full, more="every number, basis", lines=trends(full))
+    present(to_dict(result), brief=brief, json=json, show=lambda: print_document(full))
     if written and out is not None and not json:
         announce(out, [*(name for name in written if not name.startswith("crane-")), "crane files"])
     if out is not None:
@@ -74,7 +72,7 @@ def _pass(campaigns: list[Path], out: Path | None, *, json: bool) -> bool:
     return result.fine
 
 
-def trends(full: Document) -> list[str]:
+def trends(full: Document) -> Sequence[str]:
     """Each followed number today, and the time until its limit."""
     table = next(part for part in full.front if isinstance(part, Table))
     rows = [[words(row[i]) for i in (0, 2, 4)] for row in table.rows]

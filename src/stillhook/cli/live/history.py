@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from stillhook.cli.parser import Json, present, refuse
 from stillhook.report.formatting import counted
-from stillhook.report.terminal import Answer, print_table, say
+from stillhook.report.terminal import Answer, Cells, print_table, say
 
 SHOWN_EVENTS = 20
 
@@ -50,23 +51,16 @@ def history(
     listed = [{**event._asdict(), "data": dict(event.data)} for event in events]
     lines = describe(found)
 
-    def in_full() -> None:
-        print("\n".join(lines))
-        shown = events[-SHOWN_EVENTS:]
-        rows = [[event.when, str(event.row), event.kind.value, event.text] for event in shown]
-        print_table(
-            ["time", "row", "kind", "event"],
-            rows,
-            title=f"Events, the last {len(shown)} of {len(events)}",
-            texts={2, 3},
-        )
-        print("\n".join(harm), end="\n" if harm else "")
-
+    last = [Cells(f"Last event {event.when}, {event.kind.value}: {event.text}") for event in events[-1:]]
+    shown = events[-SHOWN_EVENTS:]
+    rows = [[event.when, str(event.row), event.kind.value, event.text] for event in shown]
+    title = f"Events, the last {len(shown)} of {len(events)}"
     damage = f"DAMAGED: {'; '.join(harm)}" if harm else "No damage found." if check else ""
-    last = [f"Last event {event.when}, {event.kind.value}: {event.text}" for event in events[-1:]]
-    answer = Answer(lines[0], [damage, *lines[1:], *last], more=f"the last of {counted(len(events), 'event')}")
+    table = partial(print_table, ["time", "row", "kind", "event"], rows, title=title, texts={2, 3})
+    more = f"the last of {counted(len(events), 'event')}"
+    answer = Answer(lines[0], [damage, *lines[1:], *last, table], more=more)
     data = {**found.to_dict(), "events_in_range": listed, "damaged": harm, **written}
-    present(data, in_full, brief=lambda: answer, json=json)
+    present(data, brief=lambda: answer, json=json)
     if out is not None and not json:
         print(f"written: {out}, {run.sizes['time']} rows")
     raise typer.Exit(1 if harm else 0)

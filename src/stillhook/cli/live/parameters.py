@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.parser import Columns, Json, Load, MappingFile, present
-from stillhook.report.terminal import Answer, print_table
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import Answer, Cells, Line, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,57 +51,51 @@ def parameters(
     states = follow_friction(estimator, {"time": read.t if read.at is None else read.at, **read.signals}, every=30.0)
     last = states[-1]
     data = {"states": [asdict(s) for s in states if s.estimate is not None], "last": asdict(last)}
-    present(data, lambda: _print_states(states), brief=lambda: _brief_states(last, read.source), json=json)
+    present(data, brief=lambda: _answer(states, read.source), json=json)
     others = last.parameters.values()
     nothing = last.estimate is None and all(p.estimate is None for p in others)
     raise typer.Exit(1 if last.alarms or any(p.alarms for p in others) or nothing else 0)
 
 
-def _brief_states(last: FrictionState, source: str) -> Answer:
+def _answer(states: Sequence[FrictionState], source: str) -> Answer:
     """Friction and the other parameters at the end with 95 % intervals, and alarms."""
+    last, known = states[-1], [s for s in states if s.estimate is not None]
     alarms = (*last.alarms, *(a for p in last.parameters.values() for a in p.alarms))
-    lines = [f"ALARM at {alarm.t:.0f} s: {alarm.message}" for alarm in alarms] or ["No step was found."]
+    lines: list[Line] = [f"ALARM at {alarm.t:.0f} s: {alarm.message}" for alarm in alarms] or ["No step was found."]
     if last.estimate is not None:
-        loss, system = (
-            f"{x.value:.3f} ({x.low:.3f} to {x.high:.3f})" for x in (last.estimate.loss, last.estimate.system)
-        )
+        loss, system = _of_friction(last)
         lines.append(f"Friction over that of the crane file: all losses {loss}, system friction {system}.")
     lines += [
-        f"{p.meaning}: {_text(p.estimate.value, p.unit)}." for p in last.parameters.values() if p.estimate is not None
+        Cells(f"{p.meaning}: {_text(p.estimate.value, p.unit)}.")
+        for p in last.parameters.values()
+        if p.estimate is not None
     ]
-    lines += list(dict.fromkeys((*last.reasons, *last.bounds)))
-    return Answer(f"{source}: parameters at the end, with 95 % intervals", lines, more="course over time, remarks")
-
-
-def _print_states(states: Sequence[FrictionState]) -> None:
-    known = [s for s in states if s.estimate is not None]
-    last = states[-1]
     shown = known[:: max(1, -(-len(known) // ROWS))]
     if known and shown[-1] is not known[-1]:
         shown.append(known[-1])
-    rows = [
-        [f"{s.t:.0f}", *(f"{x.value:.3f} ({x.low:.3f} to {x.high:.3f})" for x in (s.estimate.loss, s.estimate.system))]
-        for s in shown
-        if s.estimate is not None
-    ]
-    if rows:
+    if rows := [[f"{s.t:.0f}", *_of_friction(s)] for s in shown]:
         header = ["time [s]", "all losses", "system friction, if the motors' loss is as in the file"]
-        print_table(header, rows, title="Friction over that of the crane file, with 95 % intervals")
+        lines.append(partial(print_table, header, rows, title="Friction over that of the crane file"))
     others = [
         [p.meaning, "" if p.estimate is None else _text(p.estimate.value, p.unit), "; ".join(p.reasons or _doubt(name))]
         for name, p in last.parameters.items()
     ]
-    print_table(["parameter", "now", "remark"], others, title="Other parameters, with stated 95 % intervals")
+    lines.append(partial(print_table, ["parameter", "now", "remark"], others, title="Other parameters"))
     if last.estimate is not None:
         clock = last.estimate.clock
         late = f"{1e3 * clock.offset:.1f} ms, +-{1e3 * clock.t * clock.u:.1f} ms" if clock.found else "not known"
-        print(f"Rows of the encoder are later than those of the pressures by: {late}.")
-    for alarm in (*last.alarms, *(a for p in last.parameters.values() for a in p.alarms)):
-        print(f"ALARM at {alarm.t:.0f} s: {alarm.message}")
-    for reason in dict.fromkeys((*last.reasons, *last.bounds)):
-        print(reason)
+        lines.append(partial(wrapped, f"Rows of the encoder are later than those of the pressures by: {late}."))
+    lines += list(dict.fromkeys((*last.reasons, *last.bounds)))
     if last.left_out:
-        print("Half waves left out: " + ", ".join(f"{n} {reason}" for reason, n in last.left_out.items()) + ".")
+        left_out = ", ".join(f"{n} {reason}" for reason, n in last.left_out.items())
+        lines.append(partial(wrapped, f"Half waves left out: {left_out}."))
+    return Answer(f"{source}: parameters at the end, with 95 % intervals", lines, more="course over time, remarks")
+
+
+def _of_friction(of: FrictionState) -> list[str]:
+    """All losses and system friction, with their intervals."""
+    assert of.estimate is not None
+    return [f"{x.value:.3f} ({x.low:.3f} to {x.high:.3f})" for x in (of.estimate.loss, of.estimate.system)]
 
 
 def _doubt(name: str) -> tuple[str, ...]:

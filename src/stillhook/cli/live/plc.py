@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.groups import WRITES
 from stillhook.cli.parser import Json, announce, present
-from stillhook.report.terminal import Answer, columns, print_table, say
+from stillhook.report.terminal import Answer, Line, columns, print_table, say
 
 if TYPE_CHECKING:
     from stillhook.base.arrays import FloatArray
@@ -65,8 +66,8 @@ def plc_run(
     title = f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}"
     step = f"stillhook plc compare {plan.log} {plc_file}"
     WRITES.set(True)
-    brief = lambda: Answer(title, [*_counts(outcome), _cost(cost)], step, "age of samples, reading and writing")
-    present(data, lambda: _print_outcome(outcome, cost), brief=brief, json=json)
+    answer = Answer(title, _lines(outcome, cost), step, "age of samples, reading and writing")
+    present(data, brief=lambda: answer, json=json)
     announce(plan.log.parent, [plan.log.name], quiet=json)
 
 
@@ -81,12 +82,14 @@ def _spread(values: FloatArray) -> dict[str, float] | None:
     return {"p50": p50, "p99": p99, "largest": largest}
 
 
-def _counts(outcome: Outcome) -> list[str]:
+def _lines(outcome: Outcome, cost: BusCost | str) -> list[Line]:
+    """How the cycles went, and what the bus costs."""
     counts = (
         f"{outcome.cycles} cycles: {outcome.late} late, {outcome.without_answer} without a new sample,"
         f" {outcome.unconfirmed} without a write, {outcome.reconnected} times connected again."
     )
-    return [counts, *(["The guard stopped the winch."] if outcome.stopped else [])]
+    stopped = "The guard stopped the winch." if outcome.stopped else ""
+    return [partial(_print_trips, outcome), counts, stopped, _cost(cost)]
 
 
 def _cost(cost: BusCost | str) -> str:
@@ -99,14 +102,12 @@ def _cost(cost: BusCost | str) -> str:
     )
 
 
-def _print_outcome(outcome: Outcome, cost: BusCost | str) -> None:
+def _print_trips(outcome: Outcome) -> None:
     rows = []
     for name, values in (("age of the sample", outcome.ages), ("reading", outcome.reads), ("writing", outcome.writes)):
         spread = _spread(values)
         rows.append([name, *(["-"] * 3 if spread is None else [f"{1e3 * x:.2f}" for x in spread.values()])])
     print_table(["", "p50", "p99", "largest"], rows, title="Over the bus [ms]")
-    for line in (*_counts(outcome), _cost(cost)):
-        print(line)
 
 
 def plc_compare(
@@ -131,35 +132,24 @@ def plc_compare(
     result = compare(plan.crane, plan.mode, recorded, steps)
     rows = [d._asdict() | {"verdict": d.verdict} for d in result.outputs]
     data = {"same": result.same, "cycles": result.cycles, "outputs": rows, "absent": result.absent}
-    what = f"{plan.mode} on {plan.crane.name}"
-    present(data, lambda: _print_comparison(result, what), brief=lambda: _brief_comparison(result, what), json=json)
+    present(data, brief=lambda: _answer(result, f"{plan.mode} on {plan.crane.name}"), json=json)
     raise typer.Exit(0 if result.same else 1)
 
 
-def _brief_comparison(result: Comparison, what: str) -> Answer:
+def _answer(result: Comparison, what: str) -> Answer:
     """Whether PLC and library give the same, the largest difference of each output, and the first one."""
     rows = [[d.name, f"{d.largest:.3g} {d.unit}", f"{d.explained:.3g} {d.unit}", d.verdict] for d in result.outputs]
-    verdict = "PLC and library give the same." if result.same else "PLC and library differ."
-    table = columns(["output", "largest", "explained by rounding", "verdict"], rows, left=(0, 3))
-    firsts = [d for d in result.outputs if d.first >= 0.0]
-    first = min(firsts, key=lambda each: each.first, default=None)
-    where = "" if first is None else f"First difference: cycle {first.first:.0f}, {first.name}."
-    absent = f"Not in the log: {', '.join(result.absent)}." if result.absent else ""
-    return Answer(f"PLC less library ({what}), {result.cycles} cycles", [verdict, *table, where, absent])
-
-
-def _print_comparison(result: Comparison, what: str) -> None:
-    rows: list[list[Any]] = [
-        [d.name, d.unit, f"{d.largest:.3g}", f"{d.explained:.3g}", d.verdict] for d in result.outputs
+    first = min((d for d in result.outputs if d.first >= 0.0), key=lambda each: each.first, default=None)
+    lines: list[Line] = [
+        "PLC and library give the same." if result.same else "PLC and library differ.",
+        *columns(heads := ["output", "largest", "explained by rounding", "verdict"], rows, left=(0, 3)),
+        partial(print_table, heads, rows),
     ]
-    title = f"PLC less library ({what}), {result.cycles} cycles"
-    print_table(["output", "unit", "largest", "explained by rounding", "verdict"], rows, title=title)
-    firsts = [d for d in result.outputs if d.first >= 0.0]
-    if firsts:
-        d = min(firsts, key=lambda each: each.first)
-        print(f"First difference: cycle {d.first:.0f}, {d.name}: PLC {d.plc:.9g}, library {d.library:.9g} {d.unit}.")
+    if first is not None:
+        of = f"{first.name}: PLC {first.plc:.9g}, library {first.library:.9g} {first.unit}"
+        lines.append(f"First difference: cycle {first.first:.0f}, {of}.")
     if result.absent:
-        print(f"Not in the log: {', '.join(result.absent)}.")
+        lines.append(f"Not in the log: {', '.join(result.absent)}.")
     if result.begins > 0.0:
-        print(f"The log begins in mode {result.begins:g}: it is compared as if the PLC started there.")
-    print("PLC and library give the same." if result.same else "PLC and library differ.")
+        lines.append(f"The log begins in mode {result.begins:g}: it is compared as if the PLC started there.")
+    return Answer(f"PLC less library ({what}), {result.cycles} cycles", lines)

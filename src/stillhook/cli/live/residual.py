@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +10,7 @@ import typer
 
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError
-from stillhook.report.terminal import Answer, columns, print_table
+from stillhook.report.terminal import Answer, Line, columns, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,7 +52,7 @@ def residual(
             write_model(out, model)
     else:
         held = test_model(model, read)
-    present(_data(model, held), lambda: _print(model, held), brief=lambda: _brief(model, held), json=json)
+    present(_data(model, held), brief=lambda: _answer(model, held), json=json)
     if out is not None and not json:
         print(f"written: {out}. It is never part of a certificate.")
     raise typer.Exit(0 if model.pays else 1)
@@ -78,33 +79,20 @@ def _terms(model: Model) -> tuple[tuple[str, ...], list[list[float]]]:
     return TERMS, [[float(b), float(u)] for b, u in zip(f.coefficients, f.errors, strict=True)]
 
 
-def _brief(model: Model, held: Sequence[HeldOut]) -> Answer:
+def _answer(model: Model, held: Sequence[HeldOut]) -> Answer:
     """Whether level 4 pays, and what is left over of the shaft torque on held-out logs."""
     rows = [[o.log, *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned))] for o in held]
-    lines = [
+    shares = [[o.campaign, *(f"{100.0 * x:.0f} %" for x in (o.outside, o.without))] for o in held]
+    heads = ["log", "adapted", "and linear terms", "and trees"]
+    full = [[*row, *share] for row, share in zip(rows, shares, strict=True)]
+    table = [[name, f"{b:.1f}", f"{u:.1f}"] for name, (b, u) in zip(*_terms(model), strict=True)]
+    terms = ["term", "coefficient [N m]", "standard error"]
+    lines: list[Line] = [
         model.verdict[0].upper() + model.verdict[1:],
         f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.",
-        *columns(["log", "adapted", "and linear terms", "and trees"], rows),
+        *columns(heads, rows),
+        partial(print_table, [*heads, "campaign", "not seen", "no correction"], full),
+        partial(print_table, terms, table, title="Linear part, learned from all logs"),
+        partial(print, f"Trees: {len(model.fitted.trees)}."),
     ]
     return Answer("Shaft torque left over on held-out logs, rms in N m (level 4)", lines, more="terms, campaigns")
-
-
-def _print(model: Model, held: Sequence[HeldOut]) -> None:
-    rows = [
-        [
-            o.campaign,
-            o.log,
-            *(f"{x:.1f}" for x in (o.adapted, o.linear, o.learned)),
-            *(f"{100.0 * x:.0f} %" for x in (o.outside, o.without)),
-        ]
-        for o in held
-    ]
-    header = ["campaign", "log", "adapted", "and linear terms", "and trees", "not seen", "no correction"]
-    print_table(
-        header, rows, title="Shaft torque that is left over on logs that were not learned from, rms in N m (level 4)"
-    )
-    table = [[name, f"{b:.1f}", f"{u:.1f}"] for name, (b, u) in zip(*_terms(model), strict=True)]
-    print_table(["term", "coefficient [N m]", "standard error"], table, title="Linear part, learned from all logs")
-    print(f"Trees: {len(model.fitted.trees)}.")
-    print(f"{100.0 * model.confidence:.0f} % interval of what is left over: +-{model.half:.0f} N m.")
-    print(model.verdict[0].upper() + model.verdict[1:])

@@ -6,6 +6,7 @@ import select
 import sys
 import time
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
@@ -13,7 +14,8 @@ import typer
 
 from stillhook.cli.parser import Columns, Json, Load, MappingFile, SubjectArgument, case_of, present
 from stillhook.errors import LiveError
-from stillhook.report.terminal import Answer, columns, print_table, say
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import Answer, Line, columns, print_table, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -60,56 +62,41 @@ def doctor(
     diagnosis = diagnose(of.crane, case_of(of, USUAL), seconds, tell=say)
     measured = [m._asdict() for m in diagnosis.measured]
     data = {**diagnosis._asdict(), "measured": measured, "good": diagnosis.good, "reason": diagnosis.reason}
-    present(data, lambda: _print_diagnosis(diagnosis), brief=lambda: _brief_diagnosis(diagnosis), json=json)
+    present(data, brief=lambda: _answer_of_diagnosis(diagnosis), json=json)
     raise typer.Exit(0 if diagnosis.good else 1)
 
 
-def _brief_diagnosis(diagnosis: Diagnosis) -> Answer:
+def _answer_of_diagnosis(diagnosis: Diagnosis) -> Answer:
     """Whether this machine keeps time, and the lateness of each class."""
-    rows = [
-        [
-            "real-time" if m.real_time else "ordinary",
-            str(m.cycles),
-            *(f"{1e3 * x:.2f} ms" for x in (m.p50, m.p999, m.worst)),
-            str(m.late),
-        ]
-        for m in diagnosis.measured
-    ]
-    lines = [
-        diagnosis.reason,
-        *columns(["class", "cycles", "median", "99.9 %", "worst", "late"], rows),
-        f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.",
-        "" if diagnosis.measured[0].real_time else diagnosis.measured[0].scheduling,
-    ]
-    return Answer(
-        f"Lateness of a cycle of {1e3 * diagnosis.cycle:g} ms", lines, more="cost of a cycle, causes of late cycles"
-    )
-
-
-def _print_diagnosis(diagnosis: Diagnosis) -> None:
     from stillhook.live.runtime.causes import Cause
 
+    def row(m: Lateness, *times: float, counts: tuple[int, ...]) -> list[str]:
+        of = "real-time" if m.real_time else "ordinary"
+        return [of, str(m.cycles), *(f"{1e3 * x:.2f}" for x in times), *map(str, counts)]
+
+    of = diagnosis.measured
+    short = [row(m, m.p50, m.p999, m.worst, counts=(m.late,)) for m in of]
+    full = [row(m, m.p50, m.p99, m.p999, m.worst, m.cost_p50, m.cost_p99, counts=(m.late, m.overrun)) for m in of]
     header = ["class", "cycles", "p50", "p99", "p99.9", "worst", "cost p50", "cost p99", "late", "overrun"]
-    print_table(header, [_row(m) for m in diagnosis.measured], title="Lateness and cost of a cycle [ms]")
     costs = f"machine code {1e6 * diagnosis.kernel:.0f} us, the session around it {1e6 * diagnosis.session:.0f} us"
-    print(f"Cycle {1e3 * diagnosis.cycle:g} ms: {costs}; the rest of the cost reads, checks and shares the row.")
-    print(f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.")
-    for name, count in diagnosis.judged.causes.items():
-        print(f"{count} late: {Cause[name.upper()].text}.")
+    details = [f"{costs}; the rest of the cost reads, checks and shares the row."]
+    details += [f"{count} late: {Cause[name.upper()].text}." for name, count in diagnosis.judged.causes.items()]
     if diagnosis.throttled > 0.0:
-        print(f"The limit of a group of processes (a container's) held this one up for {diagnosis.throttled:.2f} s.")
+        limit = "The limit of a group of processes (a container's) held this one up for"
+        details.append(f"{limit} {diagnosis.throttled:.2f} s.")
     if diagnosis.stolen > 0.0:
-        print(
-            f"A virtual machine: its host took {diagnosis.stolen:.2%} of the processors' time, which no class prevents."
-        )
-    if not diagnosis.measured[0].real_time:
-        print(diagnosis.measured[0].scheduling)
-    print(diagnosis.reason)
-
-
-def _row(m: Lateness) -> list[str]:
-    ms = [f"{1e3 * x:.2f}" for x in (m.p50, m.p99, m.p999, m.worst, m.cost_p50, m.cost_p99)]
-    return ["real-time" if m.real_time else "ordinary", str(m.cycles), *ms, str(m.late), str(m.overrun)]
+        host = "A virtual machine: its host took"
+        details.append(f"{host} {diagnosis.stolen:.2%} of the processors' time, which no class prevents.")
+    lines: list[Line] = [
+        diagnosis.reason,
+        *columns(["class", "cycles", "median", "99.9 %", "worst", "late"], short),
+        partial(print_table, header, full, title="Lateness and cost of a cycle [ms]"),
+        f"{diagnosis.system}, {diagnosis.processors} processors, load {diagnosis.load:.1f}.",
+        *(partial(wrapped, detail) for detail in details),
+        "" if of[0].real_time else of[0].scheduling,
+    ]
+    title = f"Lateness of a cycle of {1e3 * diagnosis.cycle:g} ms [ms]"
+    return Answer(title, lines, more="cost of a cycle, causes of late cycles")
 
 
 def run(
@@ -246,57 +233,30 @@ def replay(
     result = run_replay(of.crane, base, read, speed, lines.show, plan=plan, ready=say)
     parts = {name: [x._asdict() for x in getattr(result, name)] for name in ("entries", "criteria", "virtual")}
     data = {k: parts.get(k, x) for k, x in result._asdict().items() if k != "summary"}
-    present(data, lambda: _print_replayed(of.crane, result), brief=lambda: _brief_replayed(result), json=json)
+    present(data, brief=lambda: _answer_of_replay(of.crane, result), json=json)
     raise typer.Exit(1 if result.failed else 0)
 
 
-SIGNALS = ("signal", "rms", "limit of 20 s", "status")
-"""Columns of the deviations."""
-
-
-def _signal_rows(result: Replayed) -> list[list[str]]:
-    """Deviation of each signal against its limit, by `SIGNALS`."""
+def _answer_of_replay(crane: Crane, result: Replayed) -> Answer:
+    """Deviation of each signal against its limit, alarms, criteria that failed and their cause; with --verbose what was
+    wrong and when, and virtual sensors."""
     from stillhook.live.watch.deviation import LIMITS, shown
 
-    return [
-        [
-            name,
-            shown(name, rms),
-            shown(name, LIMITS[name]),
-            f"ALARM from {result.alarms[name]:.1f} s" if name in result.alarms else "ok",
-        ]
-        for name, rms in result.rms.items()
-    ]
-
-
-def _failed(result: Replayed) -> list[str]:
-    """Criteria that are not met at the end."""
-    return list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
-
-
-def _brief_replayed(result: Replayed) -> Answer:
-    """Deviation of each signal against its limit, alarms, criteria that failed and their cause."""
-    failed = _failed(result)
-    lines = [
-        *columns(SIGNALS, _signal_rows(result), left=(0, 3)),
+    signals = ("signal", "rms", "limit of 20 s", "status")
+    alarms = {name: f"ALARM from {t:.1f} s" for name, t in result.alarms.items()}
+    rows = [[n, shown(n, rms), shown(n, LIMITS[n]), alarms.get(n, "ok")] for n, rms in result.rms.items()]
+    failed = list(dict.fromkeys(r.key for r in result.criteria if r.status.value == "not ok"))
+    lines: list[Line] = [
+        *columns(signals, rows, left=(0, 3)),
+        partial(print_table, signals, rows),
+        partial(_print_criteria, result),
+        partial(_print_entries, result),
+        partial(_print_virtual, crane, result),
         f"Criteria not met at the end: {', '.join(failed)}." if failed else "No criterion is refuted at the end.",
         result.cause or "",
     ]
     title = f"Measured less simulated over {result.compared:.0f} s: {'NOT PASSED' if result.failed else 'PASSED'}"
     return Answer(title, lines, more="criteria by window, what was outside its limits, virtual sensors")
-
-
-def _print_replayed(crane: Crane, result: Replayed) -> None:
-    """What an operator reads at the end: signals, criteria, what was wrong and when, cause, virtual sensors."""
-    title = f"Measured less simulated over {result.compared:.0f} s"
-    print_table(SIGNALS, _signal_rows(result), title=title)
-    _print_criteria(result)
-    _print_entries(result)
-    _print_virtual(crane, result)
-    failed = _failed(result)
-    print(f"At the end not met: {', '.join(failed)}." if failed else "At the end no criterion is refuted.")
-    if result.cause:
-        print(result.cause)
 
 
 def _print_criteria(result: Replayed) -> None:
@@ -384,7 +344,7 @@ def demo(
         outcome = demonstrate(load_crane(CRANE), seconds, show)
     lines = [outcome.reason, outcome.scheduling]
     answer = Answer("A soft PLC with its crane, and the twin beside the PLC", lines)
-    present(outcome._asdict(), lambda: print("\n".join(reversed(lines))), brief=lambda: answer, json=json)
+    present(outcome._asdict(), brief=lambda: answer, json=json)
     raise typer.Exit(0 if outcome.alarm == outcome.alarm else 1)
 
 

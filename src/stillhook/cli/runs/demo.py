@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,8 +13,8 @@ from stillhook.cli.parser import check_out, say_answer, say_left_out
 from stillhook.cli.runs.plan import Work, run
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
-from stillhook.report.formatting import fixed
-from stillhook.report.terminal import Answer, progress_bar, started
+from stillhook.report.formatting import fixed, wrapped
+from stillhook.report.terminal import Answer, Line, print_table, progress_bar, started
 from stillhook.units import quote, show
 
 if TYPE_CHECKING:
@@ -35,7 +34,6 @@ TIP = (-15.0, -24.0)
 LOAD, S_W, DURATION = "100 t", "500 m", "300 s"
 PERIODS = (6.0, 8.0, 10.0, 12.0)
 """Periods whose limits the demo prints [s]."""
-WIDTH = 98
 NOT_COMPARED = ("not-compared-closed-form", "not-compared-frequency")
 """Causes of a plan that name the controllers of which its methods say nothing."""
 
@@ -105,25 +103,21 @@ def _lift(result: PlanResult, out: Path) -> None:
     limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
     landed = f"{result.name}, landed within {show(limits['load-motion'], 'length')} over guide posts."
     report = out / (PDF if can_set() else PAGE)
-    lines = short(result)
-    brief = Answer(landed, lines, f"read {report}", "simulated limits, days gained, tolerances")
-    say_answer(lambda: brief, lambda: _in_full(result, [landed, *lines]))
+    lines: list[Line] = [*short(result), partial(_in_full, result)]
+    say_answer(Answer(landed, lines, f"read {report}", "simulated limits, days gained, tolerances"))
     say_left_out(pdf=True)
-    if VERBOSE.get():
-        print(f"report: {report.resolve()}")
 
 
-def _in_full(result: PlanResult, lines: Sequence[str]) -> None:
-    """The answer, and limits and days gained of every alternative, as simulated and as credited."""
+def _in_full(result: PlanResult) -> None:
+    """Verdict, limits and days gained of every alternative, as simulated and as credited."""
     from stillhook.plan.report.document import marks
     from stillhook.plan.report.limits_summary import verdict
     from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
     from stillhook.report.formatting import percent
 
     data, answer = result.data, verdict(result)
-    print(textwrap.fill(lines[0], WIDTH, subsequent_indent="  "))
-    for line in (*lines[1:], answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
-        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
+    for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
+        wrapped(line, "  ")
     periods = [float(T) for T in data["period"].values if float(T) in PERIODS]
     weather = result.blocks.get("weather")
     excluded = {twin for cause in result.caused(*NOT_COMPARED) for twin in cause["twins"]}
@@ -140,17 +134,14 @@ def _in_full(result: PlanResult, lines: Sequence[str]) -> None:
             rows.append([named(name), label, *cells])
     head = ["winch", "limit", *(f"{T:g} s" for T in periods)]
     head += [] if weather is None else ["workable", "days gained over the 80 % cap (95 %)"]
-    for cells in (head, *rows):
-        widths = [10, 10, *[6] * len(periods), 9, 36]
-        padded = zip(cells, widths, strict=False)
-        print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
-    print("  Limiting Hs [m] by peak period, most unfavourable heading.")
+    print_table(head, rows, left=2)
+    print("Limiting Hs [m] by peak period, most unfavourable heading.")
     for line in (
         *_other_tolerances(result),
         *map(sentence, result.caused("oscillates")),
         *(f"{mark}." for mark in marks(result)),
     ):
-        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
+        wrapped(line, "  ")
 
 
 def _other_tolerances(result: PlanResult) -> list[str]:

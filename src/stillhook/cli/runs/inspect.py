@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,14 +13,12 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
-from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import Answer, print_table
+from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import quote
 
 if TYPE_CHECKING:
     from stillhook.formats.table.understood import Understood
 
-Reader = Callable[[Path, Mapping[str, Any]], "Understood"]
 FORM_HELP = "What to read it as: motion, log, weather, chart, map, vessel, spectra; default: by its content."
 
 
@@ -43,10 +43,10 @@ def inspect(
     rows = corrections(mapping, column)
     if form is not None and form not in READERS:
         raise CommandError(f"--format {quote(form)}: is not one of {', '.join(READERS)}.")
-    result = READERS[form](file, rows) if form is not None else _by_content(file, rows)
+    result = _read(form, file, rows) if form is not None else _by_content(file, rows)
     if save is not None:
         _save(result, file, save)
-    present(result.facts(), lambda: _print(result), brief=lambda: _brief(result, file), json=json)
+    present(result.facts(), brief=lambda: _answer(result, file), json=json)
     if save is not None and not json:
         print(f"written: {save}")
     raise typer.Exit(1 if result.problem else 0)
@@ -64,70 +64,31 @@ def _save(result: Understood, file: Path, save: Path) -> None:
         part.write_text(mapping_text(result), encoding="utf-8")
 
 
-def _brief(result: Understood, file: Path) -> Answer:
+def _answer(result: Understood, file: Path) -> Answer:
     read = "; ".join(
         f"{row.name} = {row.heading}{f' [{row.unit}]' if row.unit else ''}{' down' if row.sign < 0 else ''}"
         for row in result.rows
     )
-    lines = [
+    lines: list[Line] = [
         f"Refused as it is: {result.problem}" if result.problem else "",
-        f"Read: {read}." if read else "",
+        Cells(f"Read: {read}.") if read else "",
         f"Not read: {', '.join(result.unused)}." if result.unused else "",
         *result.notes,
     ]
+    if result.rows:
+        cells = [[row.name, row.text, row.range, row.remark] for row in result.rows]
+        lines.insert(1, partial(print_table, ["read as", "column", "values", "remark"], cells, left=2, texts=(3,)))
     step = "" if result.fixed or not result.rows else f"stillhook inspect {file} --save mapping.toml"
     return Answer(f"{result.source}: {result.noun}", lines, step, "ranges and remarks of every column")
 
 
-def _print(result: Understood) -> None:
-    print(f"{result.source}: {result.noun}")
-    if result.rows:
-        cells = [[row.name, row.text, row.range, row.remark] for row in result.rows]
-        print_table(["read as", "column", "values", "remark"], cells, left=2, texts=(3,))
-    if result.unused:
-        wrapped(f"not read: {', '.join(result.unused)}")
-    for note in result.notes:
-        wrapped(note)
-    if result.problem:
-        wrapped(f"refused as it is: {result.problem}")
-
-
-def _motion(file: Path, rows: Mapping[str, Any]) -> Understood:
-    from stillhook.formats.motion.open import understood_motion
-
-    return understood_motion(file, rows)
-
-
-def _log(file: Path, rows: Mapping[str, Any]) -> Understood:
-    from stillhook.logs.understood import understood_log
-
-    return understood_log(file, rows)
-
-
-def _weather(file: Path, rows: Mapping[str, Any]) -> Understood:
-    from stillhook.formats.weather.description import understood_weather
-
-    return understood_weather(str(file), columns=rows)
-
-
-def _chart(file: Path, rows: Mapping[str, Any]) -> Understood:
-    from stillhook.plan.definition.load_chart import understood_chart
-
-    return understood_chart(file, columns=rows)
-
-
-def _map(file: Path, rows: Mapping[str, Any]) -> Understood:
-    from stillhook.identify.motor.map import understood_map
-
-    return understood_map(file, rows)
-
-
-def _vessel(file: Path, rows: Mapping[str, Any]) -> Understood:
+def _vessel(name: str, columns: Mapping[str, Any]) -> Understood:
     from stillhook.formats.table.understood import Understood
     from stillhook.formats.vessel.open import read_untested
     from stillhook.sea.vessel.floating_body import long_wave_test, remarks, verdict_of
 
-    _no_rows(file, rows, "a vessel file declares its conventions itself, or a vessel description does")
+    file = Path(name)
+    _no_rows(file, columns, "a vessel file declares its conventions itself, or a vessel description does")
     rao = read_untested(file)
     tests = long_wave_test(rao)
     word, line = verdict_of(rao, tests)
@@ -135,11 +96,12 @@ def _vessel(file: Path, rows: Mapping[str, Any]) -> Understood:
     return Understood(rao.source, "vessel file", notes=notes, problem="" if word != "wrong" else line, fixed=True)
 
 
-def _spectra(file: Path, rows: Mapping[str, Any]) -> Understood:
+def _spectra(name: str, columns: Mapping[str, Any]) -> Understood:
     from stillhook.formats.table.understood import Understood
     from stillhook.formats.waves.wavespectra import read_sea
 
-    _no_rows(file, rows, "a file of spectra names its own variables")
+    file = Path(name)
+    _no_rows(file, columns, "a file of spectra names its own variables")
     sea = read_sea(file)
     return Understood(file.name, "file of measured waves", notes=(f"{len(sea.time)} records", *sea.notes), fixed=True)
 
@@ -149,16 +111,22 @@ def _no_rows(file: Path, rows: Mapping[str, Any], reason: str) -> None:
         raise CommandError(f"{file.name}: --column: {reason}. Leave it out.")
 
 
-READERS: Mapping[str, Reader] = {
-    "motion": _motion,
-    "log": _log,
-    "weather": _weather,
-    "chart": _chart,
-    "map": _map,
-    "vessel": _vessel,
-    "spectra": _spectra,
+READERS = {
+    "motion": "stillhook.formats.motion.open:understood_motion",
+    "log": "stillhook.logs.understood:understood_log",
+    "weather": "stillhook.formats.weather.description:understood_weather",
+    "chart": "stillhook.plan.definition.load_chart:understood_chart",
+    "map": "stillhook.identify.motor.map:understood_map",
+    "vessel": f"{__name__}:_vessel",
+    "spectra": f"{__name__}:_spectra",
 }
-"""What a file may be read as."""
+"""What a file may be read as, and what reads it so, loaded when it is used."""
+
+
+def _read(form: str, file: Path, rows: Mapping[str, Any]) -> Understood:
+    module, _, function = READERS[form].partition(":")
+    understood: Understood = getattr(import_module(module), function)(str(file), columns=rows)
+    return understood
 
 
 def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
@@ -175,7 +143,7 @@ def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
     likeliest = forms[0] if len(forms) == 1 or forms[0] != "log" else ""
     for form in forms:
         try:
-            result = READERS[form](file, rows)
+            result = _read(form, file, rows)
         except StillhookError as problem:
             refusals[form] = problem
             continue

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import textwrap
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -129,7 +131,7 @@ def _show_check(lift_plan: LiftPlan, file: str, *, json: bool) -> bool:
 
     result = check(lift_plan)
     show, step = lambda: print_document(result.document()), f"stillhook plan {file} --tier frequency"
-    present(result.facts, show, brief=lambda: brief(result.facts, step), json=json)
+    present(result.facts, brief=lambda: brief(result.facts, step), json=json, show=show)
     return result.possible
 
 
@@ -152,15 +154,9 @@ def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> Non
     written = lowered(selected, folder)
     files = [str(folder / name) for name in written.files]
 
-    def in_full() -> None:
-        wrapped(selected.line)
-        wrapped(written.line)
-
     step = f"stillhook lower {folder / written.files[0]}, to run it again"
     cell_answer = Answer(f"{lift_plan.name}: {ask.text}", [selected.line, written.line], step)
-    present(
-        {**selected.facts(), "repeats": written.repeats, "files": files}, in_full, brief=lambda: cell_answer, json=json
-    )
+    present({**selected.facts(), "repeats": written.repeats, "files": files}, brief=lambda: cell_answer, json=json)
     announce(folder, written.files, quiet=json)
     if not json:
         say_left_out()
@@ -191,10 +187,10 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
     if last is not Tier.CLOSED_FORM:
         say_if_compiling(lift_plan.crane)
     if last is Tier.TIME:
-        from stillhook.engine.lowering.run import ON_SLINGS
+        from stillhook.engine.lowering.run import setup_of
         from stillhook.plan.tiers.time_domain.placing import usual_runs
 
-        say_if_compiling(lift_plan.crane, setup=ON_SLINGS)
+        say_if_compiling(lift_plan.crane, setup=setup_of(lift_plan.hanging(0.0)))
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
@@ -206,12 +202,8 @@ def show(result: PlanResult, out: Path | None, file: str, tier: str, *, json: bo
     """The answer on the terminal."""
     from stillhook.plan.report.document import OUT_FILES, brief
 
-    present(
-        result.facts,
-        lambda: print_document(brief(result)),
-        brief=lambda: _answer(result, _next(out, file, tier)),
-        json=json,
-    )
+    in_full = lambda: print_document(brief(result))
+    present(result.facts, brief=lambda: _answer(result, _next(out, file, tier)), json=json, show=in_full)
     if out is not None and not json:
         announce(out, [name for name in OUT_FILES if (out / name).is_file()])
         say_left_out(pdf=True)
@@ -269,20 +261,15 @@ def report(
     WRITES.set(True)
     names = save_report(result, folder, figures=figures)
     answer, lines = verdict(result), short(result)
-
-    def in_full() -> None:
-        print(result.name)
-        for line in (*lines, answer.word, *answer.text):
-            wrapped(line, "  ")
-
     data = {
         "name": result.name,
         "answer": lines[0],
         "status": lines[1],
         "files": [str(folder / name) for name in names],
     }
-    step = f"read {folder / names[0]}"
-    present(data, in_full, brief=lambda: _answer(result, step), json=json)
+    brief = _answer(result, f"read {folder / names[0]}")
+    in_full = [partial(wrapped, text) for text in (answer.word, *answer.text)]
+    present(data, brief=lambda: replace(brief, lines=[*brief.lines, *in_full]), json=json)
     announce(folder, names, quiet=json)
     say_left_out(pdf=True)
     raise typer.Exit(0 if answer.passed else 1)

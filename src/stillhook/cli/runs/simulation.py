@@ -35,7 +35,7 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import LiftError, StillhookError
 from stillhook.report.formatting import cell, counted, wrapped
-from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, say, started
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, say, started, twin_lines
 from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
@@ -91,12 +91,7 @@ def run(
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
     title = title_of(crane, case)
     answer = runs[0].summary if len(runs) == 1 else summaries
-    present(
-        answer,
-        lambda: _print_runs("case", crane, summaries, title),
-        brief=lambda: brief_runs(crane, summaries, title),
-        json=json,
-    )
+    present(answer, brief=lambda: answer_of_runs("case", crane, summaries, title), json=json)
     if out is not None:
         data = {label: dataset_of([r]) for label, r in zip(labels, runs, strict=True)}
         all_cases = dataset_of(runs, labels) if len(runs) > 1 else data[labels[0]]
@@ -155,8 +150,7 @@ def compare(
     title = title_of(result.crane, result.runs[0].case)
     runs = result.table()
     step = f"stillhook stability {result.crane.name}, for the margins of the position loop"
-    show, brief = partial(_print_runs, "mode"), partial(brief_runs, step=step)
-    present(runs, lambda: show(result.crane, runs, title), brief=lambda: brief(result.crane, runs, title), json=json)
+    present(runs, brief=lambda: answer_of_runs("mode", result.crane, runs, title, step), json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
@@ -173,35 +167,32 @@ OF_BRIEF = {"e_c_pp": "error p-p", "eta_c": "efficiency", "p_max": "peak pressur
 """Numbers of a run in its short answer, where its winch type has them."""
 
 
-def brief_runs(crane: Crane, runs: Mapping[str, Mapping[str, Any]], title: str, step: str = "") -> Answer:
-    """Error, efficiency, pressure and status of each run; the one with the smallest error; notes."""
-    from stillhook.engine.certificate import twin_line
-
-    first = next(iter(runs.values()))
+def answer_of_runs(
+    head: str, crane: Crane, runs: Mapping[str, Mapping[str, Any]], title: str, step: str = ""
+) -> Answer:
+    """Error, efficiency, pressure and status of each run; the one with the smallest error; notes. head: of the first
+    column of the full table."""
+    first, of_type = next(iter(runs.values())), crane.plant.type.shown
     names = [name for name in OF_BRIEF if name in first]
-    heads = OF_BRIEF if crane.circuits else OF_BRIEF | {"u_p_max": "command used"}
+    common, brief = HEADERS, OF_BRIEF
+    if not crane.circuits:
+        common, brief = HEADERS | OF_DRIVE, OF_BRIEF | {"u_p_max": "command used"}
     rows = [[label, *(cell(n, run[n]) for n in names), str(run["status"])] for label, run in runs.items()]
-    table = columns(["", *(heads[n] for n in names), "status"], rows, left=(0, len(names) + 1))
+    heads = [head, *common.values(), *of_type.values(), "status"]
+    full = [[label, *(cell(n, run[n]) for n in (*HEADERS, *of_type, "status"))] for label, run in runs.items()]
     within = {label: run for label, run in runs.items() if run["status"] == "ok"}
     best = min(within, key=lambda label: within[label]["e_c_pp"], default="")
     outcome = "All runs exceeded a limit." if not best else ""
     if best and len(runs) > 1:
         outcome = f"Smallest control error within the limits: {best}, {cell('e_c_pp', runs[best]['e_c_pp'])} p-p."
-    noted = list(dict.fromkeys(note for run in runs.values() for note in run["notes"]))
-    more = "offset, largest error, saturation, relief" + (f"; {counted(len(noted), 'note')}" if len(noted) > 1 else "")
-    return Answer(title, [*table, outcome, twin_line(crane), *noted[:1]], step, more)
-
-
-def _print_runs(head: str, crane: Crane, summaries: dict[str, dict[str, Any]], title: str) -> None:
-    """A table with a row for each run, and their notes; head of its first column."""
-    common = HEADERS if crane.circuits else HEADERS | OF_DRIVE
-    heads = [head, *common.values(), *crane.plant.type.shown.values(), "status"]
-    names = (*HEADERS, *crane.plant.type.shown, "status")
-    print_table(heads, [[label, *(cell(n, s[n]) for n in names)] for label, s in summaries.items()], title=title)
-    print_twin(crane)
-    for label, summary in summaries.items():
-        for note in summary["notes"]:
-            print(f"{label}: {note}")
+    lines: list[Line] = [
+        *columns(["", *(brief[n] for n in names), "status"], rows, left=(0, len(names) + 1)),
+        partial(print_table, heads, full),
+        outcome,
+        *twin_lines(crane),
+    ]
+    notes = [f"{label}: {note}" for label, run in runs.items() for note in run["notes"]]
+    return Answer(title, lines, step, "offset, largest error, saturation, relief", notes)
 
 
 def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool = True, start: float = 0.0) -> None:
@@ -347,7 +338,7 @@ def lower(
         say("drawing the film ...")
     films = {name: runs[name] for name in wanted}
     written = write_lowering(out, run, file, answer, film=films) if out is not None else ()
-    present(answer, lambda: _print_lowering(file, answer), brief=lambda: _brief_lowering(file, answer), json=json)
+    present(answer, brief=lambda: _answer_of_lowering(file, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
@@ -378,19 +369,13 @@ def _hoist(lift: str, text: str, seed: int | None, duration: str | None, *, json
     over = f"{found.starts} starts over {show(found.span, 'time')}"
     line = none if math.isnan(found.lowest) else f"{lowest}, of {over} at each speed."
 
-    def full() -> None:
-        wrapped(f"{file.lift.name}: {file.crane.name}, {file.place}")
-        print_table(
-            list(OF_SPEED),
-            [
-                [f"{row.share:.0%}" if k == "share" else show(getattr(row, k), kind) for k, kind in OF_SPEED.values()]
-                for row in found.rows
-            ],
-        )
-        print(line)
-
+    cells = [
+        [f"{row.share:.0%}" if k == "share" else show(getattr(row, k), kind) for k, kind in OF_SPEED.values()]
+        for row in found.rows
+    ]
+    lines: list[Line] = [partial(print_table, list(OF_SPEED), cells), line]
     title = f"{file.lift.name}: {file.crane.name}, {file.place}"
-    present(answer, full, brief=lambda: Answer(title, [line], more="every speed"), json=json)
+    present(answer, brief=lambda: Answer(title, lines, more="every speed"), json=json)
 
 
 def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
@@ -408,14 +393,20 @@ def _filmed(file: LiftFile, text: str) -> dict[str, Lowering]:
     return {name: file.lift.model_copy(update={"controller": known[name]}) for name in names}
 
 
-def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
+def _answer_of_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
     """Status, tension against what is allowed, the worst phase, touch-down and compensation of a lowering."""
-    from stillhook.engine.certificate import twin_line
     from stillhook.physics.scalar import G
 
     allowed, phases = (file.crane.SWL + file.crane.hook_mass) * G, answer["phases"]
     used = f"{show(answer['F_w_max'], 'force')} of {show(allowed, 'force')} (SWL and hook)"
-    lines = [
+    load, heads = file.lift.payload, OF_LOWERING
+    if not file.crane.circuits:
+        heads = OF_LOWERING | {"saturation_time": OF_DRIVE["saturation_time"]}
+    rows = [[row["name"], row["described"], *(cell(name, row[name]) for name in OF_LOWERING)] for row in phases]
+    of_load = f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep"
+    lines: list[Line] = [
+        partial(wrapped, of_load),
+        partial(print_table, ["phase", "description", *heads.values()], rows, left=2),
         f"Status: {answer['status']}; {len(phases)} phases, {show(answer['duration'], 'time')} in all.",
         f"Largest tension at the crane tip: {used}, utilisation {answer['F_w_max'] / allowed:.2f}.",
     ]
@@ -427,20 +418,24 @@ def _brief_lowering(file: LiftFile, answer: dict[str, Any]) -> Answer:
             f"Slings: least {cell('F_sling_min', least['F_sling_min'])} in {least['name']}; largest DAF"
             f" {cell('DAF', most['DAF'])} in {most['name']}."
         )
+    if (unit := file.lift.compensator) is not None:
+        from stillhook.winches.load_path.registry import UNITS
+
+        lines.append(partial(wrapped, UNITS[unit.type].summary(unit, answer)))
     lines += _off_deck(file, answer)
     if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
+        slack = answer["sling_slack_landed_time"]
+        after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         at = f"after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}"
-        lines.append(f"Touch-down {at}.")
+        lines.append(f"Touch-down {at}{after}.")
     compensated = [row for row in phases if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
     if compensated:
         row = min(compensated, key=lambda row: row["eta_load"])
         lines.append(
             f"Least compensation: {row['eta_c']:.0%} at the winch, {row['eta_load']:.0%} at the load, in {row['name']}."
         )
-    notes = answer["notes"]
-    more = f"every phase, {counted(len(notes), 'note')}"
-    title = f"{answer['lift']}: {file.lift.payload.title or file.lift.payload.name}, {answer['crane']}, {file.place}"
-    return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
+    title = f"{answer['lift']}: {load.title or load.name}, {answer['crane']}, {file.place}"
+    return Answer(title, [*lines, *twin_lines(file.crane)], more="every phase", notes=answer["notes"])
 
 
 def _off_deck(file: LiftFile, answer: dict[str, Any]) -> list[str]:
@@ -454,41 +449,3 @@ def _off_deck(file: LiftFile, answer: dict[str, Any]) -> list[str]:
         f"{counted(hits, 'second hit')}, up to {show(answer['v_second_hit_max'], 'speed')}" if hits else "no second hit"
     )
     return [f"Lift-off after {show(answer['t_lift_off'], 'time')}; {again}."]
-
-
-def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
-    from stillhook.physics.scalar import G
-
-    wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
-    load = file.lift.payload
-    wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
-    rows = [
-        [row["name"], row["described"], *(cell(name, row[name]) for name in OF_LOWERING)] for row in answer["phases"]
-    ]
-    heads = OF_LOWERING if file.crane.circuits else OF_LOWERING | {"saturation_time": OF_DRIVE["saturation_time"]}
-    print_table(["phase", "description", *heads.values()], rows, left=2)
-    print(f"status: {answer['status']}")
-    allowed = (file.crane.SWL + file.crane.hook_mass) * G
-    print(
-        f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
-    )
-    if (unit := file.lift.compensator) is not None:
-        from stillhook.winches.load_path.registry import UNITS
-
-        print(UNITS[unit.type].summary(unit, answer))
-    for line in _off_deck(file, answer):
-        print(line)
-    if not math.isnan(answer["t_landed"]) and not file.lift.on_deck:
-        slack = answer["sling_slack_landed_time"]
-        after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
-        print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
-    compensated = [row for row in answer["phases"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
-    if compensated:
-        least = min(compensated, key=lambda row: row["eta_load"])
-        print(
-            f"least compensation, phase {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
-            " the load"
-        )
-    print_twin(file.crane)
-    for note in answer["notes"]:
-        print(note)

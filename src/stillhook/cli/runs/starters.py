@@ -27,6 +27,12 @@ class What(NamedTuple):
     commands: tuple[str, ...]
 
 
+def _starter(model: Any, data: Mapping[str, Any], head: Sequence[str], **options: Any) -> str:
+    from stillhook.library.toml.starter import Starter
+
+    return Starter(**options).text(model, data, head)
+
+
 def _crane(out: Path, like: str) -> str:
     from stillhook.library import load_crane
     from stillhook.library.toml.tree import Leaf
@@ -50,12 +56,8 @@ def _crane(out: Path, like: str) -> str:
         'its source: SWL = { value = "250 t", kind = "datasheet", source = "drawing 12" }. kind: published, datasheet,',
         "fitted, derived, assumed or user. A plain value counts as yours, without a source.",
     )
-    from stillhook.library.toml.starter import Starter
-
-    starter = Starter(
-        hidden=frozenset({"sources", "certified"}), off=True, on=frozenset({"name", "title"}), remark=kinds
-    )
-    text = starter.text(Crane, data, head)
+    hidden, on = frozenset({"sources", "certified"}), frozenset({"name", "title"})
+    text = _starter(Crane, data, head, hidden=hidden, off=True, on=on, remark=kinds)
     first = text.index("\nname = ")
     return f'{text[:first]}\nbase = "{like}"{text[first:]}'
 
@@ -88,9 +90,7 @@ def _payload(out: Path, like: str) -> str:
     )
     hidden = {"sources", "levels", "source", "kind"} | (set() if shape is None or shape == "assembly" else {"parts"})
     hidden |= {"Payload.height"} if issubclass(SHAPES.get(shape, Payload), Assembly) else set()
-    from stillhook.library.toml.starter import Starter
-
-    return Starter(hidden=frozenset(hidden), flat=flat).text(Payload, data, head)
+    return _starter(Payload, data, head, hidden=frozenset(hidden), flat=flat)
 
 
 def _lift(out: Path, like: str) -> str:
@@ -105,9 +105,7 @@ def _lift(out: Path, like: str) -> str:
         "crane, vessel and payload: names of the library (stillhook list cranes) or files seen from this one.",
     )
     model = PlanFile if like in plans() else LiftTables
-    from stillhook.library.toml.starter import Starter
-
-    return Starter(hidden=frozenset({"synthetic_certificate"})).text(model, data, head)
+    return _starter(model, data, head, hidden=frozenset({"synthetic_certificate"}))
 
 
 def _campaign(out: Path, like: str) -> str:
@@ -119,9 +117,7 @@ def _campaign(out: Path, like: str) -> str:
         f"{MARK}, so that it validates as it is. Put your logs in place of logs/, then name crane, columns and tests.",
         "Remove synthetic = true with the last of these logs; criteria: a library name, or a file in the same folder.",
     )
-    from stillhook.library.toml.starter import Starter
-
-    return Starter().text(CampaignFile, data, head)
+    return _starter(CampaignFile, data, head)
 
 
 def _drives(out: Path, like: str) -> str:
@@ -136,9 +132,7 @@ def _drives(out: Path, like: str) -> str:
         "What each drive costs, in one currency. A cell that is not known stays empty, and each sum lists what it",
         "leaves out. Delete the drives that are not compared.",
     )
-    from stillhook.library.toml.starter import Starter
-
-    return Starter().text(CostFile, data, head)
+    return _starter(CostFile, data, head)
 
 
 KINDS: Mapping[str, What] = {
@@ -188,13 +182,8 @@ def new(
 
         commands = commands if first in plans() else ("lower {}",)
     steps = [f"stillhook {command.format(written)}" for command in commands]
-    title, step = f"written: {written}", "; then ".join(steps)
-    present(
-        {"file": str(written), "like": first, "next": steps},
-        lambda: print("\n".join((title, *(f"next: {each}" for each in steps)))),
-        brief=lambda: Answer(title, (), step),
-        json=json,
-    )
+    answer = Answer(f"written: {written}", step="; then ".join(steps))
+    present({"file": str(written), "like": first, "next": steps}, brief=lambda: answer, json=json)
 
 
 def _one_file(out: Path, text: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -9,7 +10,7 @@ import typer
 from stillhook.cli.parser import Json, Out, check_out, present
 from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit, variable
-from stillhook.report.terminal import Answer, print_table, print_values
+from stillhook.report.terminal import Answer, Cells, Line, print_table, print_values
 from stillhook.units import parse, quote
 
 RHO = "1025 kg/m^3"
@@ -45,38 +46,29 @@ def payload(
     check_out(out, OUT_FILES)
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
     picture, numbers = OUT_FILES
-    pictures = lambda: {picture: payload_figure(load, density)}
-    show, brief = (lambda: _print(answer)), (lambda: _brief(answer))
-    present(answer, show, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
+    pictures = lambda: {picture: payload_figure(load, rho=density)}
+    present(answer, out, {numbers: answer}, brief=lambda: _answer(answer), json=json, pictures=pictures)
 
 
-def _brief(answer: dict[str, Any]) -> Answer:
+def _answer(answer: dict[str, Any]) -> Answer:
     """The payload's numbers, by name and unit, and what to check."""
-    values = {k: v for k, v in answer.items() if isinstance(v, float)}
+    values, levels = {k: v for k, v in answer.items() if isinstance(v, float)}, answer["levels"]
     text = ", ".join(f"{n} {variable(n, v)}" for n, v in values.items())
-    title = f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})"
-    check = "Coefficients follow DNV-RP-N103; results of a model test or CFD take precedence."
-    lines = [f"{text}.", *answer["notes"], check if answer["shape"] != "levels" else ""]
-    return Answer(title, lines, more="meanings, coefficients over submergence, sources")
-
-
-def _print(answer: dict[str, Any]) -> None:
-    print(f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})")
-    print_values({k: v for k, v in answer.items() if isinstance(v, float)})
     header = [f"{name} [{display_unit(name) or '-'}]" for name in COLUMNS]
-    levels = answer["levels"]
     dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
     rows = [
         [display_number(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS]
         for level in levels[::EVERY]
     ]
-    print_table(header, rows, left=0, title="Over submergence: every sixteenth level")
     stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
-    print_table(("field", "kind", "source"), stated, left=3)
-    for note in answer["notes"]:
-        print(note)
-    if answer["shape"] != "levels":
-        print(
-            "Coefficients follow DNV-RP-N103, not compared with a printed edition: check them against yours. Results of"
-            " a model test or CFD take precedence."
-        )
+    check = "Coefficients follow DNV-RP-N103, not compared with a printed edition: check them against yours. Results of"
+    lines: list[Line] = [
+        Cells(f"{text}."),
+        partial(print_values, values),
+        partial(print_table, header, rows, left=0, title="Over submergence: every sixteenth level"),
+        partial(print_table, ("field", "kind", "source"), stated, left=3),
+        *answer["notes"],
+        f"{check} a model test or CFD take precedence." if answer["shape"] != "levels" else "",
+    ]
+    title = f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})"
+    return Answer(title, lines, more="meanings, coefficients over submergence, sources")

@@ -27,8 +27,8 @@ from stillhook.cli.parser import (
 )
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
-from stillhook.report.formatting import cell, counted, display_number, wrapped
-from stillhook.report.terminal import Answer, columns, print_table, print_twin, progress_bar, started
+from stillhook.report.formatting import cell, display_number, wrapped
+from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def response(
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
         written = write_response(out, stamped(response.data, answer), short, partial(_figure, response, answer))
-    present(answer, lambda: _print(file, response, answer), brief=lambda: _brief(file, response, answer), json=json)
+    present(answer, brief=lambda: _answer(file, response, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
@@ -140,52 +140,49 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     return response_figure(response, title=title)
 
 
-def _brief(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> Answer:
+def _answer(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> Answer:
     """Motion and tension with the winch compensating and on its brake, compensation, and the status."""
-    from stillhook.engine.certificate import twin_line
-
+    load, of_sea = file.lift.payload, "status" in answer
     at = f"payload {show(abs(response.depth), 'length')} {'below' if response.depth > 0.0 else 'above'} still water"
-    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}"
-    if "status" not in answer:
-        n, load = answer["n_valid"], answer["load_mpm"]
-        lines = [
-            f"{answer['file']}: {n} of {answer['n_records']} records, {answer['start'][:10]} to {answer['end'][:10]}.",
-            f"Load compensated, most in {_hours(answer)}: mean {cell('load_mpm', load['mean'])}, worst"
-            f" {cell('load_mpm', load['max'])} on {load['worst'][:16].replace('T', ' ')}.",
-            f"Compensation at the load: mean {cell('eta_sigma_load', answer['eta_sigma_load']['mean'])}.",
-            f"Pumps saturate in {answer['n_saturated']} records, slack slings are likely in {answer['n_slack']},"
-            f" the hook load exceeds the SWL in {answer['n_overload']}.",
-        ]
-    else:
-        braked = answer["braked"]
-        rows = [
-            [words, cell(name, answer[name]), cell(name, braked[name])]
-            for words, name in (("load motion", "load_mpm"), ("tension at the tip", "F_top_mpm"), ("DAF", "DAF"))
-        ]
-        table = columns([f"most probable largest in {_hours(answer)}", "compensated", "on the brake"], rows)
-        wire, at_load = (cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
-        lines = [f"Status: {answer['status']}.", *table, f"Compensation: {wire} at the wire, {at_load} at the load."]
-    notes = answer["notes"]
-    more = f"tip, wire and sling responses, natural periods, {counted(len(notes), 'note')}"
-    return Answer(title, [*lines, twin_line(file.crane), *notes[:1]], more=more)
-
-
-def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:
-    wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
-    load = file.lift.payload
-    where = f"{show(abs(response.depth), 'length')} {'below' if response.depth > 0.0 else 'above'}"
-    hangs = f"its underside {where} still water on {show(response.load.s_w, 'length')} of wire"
-    wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}, {hangs}")
+    of_load = f"{load.title or load.name}, {show(load.mass, 'mass')}, on {show(response.load.s_w, 'length')} of wire"
     periods = ", ".join(f"{T:.3g} s" for T in response.T_wire)
     rest = f"{show(response.load.F_top, 'force')} at the tip, {show(response.load.F_sling, 'force')} in the slings"
-    wrapped(f"natural periods with the top held: {periods}; at rest {rest}")
-    if "status" in answer:
-        _print_sea(answer)
-    else:
-        _print_year(answer)
-    print_twin(file.crane)
-    for note in answer["notes"]:
-        wrapped(note)
+    lines: list[Line] = [
+        partial(wrapped, answer["place"]),
+        partial(wrapped, of_load),
+        partial(wrapped, f"natural periods with the top held: {periods}; at rest {rest}"),
+        partial(_print_sea if of_sea else _print_year, answer),
+        *(_of_sea(answer) if of_sea else _of_year(answer)),
+        *twin_lines(file.crane),
+    ]
+    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}"
+    return Answer(title, lines, more="tip, wire and sling responses, natural periods", notes=answer["notes"])
+
+
+def _of_year(answer: dict[str, Any]) -> list[Line]:
+    """Of a file of records the largest motion of the load, and in how many something is exceeded."""
+    n, load = answer["n_valid"], answer["load_mpm"]
+    return [
+        f"{answer['file']}: {n} of {answer['n_records']} records, {answer['start'][:10]} to {answer['end'][:10]}.",
+        f"Load compensated, most in {_hours(answer)}: mean {cell('load_mpm', load['mean'])}, worst"
+        f" {cell('load_mpm', load['max'])} on {load['worst'][:16].replace('T', ' ')}.",
+        f"Compensation at the load: mean {cell('eta_sigma_load', answer['eta_sigma_load']['mean'])}.",
+        f"Pumps saturate in {answer['n_saturated']} records, slack slings are likely in {answer['n_slack']},"
+        f" the hook load exceeds the SWL in {answer['n_overload']}.",
+    ]
+
+
+def _of_sea(answer: dict[str, Any]) -> list[Line]:
+    """Status, load and tension, compensated and on the brake."""
+    rows = [
+        [words, cell(name, answer[name]), cell(name, answer["braked"][name])]
+        for words, name in (("load motion", "load_mpm"), ("tension at the tip", "F_top_mpm"), ("DAF", "DAF"))
+    ]
+    table = columns([f"most probable largest in {_hours(answer)}", "compensated", "on the brake"], rows)
+    wire, at_load = (cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
+    pumps = f"Pumps at their stop: {cell('saturation_share', answer['saturation_share'])} of the time."
+    compensation = f"Compensation: {wire} at the wire, {at_load} at the load."
+    return [f"Status: {answer['status']}.", *table, compensation, partial(wrapped, pumps)]
 
 
 def _print_sea(answer: dict[str, Any]) -> None:
@@ -207,10 +204,6 @@ def _print_sea(answer: dict[str, Any]) -> None:
     }
     table = [[names[name], cell(name, answer[name]), cell(name, braked[name])] for name in TENSIONS]
     print_table(["tension", "compensated", "on the brake"], table)
-    wire, at_load = (cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
-    print(f"compensation: {wire} at the wire, {at_load} at the load")
-    print(f"pumps at their stop: {cell('saturation_share', answer['saturation_share'])} of the time")
-    print(f"status: {answer['status']}")
 
 
 def _print_year(answer: dict[str, Any]) -> None:
@@ -227,16 +220,7 @@ def _print_year(answer: dict[str, Any]) -> None:
                 numbers["worst"].removesuffix(":00Z").replace("T", " "),
             ]
         )
-    title = (
-        f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records used, {answer['start']} to"
-        f" {answer['end']}"
-    )
-    print_table(["", "first", "mean", "worst", "when (UTC)"], rows, title=title)
-    n = answer["n_valid"]
-    print(
-        f"of {n} records: pumps saturate in {answer['n_saturated']}, slack slings likely in {answer['n_slack']}, "
-        f"more than the SWL at the hook in {answer['n_overload']}"
-    )
+    print_table(["", "first", "mean", "worst", "when (UTC)"], rows)
 
 
 def _hours(answer: dict[str, Any]) -> str:

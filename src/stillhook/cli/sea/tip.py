@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,8 +30,8 @@ from stillhook.cli.parser import (
     typed_position,
 )
 from stillhook.errors import MotionError, SeaError
-from stillhook.report.formatting import counted, display_number, display_unit, variable, wrapped
-from stillhook.report.terminal import Answer, print_table, print_values
+from stillhook.report.formatting import display_number, display_unit, variable, wrapped
+from stillhook.report.terminal import Answer, Cells, Line, print_table, print_values
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
@@ -198,16 +199,16 @@ def _in_sea(
         summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, against=against, **series)
     title = f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}"
 
-    def in_full() -> None:
-        wrapped(title)
-        _print(summary)
-        if against is not None:
-            wrapped(f"against {against.other.describe()}")
-            _print(summary["against"])
-        if out is not None:
-            wrapped(f"series: {summary['series']['report']}")
-
-    present(summary, in_full, brief=lambda: _brief(title, summary, out), json=json)
+    lines: list[Line] = _lines(summary)
+    if against is not None:
+        of = summary["against"]
+        words = ", ".join(f"{n} {variable(n, of[n])}" for n in ("sigma_z", "sigma_v", "z_mpm", "v_mpm"))
+        lines += [f"Against {of['vessel']}: {words}.", partial(_print, of), *of["notes"]]
+    if out is not None:
+        lines.append(partial(wrapped, f"series: {summary['series']['report']}"))
+    step = "" if out is None else f"stillhook compare CRANE --motion {out / OUT_FILES[-1]}"
+    answer = Answer(title, lines, step, "meanings, 90 % levels", summary["notes"], shown=2)
+    present(summary, brief=lambda: answer, json=json)
     if out is not None and not json:
         from stillhook.report.kit import can_draw
 
@@ -223,11 +224,8 @@ def _of_log(log: Path, at: str | None, duration: float, columns: Mapping[str, An
     notes = [report] if report else []
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
 
-    def in_full() -> None:
-        wrapped(motion.describe())
-        _print(summary)
-
-    present(summary, in_full, brief=lambda: _brief(motion.describe(), summary, None), json=json)
+    answer = Answer(motion.describe(), _lines(summary), more="meanings, 90 % levels", notes=notes)
+    present(summary, brief=lambda: answer, json=json)
 
 
 def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
@@ -258,33 +256,17 @@ def _logged(log: Path, at: str | None, columns: Mapping[str, Any]) -> Motion:
         raise typed_position(e, AT_POSITION) from None
 
 
-def _brief(title: str, summary: dict[str, Any], out: Path | None) -> Answer:
+def _lines(summary: dict[str, Any]) -> list[Line]:
     """Standard deviations, periods and most probable largest motion, speed and acceleration of the tip."""
 
-    def texts(names: Iterable[str]) -> list[str]:
-        return [f"{n} {variable(n, summary[n])}" for n in names if n in summary]
+    def texts(names: Iterable[str]) -> str:
+        return ", ".join(f"{n} {variable(n, summary[n])}" for n in names if n in summary)
 
-    largest = [f"{label} {', '.join(texts([f'{n}_mpm']))}" for n, label in LARGEST]
-    met = [f"{label} {', '.join(texts([f'{n}_max']))}" for n, label in LARGEST if f"{n}_max" in summary]
-    lines = [
-        f"{', '.join(texts(SHOWN))}.",
-        f"Most probable largest in {summary['duration'] / 3600.0:.4g} h: {', '.join(largest)}.",
-        f"Largest in the log: {', '.join(met)}." if met else "",
-        *_against(summary),
-        *summary["notes"][:2],
-    ]
-    step = "" if out is None else f"stillhook compare CRANE --motion {out / OUT_FILES[-1]}"
-    more = f"meanings, 90 % levels, {counted(len(summary['notes']), 'note')}"
-    return Answer(title, lines, step, more)
-
-
-def _against(summary: dict[str, Any]) -> list[str]:
-    """The same against the deck of another vessel, where there is one."""
-    if "against" not in summary:
-        return []
-    of = summary["against"]
-    words = ", ".join(f"{n} {variable(n, of[n])}" for n in ("sigma_z", "sigma_v", "z_mpm", "v_mpm"))
-    return [f"Against {of['vessel']}: {words}.", *of["notes"]]
+    largest = ", ".join(f"{label} {texts([f'{n}_mpm'])}" for n, label in LARGEST)
+    met = ", ".join(f"{label} {texts([f'{n}_max'])}" for n, label in LARGEST if f"{n}_max" in summary)
+    brief = [f"{texts(SHOWN)}.", f"Most probable largest in {summary['duration'] / 3600.0:.4g} h: {largest}."]
+    brief += [f"Largest in the log: {met}."] if met else []
+    return [*map(Cells, brief), partial(_print, summary)]
 
 
 def _print(summary: dict[str, Any]) -> None:
@@ -304,8 +286,6 @@ def _print(summary: dict[str, Any]) -> None:
             cells += [_interval(maxima.get(key), key) for key in (f"{name}_mpm", f"{name}_p90")]
         rows.append([label, *cells])
     print_table(header, rows, title=f"largest in {summary['duration'] / 3600.0:.4g} h")
-    for note in summary["notes"]:
-        wrapped(note)
 
 
 def _interval(limits: dict[str, float] | None, key: str) -> str:
@@ -354,23 +334,22 @@ def _all_round(
             [*c, *(display_number(n, relative[d][n], 4) for n in AGAINST)] for c, d in zip(cells, numbers, strict=True)
         ]
 
-    def brief() -> Answer:
-        ends = [
-            (word, choose(numbers, key=lambda d: numbers[d]["z_mpm"]))
-            for word, choose in (("Worst", max), ("Best", min))
-        ]
-        lines = [
+    ends = (
+        (word, choose(numbers, key=lambda d: numbers[d]["z_mpm"])) for word, choose in (("Worst", max), ("Best", min))
+    )
+    lines: list[Line] = [
+        partial(print_table, ["heading\ndeg", *names], cells),
+        *(
             f"{word} heading {d} deg: most probable largest {display_number('z_mpm', numbers[d]['z_mpm'], 4)} m,"
             f" {display_number('v_mpm', numbers[d]['v_mpm'], 4)} {display_unit('v_mpm')}."
             for word, d in ends
-        ]
-        if relative is not None:
-            d = max(relative, key=lambda d: relative[d]["v_mpm"])
-            speed = f"{display_number('v_mpm', relative[d]['v_mpm'], 4)} {display_unit('v_mpm')}"
-            lines += [f"Against the other vessel: worst heading {d} deg, most probable largest {speed}.", *ALONE]
-        return Answer(title, lines, more=f"every heading ({len(numbers)})")
-
-    present(data, lambda: print_table(["heading\ndeg", *names], cells, title=title), brief=brief, json=json)
+        ),
+    ]
+    if relative is not None:
+        d = max(relative, key=lambda d: relative[d]["v_mpm"])
+        speed = f"{display_number('v_mpm', relative[d]['v_mpm'], 4)} {display_unit('v_mpm')}"
+        lines += [f"Against the other vessel: worst heading {d} deg, most probable largest {speed}.", *ALONE]
+    present(data, brief=lambda: Answer(title, lines, more=f"every heading ({len(numbers)})"), json=json)
 
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:

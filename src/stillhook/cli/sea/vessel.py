@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
-from stillhook.report.formatting import counted, wrapped
-from stillhook.report.terminal import Answer, print_table
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import number
 
 if TYPE_CHECKING:
@@ -68,14 +69,14 @@ def vessel(
 
         return {picture: vessel_figure(rao, place)}
 
-    show, brief = (lambda: _print_sheet(rao, answer, place)), (lambda: _brief_sheet(rao, answer, place, name))
-    present(answer, show, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
+    brief = lambda: _answer(rao, answer, place, name)
+    present(answer, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def _check(name: str, *, json: bool) -> bool:
     """Print what the test found; whether the vessel fits."""
     from stillhook.formats.vessel.open import read_untested
-    from stillhook.sea.vessel.floating_body import long_wave_test, remarks, verdict_of
+    from stillhook.sea.vessel.floating_body import in_words, long_wave_test, remarks, verdict_of
 
     rao = read_untested(name)
     tests = long_wave_test(rao)
@@ -91,11 +92,29 @@ def _check(name: str, *, json: bool) -> bool:
         "motions": [_tested(t) for t in tests],
         "notes": notes,
     }
-    verdict = f"{'PASSED' if answer['passed'] else 'NOT PASSED'}: {line}"
-    motions = f"Share of the limit: {', '.join(f'{t.dof} {t.share:.2f}' for t in tests)}."
+    rows = [
+        (
+            t.dof,
+            f"{t.share:.3f}",
+            in_words(t.value),
+            in_words(t.limit),
+            f"{math.degrees(t.beta):.4g} deg",
+            f"{t.deviation:.3f}",
+            t.verdict,
+        )
+        for t in tests
+    ]
+    heads = ("motion", "share of limit", "found", "limit", "worst at", "apart", "verdict")
+    per = "per metre of wave (rotations per slope of the wave)"
+    lines: list[Line] = [
+        f"{'PASSED' if answer['passed'] else 'NOT PASSED'}: {line}",
+        Cells(f"Share of the limit: {', '.join(f'{t.dof} {t.share:.2f}' for t in tests)}."),
+        partial(print_table, heads, rows, title=per, texts=(6,)),
+        partial(wrapped, f"reference point: {rao.origin or 'not stated'}"),
+    ]
     title = f"{rao.name}: low-frequency limit in waves of {answer['longest_wave']:.4g} s"
-    brief = lambda: Answer(title, [verdict, motions, *notes[:2]], more="each motion, headings, notes")
-    present(answer, lambda: _print_check(rao, tests, line, notes), brief=brief, json=json)
+    brief = lambda: Answer(title, lines, more="each motion, headings", notes=notes, shown=2)
+    present(answer, brief=brief, json=json)
     return word == "fits"
 
 
@@ -136,91 +155,37 @@ def _sheet(rao: Rao, point: tuple[float, float] | None) -> dict[str, Any]:
     }
 
 
-def _brief_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None, name: str) -> Answer:
-    """Range of the table, the largest value of each motion, and the vertical motion per metre of wave."""
-    import numpy as np
-
-    T, peaks = answer["period"], answer["peaks"]
-    sizes = (
-        f"{number(p['size'], 3)} m/m" if p["motion"] in TRANSLATIONS else f"{number(math.degrees(p['size']), 3)} deg/m"
-        for p in peaks
-    )
-    largest = ", ".join(f"{p['motion']} {size} at {p['period']:.3g} s" for p, size in zip(peaks, sizes, strict=True))
-    where = "the reference point" if point is None else f"x {point[0]:g} m, y {point[1]:g} m"
-    H = np.abs(rao.vertical(2.0 * np.pi / np.array(PERIODS), np.radians(SIDES), *(point or (0.0, 0.0))))
-    lines = [
-        f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(answer['beta'])} headings.",
-        f"Largest per metre of wave: {largest}.",
-        f"Largest vertical motion of {where}: {H.max():.3f} m/m, known within {100.0 * answer['leeway']:.2g} %.",
-        *answer["notes"][:2],
-    ]
-    more = f"vertical motion by period and heading, {counted(len(answer['notes']), 'note')}"
-    return Answer(f"{rao.name}, from {rao.source}", lines, f"stillhook vessel {name} --check", more)
-
-
 TRANSLATIONS = ("surge", "sway", "heave")
 
 
-def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None) -> None:
+def _answer(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None, name: str) -> Answer:
+    """Range of the table, the largest value of each motion, and the vertical motion per metre of wave."""
     import numpy as np
 
-    wrapped(f"{rao.name}, from {rao.source}")
-    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
-    depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
-    T, beta = np.asarray(answer["period"]), np.degrees(rao.beta)
-    gap = float(np.max(np.diff(np.append(beta, beta[0] + 360.0))))
-    wrapped(
-        f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(beta)} headings at most {gap:.4g} deg apart, {depth}",
-        "  ",
-    )
-    for note in rao.notes:
-        wrapped(f"note: {note}", "  ")
-    rows = []
+    T, rows = answer["period"], []
     for p in answer["peaks"]:
-        size = f"{number(p['size'])} m/m" if p["motion"] in TRANSLATIONS else f"{number(math.degrees(p['size']))} deg/m"
-        rows.append((p["motion"], size, f"{p['period']:.4g} s", f"{math.degrees(p['beta']):.4g} deg"))
-    print_table(("motion", "largest", "at period", "waves travel"), rows)
-    description = (
-        "heave of the reference point"
-        if point is None
-        else f"vertical motion of the point x {point[0]:g} m, y {point[1]:g} m"
-    )
+        moves = p["motion"] in TRANSLATIONS
+        size = f"{number(p['size'] if moves else math.degrees(p['size']), 3)} {'m' if moves else 'deg'}/m"
+        rows.append((p["motion"], size, f"{p['period']:.3g} s", f"{math.degrees(p['beta']):.4g} deg"))
+    largest = ", ".join(f"{motion} {size} at {period}" for motion, size, period, _ in rows)
+    where = "the reference point" if point is None else f"the point x {point[0]:g} m, y {point[1]:g} m"
     H = np.abs(rao.vertical(2.0 * np.pi / np.array(PERIODS), np.radians(SIDES), *(point or (0.0, 0.0))))
-    table = [(f"{T:g} s", *(f"{H[j, k]:.3f}" for j in range(len(SIDES)))) for k, T in enumerate(PERIODS)]
-    wrapped(
-        f"between its frequencies the table leaves {description} open by {100.0 * answer['leeway']:.2g} % either way "
-        "where it is most (waves of 5 to 12 s; half of what a spline and straight lines differ by)"
-    )
-    print_table(
-        ("period", *(f"{s:g} deg" for s in SIDES)),
-        table,
-        title=f"{description} per metre of wave [m/m], by where waves travel",
-    )
-
-
-def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str, notes: list[str]) -> None:
-    from stillhook.sea.vessel.floating_body import in_words
-
-    period = 2.0 * math.pi / float(rao.omega[0])
-    rows = [
-        (
-            t.dof,
-            f"{t.share:.3f}",
-            in_words(t.value),
-            in_words(t.limit),
-            f"{math.degrees(t.beta):.4g} deg",
-            f"{t.deviation:.3f}",
-            t.verdict,
-        )
-        for t in tests
+    beta = np.degrees(rao.beta)
+    gap = float(np.max(np.diff(np.append(beta, beta[0] + 360.0))))
+    apart = f"{len(beta)} headings at most {gap:.4g} deg apart"
+    depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
+    table = [(f"{period:g} s", *(f"{x:.3f}" for x in row)) for period, row in zip(PERIODS, H, strict=True)]
+    basis = "(waves of 5 to 12 s; half of what a spline and straight lines differ by)"
+    vertical = f"vertical motion of {where} per metre of wave [m/m], by where waves travel"
+    lines: list[Line] = [
+        partial(wrapped, f"reference point: {rao.origin or 'not stated'}"),
+        f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {apart}, {depth}.",
+        Cells(f"Largest per metre of wave: {largest}."),
+        partial(print_table, ("motion", "largest", "at period", "waves travel"), rows),
+        f"Largest vertical motion of {where}: {H.max():.3f} m/m, known within {100.0 * answer['leeway']:.2g} %"
+        f" {basis}.",
+        partial(print_table, ("period", *(f"{s:g} deg" for s in SIDES)), table, title=vertical),
     ]
-    print_table(
-        ("motion", "share of limit", "found", "limit", "worst at", "apart", "verdict"),
-        rows,
-        title=f"{rao.name} in waves of {period:.4g} s, per metre of wave (rotations per slope of the wave)",
-        texts=(6,),
-    )
-    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
-    for note in notes:
-        wrapped(f"note: {note}", "  ")
-    wrapped(line)
+    more = "vertical motion by period and heading"
+    step = f"stillhook vessel {name} --check"
+    return Answer(f"{rao.name}, from {rao.source}", lines, step, more, answer["notes"], shown=2)

@@ -12,7 +12,7 @@ import typer
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit, variable
-from stillhook.report.terminal import Answer, columns, print_table, print_values
+from stillhook.report.terminal import Answer, Cells, Line, columns, print_table, print_values
 
 if TYPE_CHECKING:
     from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
@@ -57,7 +57,7 @@ def sea(
     check_out(out, OUT_FILES)
     waves_read = _read_waves(waves, record, form, point)
     answer = _of_spectrum(waves_read) if isinstance(waves_read, WaveSpectrum) else _of_file(waves_read)
-    show = _print_spectrum if isinstance(waves_read, WaveSpectrum) else _print_file
+    brief = partial(_of_waves if isinstance(waves_read, WaveSpectrum) else _of_records, answer)
     picture, numbers = OUT_FILES
 
     def pictures() -> dict[str, Any]:
@@ -66,8 +66,7 @@ def sea(
         draw = spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
         return {picture: draw}
 
-    brief = partial(_brief, answer)
-    present(answer, lambda: show(answer), out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
+    present(answer, out, {numbers: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def _read_waves(
@@ -154,49 +153,33 @@ def _steep(series: Any) -> list[str]:
     return [f"{many} records are above the steepness limit of DNV-RP-C205"] if many else []
 
 
-def _brief(answer: dict[str, Any]) -> Answer:
-    """Height, periods and steepness of a sea; of a file its means and largest values."""
-    names = [name for name in OF_SPECTRUM if name in answer]
-    if "records" not in answer:
-        text = ", ".join(f"{n} {variable(n, answer[n])}" for n in (*names, "S_p"))
-        return Answer(answer["waves"], [f"{text}.", *answer["notes"][:3]], more="meanings, moments, cut-off frequency")
-    rows = []
-    for n in names:
-        numbers = (answer[n].get(k) for k in ("mean", "min", "max"))
-        rows.append([n, display_unit(n), *("-" if x is None or x != x else display_number(n, x, 4) for x in numbers)])
-    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start'][:10]}"
-    lines = [*columns(["", "unit", "mean", "least", "largest"], rows, left=(0, 1)), *answer["notes"][:2]]
-    return Answer(f"{title} to {answer['end'][:10]}", lines, more="first record, meanings, notes")
+def _of_waves(answer: dict[str, Any]) -> Answer:
+    """Height, periods and steepness of a sea."""
+    text = ", ".join(f"{n} {variable(n, answer[n])}" for n in (*OF_SPECTRUM, "S_p"))
+    names = (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")
+    table = partial(print_values, {name: _value_or_dash(answer[name]) for name in names})
+    more = "meanings, moments, cut-off frequency"
+    return Answer(answer["waves"], [Cells(f"{text}."), table], more=more, notes=answer["notes"], shown=3)
 
 
-def _print_spectrum(answer: dict[str, Any]) -> None:
-    print(answer["waves"])
-    print_values({name: _value_or_dash(answer[name]) for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
-    for note in answer["notes"]:
-        print(note)
-
-
-def _print_file(answer: dict[str, Any]) -> None:
+def _of_records(answer: dict[str, Any]) -> Answer:
+    """Heights and periods of a file: first, mean, least and largest."""
     from stillhook.variables import BY_NAME
 
-    names = [name for name in (*OF_SPECTRUM, "come_from") if name in answer]
-    heads = ("first", "mean", "min", "max")
-    rows = [
-        [
-            name,
-            *(display_number(name, _value_or_dash(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
-            display_unit(name),
-            BY_NAME[name].meaning,
-        ]
-        for name in names
+    rows = []
+    for n in (name for name in (*OF_SPECTRUM, "come_from") if name in answer):
+        numbers = (answer[n].get(k, math.nan) for k in ("mean", "min", "max", "first"))
+        rows.append(
+            [n, display_unit(n), *(display_number(n, _value_or_dash(x), 4) for x in numbers), BY_NAME[n].meaning]
+        )
+    heads = ["", "unit", "mean", "least", "largest"]
+    lines: list[Line] = [
+        *columns(heads, [row[:5] for row in rows if row[0] != "come_from"], left=(0, 1)),
+        partial(print_table, [*heads, "first", "meaning"], rows, left=2, texts=(6,)),
     ]
-    title = (
-        f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start']} to"
-        f" {answer['end']}"
-    )
-    print_table(["", *heads, "unit", "meaning"], rows, title=title, texts=(5, 6))
-    for note in answer["notes"]:
-        print(note)
+    records = f"{answer['n_valid']} of {answer['n_records']} records valid"
+    title = f"{answer['file']}: {records}, {answer['start'][:10]} to {answer['end'][:10]}"
+    return Answer(title, lines, more="first record, meanings", notes=answer["notes"], shown=2)
 
 
 def _value_or_dash(value: float) -> float | str:

@@ -13,20 +13,7 @@ import typer
 from stillhook.base.choice import nearest
 from stillhook.cli.parser import FACTORS_HELP, Columns, Json, MappingFile, Out, Spread, check_out, present, refuse
 from stillhook.cli.sea.response import waves_of_file
-from stillhook.cli.weather.answers import (
-    brief_alpha,
-    brief_forecast,
-    brief_lift,
-    brief_persistence,
-    brief_planned,
-    brief_show,
-    print_alpha,
-    print_forecast,
-    print_lift,
-    print_persistence,
-    print_planned,
-    print_show,
-)
+from stillhook.cli.weather import answers
 from stillhook.errors import WeatherError
 from stillhook.report.terminal import progress_bar
 from stillhook.units import parse, quote
@@ -113,8 +100,8 @@ def persistence(
 
         return {PICTURE: persistence_figure(answer)}
 
-    show, brief = (lambda: print_persistence(answer)), (lambda: brief_persistence(answer))
-    present(answer, show, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
+    brief = partial(answers.persistence, answer)
+    present(answer, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
 
 
 def alpha(
@@ -141,7 +128,7 @@ def alpha(
         raise WeatherError(f"--lead {quote(lead)}: is below 0 h. Give the time from the issue of the forecast.")
     result = alpha_of(read_alpha_table(table), parse(hs, "length", "--hs"), lead_time + planned, contingency)
     answer = result.numbers() | {"lead": lead_time}
-    present(answer, lambda: print_alpha(answer), brief=lambda: brief_alpha(answer), json=json)
+    present(answer, brief=partial(answers.alpha, answer), json=json)
     raise typer.Exit(1 if result.case_by_case else 0)
 
 
@@ -212,8 +199,8 @@ def forecast(
     refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
     answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading)
     pictures = lambda: {PICTURE: figure()}
-    show, brief = (lambda: print_forecast(answer)), (lambda: brief_forecast(answer))
-    present(answer, show, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
+    brief = partial(answers.forecast, answer)
+    present(answer, out, {NUMBERS: answer}, brief=brief, json=json, pictures=pictures)
     raise typer.Exit(0 if answer["go"] else 1)
 
 
@@ -256,7 +243,7 @@ def lift(
     waves = waves_of_file(file, heading, spread, ship)
     with progress_bar(f"{lift_plan.crane.name}: judging {file.name}") as bar:
         answer = spectral_persistence(lift_plan, waves, factors, wanted, bar)
-    present(answer, lambda: print_lift(answer), brief=lambda: brief_lift(answer), json=json)
+    present(answer, brief=partial(answers.lift, answer), json=json)
 
 
 def show(
@@ -274,7 +261,7 @@ def show(
     from stillhook.weather.persistence import show_answer
 
     answer = show_answer(weather_of_file(file, mapping, corrections_of(column or ())))
-    present(answer, lambda: print_show(answer), brief=lambda: brief_show(answer), json=json)
+    present(answer, brief=partial(answers.show, answer), json=json)
 
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
@@ -359,7 +346,7 @@ def by_plan(
     )
     leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
     answer = {name: leading[name] for name in ("go", "first_start", "reason")} | {"alternative": chosen} | answer
-    present(answer, lambda: print_planned(answer), brief=lambda: brief_planned(answer), json=json)
+    present(answer, brief=partial(answers.planned, answer), json=json)
     return 0 if leading["go"] else 1
 
 

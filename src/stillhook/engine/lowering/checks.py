@@ -51,6 +51,8 @@ def check_lift(crane: Crane, case: Lowering) -> None:
             f"({100.0 * load / crane.SWL:.5g} %). Lower the mass or choose another crane."
         )
     _check_places(crane, case)
+    if case.current is not None and (problem := case.current.short_of(case.depth)):
+        raise LiftError(f"current.depth: {problem}")
     if case.deck is not None:
         _check_deck(case, case.deck)
 
@@ -76,9 +78,10 @@ def _check_deck(case: Lowering, deck: Deck) -> None:
             f"start_depth = {start}: with deck.slack the payload starts on the deck, {height} above the water. Give"
             f" start_depth = {quote(show(-deck.height, 'length'))}."
         )
-    if case.compensator is not None:
+    if case.compensator is not None and case.compensator.mass > sum(case.compensator.masses):
         raise LiftError(
-            "compensator: a payload that starts on a deck has slings alone. Leave out compensator or slack."
+            "compensator: its body between hook and slings has no place at rest above a payload on a deck. Leave out"
+            " compensator or slack."
         )
     moves = [abs(float(x[0])) for motion in (case.tip, deck.motion) for x in motion.sample(np.zeros(1))[:2]]
     if case.ramp == 0.0 and max(moves) > 0.0:
@@ -93,6 +96,8 @@ def check_sea(case: Lowering) -> None:
             " run."
         )
     if case.deck is not None:
+        if case.current is not None:
+            raise LiftError("current: with a deck the payload is in air. Leave current out.")
         if case.waves is not None:
             raise LiftError("waves: with a deck the payload is in air. Leave waves out, or write [sea] water = false.")
         known = case.deck.motion.duration

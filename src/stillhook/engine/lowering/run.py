@@ -101,13 +101,9 @@ def longest_step(crane: Crane, case: Lowering) -> float:
     return 1.0 / fastest_of_lift(packed_lift(crane, case, s_tip_0))[1]
 
 
-ON_SLINGS = Setup(path_of(None))
-"""What the kernel of a lowering without a unit between hook and slings runs besides its winch."""
-
-
 def setup_of(lift: Lowering) -> Setup:
     """What the kernel of a lowering runs besides its winch."""
-    return Setup(path_of(lift.compensator, deck=lift.deck is not None))
+    return Setup(path_of(lift.compensator, lift.body))
 
 
 class LiftBlock(Block[Ready]):
@@ -136,7 +132,7 @@ class LiftBlock(Block[Ready]):
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
         self.n_phases = max(len(r.packed.programme.rows) for r in ready)
-        self.S, self.T = self._phases(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
+        self.S, self.T = self._phases(), aligned(np.stack([r.packed.rows for r in self.lanes], axis=-1))
         self.n_stats = size(d.Stats) + sum(map(size, d.parts.stats.values()))
         self.G = np.full((self.n_phases + 1, self.n_stats + SIGNALS, lanes), np.nan)
         self.starts = np.full((self.n_phases + 1, lanes), np.nan)

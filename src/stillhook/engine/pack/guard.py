@@ -133,6 +133,8 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
     of_gas = ["p_hp"] if crane.plant.type.charge(crane) > 0.0 else []
     frozen = ["s_w", "F", *lines, *(["dp"] if lines else []), *of_gas]
 
+    servo = crane.active.motor.servo if crane.circuits else None
+
     def each(kind: Any, values: dict[str, float], otherwise: float = 0.0) -> Any:
         return kind._make([values.get(name, otherwise) for name in Sensed._fields])
 
@@ -144,7 +146,7 @@ def check_settings(crane: Crane, plc: Plc, control: MotorControl) -> CheckSettin
         swivel=table.swivel if control.feedback > 0.5 and crane.circuits else FINITE,
         t_memory=table.t_memory,
         t_load=table.t_load,
-        tau_swivel=1.0 / crane.active.motor.servo.omega_n if crane.circuits else 0.0,
+        tau_swivel=1.0 / servo.omega_n + (servo.dead_time or 0.0) if servo else 0.0,
         t_confirm=table.t_confirm,
         t_clear=table.t_clear,
         v_moving=MOVING * wire_speed_max(crane),

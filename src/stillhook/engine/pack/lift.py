@@ -14,7 +14,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import Watch, supervisor_at_rest
-from stillhook.engine.pack.payload import pack_payload, wetted_at
+from stillhook.engine.pack.payload import COLUMNS, pack_payload, wetted_at
 from stillhook.engine.pack.programme import (
     Programme,
     hanging,
@@ -24,11 +24,13 @@ from stillhook.engine.pack.programme import (
     wire_strength,
 )
 from stillhook.engine.pack.winch import Packed, pack
+from stillhook.errors import LiftError
 from stillhook.physics.load_path.deck import Deck
 from stillhook.physics.load_path.drum import Load, Wire
-from stillhook.physics.load_path.payload import Heights, Payload, Water, WettedLevel, heights, submergence
+from stillhook.physics.load_path.payload import LEVELS, Heights, Payload, Water, WettedLevel, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
 from stillhook.physics.scalar import G
+from stillhook.sea.steady_flow import Current
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift import deck as spec
@@ -36,8 +38,9 @@ from stillhook.spec.lift.deck import reference_of
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
+from stillhook.winches.load_path.current import Knot
 from stillhook.winches.load_path.lift import Course, Hanging, Lift, Works
-from stillhook.winches.load_path.payload import Body, Field, level_of
+from stillhook.winches.load_path.payload import NEVER, Body, Field, level_of
 from stillhook.winches.load_path.registry import joint_of
 from stillhook.winches.load_path.wire import Hook
 from stillhook.winches.load_path.wire import Wire as LongWire
@@ -52,7 +55,8 @@ class PackedLift(NamedTuple):
     """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements
     (n + 2,) [m] and weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the
     payload and its added mass at the start [kg]; programme; F_sling tension of the slings at the start [N]; link:
-    compensator above them, deck: below the payload, None where there is none."""
+    compensator above them, deck: below the payload, current: `Knot`s of its profile in the columns of the table, None
+    where there is none."""
 
     winch: Packed
     lift: Lift
@@ -65,6 +69,25 @@ class PackedLift(NamedTuple):
     F_sling: float
     link: Any
     deck: Deck | None = None
+    current: FloatArray | None = None
+
+    @property
+    def rows(self) -> FloatArray:
+        """Table of the payload, and below it that of the current."""
+        return self.table if self.current is None else np.vstack([self.table, self.current])
+
+
+def current_rows(current: Current) -> FloatArray:
+    """Knots of a current's profile, as many rows as a payload has levels, the ones beyond the last at no depth.
+    Errors: LiftError for a profile of more."""
+    h, n = np.array(current.depth), len(current.depth)
+    if n >= LEVELS:
+        raise LiftError(f"current.depth: {n} depths, and a run takes at most {LEVELS - 1}. Leave some out.")
+    U = np.broadcast_to(current.speed, n)
+    rows = np.zeros((LEVELS, len(COLUMNS)))
+    rows[:, 0] = NEVER
+    rows[:n, : len(Knot._fields)] = np.column_stack((h, U, np.append(np.diff(U) / np.diff(h), 0.0)))
+    return rows
 
 
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
@@ -163,7 +186,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         t_cycle=settings.t_cycle,
     )
     stretch = F_sling / sling.k if slack is None else -slack
-    if unit is not None:
+    if unit is not None and slack is None:
         s, z = static_stroke(case, case.z_0), case.z_0 + case.payload.height + r.height
         stretch, link = unit.at_rest(F_sling, s, z, sling.k, link)
     q = at_rest(s_tip, k_0, weights, F_hook, e, stretch)
@@ -174,8 +197,10 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still, untouched = Water(*[0.0] * len(Water._fields)), WettedLevel(*[0.0] * len(WettedLevel._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
-    if slack is None:
-        E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else joint_of(unit).energy(stretch, sling, link)
+    if link is not None:
+        E += joint_of(unit).energy(stretch, sling, link)
+    elif slack is None:
+        E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         course=Course(sup, s_joy=0.0, e_held=0.0, stage=0.0, k_stage=0.0, datum=float(q[-1])),
@@ -197,6 +222,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
         F_sling=sling.k * float(q[-2] - q[-1]) if link is None and slack is None else F_sling,
         link=link,
         deck=None if case.deck is None else deck_record(case.deck, load),
+        current=None if case.current is None or case.body != "current" else current_rows(case.current),
     )
 
 
@@ -207,7 +233,7 @@ def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
     h = packed.params.hoist
     EA = wire_strength(crane)[0]
     wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, mu=0.0, zeta=0.0)
-    hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
+    hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0, U=0.0))
     first = case.programme[0]
     mode = MANUAL if first.mode in (WinchMode.MANUAL, WinchMode.SPLASH) else code_of(case.controller)
     on = 1.0 if crane.brake is not None and first.mode is WinchMode.MANUAL and not first.speed else 0.0

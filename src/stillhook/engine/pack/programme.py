@@ -77,7 +77,7 @@ def wire_strength(crane: Crane) -> tuple[float, float]:
 
 def hanging(crane: Crane, lift: Lowering, z: float, slack: float | None = None) -> Hanging:
     r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m]; slack: of the
-    slings where it stands on a deck [m].
+    slings where it stands on a deck, a unit above them at its shortest [m].
 
     Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the
     wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip is
@@ -89,7 +89,10 @@ def hanging(crane: Crane, lift: Lowering, z: float, slack: float | None = None) 
     EA, steel = wire_strength(crane)
     top = z + hook_height(lift, z)
     if slack is not None:
-        F_hook, top = crane.hook_mass * G, top - slack
+        unit = lift.compensator
+        above, length = (0.0, 0.0) if unit is None else (unit.masses[0], unit.shortest)
+        F_hook = (crane.hook_mass + above) * G
+        top = z + lift.payload.height + lift.rigging.height + length - slack
     length, wet = lift.h_tip - top, max(-top, 0.0)
     dry, q = length - wet, crane.wire.mass_per_length * G
     q_wet = q - lift.rho * steel * G

@@ -13,7 +13,8 @@ from stillhook.physics.friction import SystemFriction, system_friction
 from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Wire
-from stillhook.winches.circuits.tables import MotorSet, loss_fit
+from stillhook.winches.circuits.losses import loss_fit
+from stillhook.winches.circuits.tables import MotorSet
 
 POINTS = 41
 """Speeds from rest to full pumps between which the known friction is fitted."""

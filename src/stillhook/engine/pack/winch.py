@@ -60,9 +60,8 @@ needs. Assumed."""
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
-    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, the own settings
-    of those that have some, by name, whether its lines have restrictions, and whether a guard with checks stands before
-    the PLC."""
+    `memory_before` completes, the controllers that not every kernel holds, the own settings of controllers and sensors
+    that have some, by name, and what its kernel runs besides the winch type."""
 
     plant: ModuleType
     name: str
@@ -70,29 +69,15 @@ class Packed(NamedTuple):
     memory: Memory
     s_w: float
     extra_controllers: tuple[str, ...]
-    sensors: tuple[str, ...]
     settings: dict[str, Any]
-    ports: bool
-    checks: bool
-
-    @property
-    def losses(self) -> tuple[tuple[str, str], ...]:
-        """The torque losses by other models than MJ4, as the key of a kernel names them."""
-        classes = other_classes(self.params, self.plant.Params)
-        return tuple((place, FITTED[of].label) for place, of in classes.items())
-
-    @property
-    def setup(self) -> Setup:
-        """What its kernel runs besides the winch type."""
-        on = self.checks
-        return Setup(guarded=on, sensors=self.sensors, losses=self.losses, ports=self.ports, checks=on)
+    setup: Setup
 
 
-def kernel_of(crane: Crane, errors: Sequence[str] = ()) -> Setup:
-    """`Packed.setup` of a crane with these sensors of a scenario."""
-    sensors = (*sensor_settings(crane.sensors), *errors)
-    on = crane.control.guard is not None
-    return Setup(guarded=on, sensors=sensors, losses=losses_of(crane), ports=has_ports(crane), checks=on)
+def kernel_of(crane: Crane, errors: Sequence[str] = (), losses: tuple[tuple[str, str], ...] | None = None) -> Setup:
+    """`Packed.setup` of a crane with these sensors of a scenario; losses: `losses_of` it, where they are known."""
+    on, late = crane.control.guard is not None, any(crane.plant.type.dead_times(crane).values())
+    sensors, known = (*sensor_settings(crane.sensors), *errors), losses_of(crane) if losses is None else losses
+    return Setup(guarded=on, sensors=sensors, losses=known, ports=has_ports(crane), checks=on, late=late)
 
 
 def has_ports(crane: Crane) -> bool:
@@ -101,10 +86,10 @@ def has_ports(crane: Crane) -> bool:
 
 
 def losses_of(crane: Crane) -> tuple[tuple[str, str], ...]:
-    """`Packed.losses` of a crane."""
+    """The torque losses by other models than MJ4, as the key of a kernel names them."""
     if all(getattr(motors, "loss_model", None) is None for motors in crane.motors):
         return ()
-    return pack(crane, Scenario(load="0 kg", s_w="0 m", mode=crane.plant.type.default_mode)).losses
+    return pack(crane, Scenario(load="0 kg", s_w="0 m", mode=crane.plant.type.default_mode)).setup.losses
 
 
 def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
@@ -249,10 +234,13 @@ def load_record(crane: Crane, case: Scenario) -> Load:
     return suspended_load(case.load, crane.hook_mass, *water_around(case))
 
 
-def water_around(case: Scenario) -> tuple[float, float, float]:
-    """What the water does to a payload: displaced mass [kg], added mass [kg], drag [N s^2/m^2]; zeros in air."""
+def water_around(case: Scenario) -> tuple[float, float, float, float]:
+    """What the water does to a payload: displaced mass [kg], added mass [kg], drag [N s^2/m^2], current across it
+    [m/s]; zeros in air."""
     w = case.water
-    return (0.0, 0.0, 0.0) if w is None else (w.rho * w.volume, w.added_mass, 0.5 * w.rho * w.C_D * w.area)
+    if w is None:
+        return 0.0, 0.0, 0.0, 0.0
+    return w.rho * w.volume, w.added_mass, 0.5 * w.rho * w.C_D * w.area, w.current
 
 
 def friction_record(s: spec.SystemFriction) -> SystemFriction:
@@ -423,7 +411,8 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
     winch = crane.plant.type
     params = winch.pack(crane, case, parts_of(hoist, plc, sensors, gas_factor=gas_factor))
     extra_controllers, settings = controllers_of(crane, modes)
-    read_by = sensor_settings(crane.sensors) | error_settings(case.sensors, winch, plc.t_cycle)
+    errors = error_settings(case.sensors, winch, plc.t_cycle)
+    losses = tuple((at, FITTED[of].label) for at, of in other_classes(params, winch.module.Params).items())
     return Packed(
         plant=winch.module,
         name=winch.name,
@@ -431,10 +420,8 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
         memory=memory,
         s_w=case.s_w,
         extra_controllers=extra_controllers,
-        sensors=tuple(read_by),
-        settings=settings | read_by,
-        ports=has_ports(crane),
-        checks=crane.control.guard is not None,
+        settings=settings | sensor_settings(crane.sensors) | errors,
+        setup=kernel_of(crane, tuple(errors), losses),
     )
 
 

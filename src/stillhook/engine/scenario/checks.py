@@ -32,7 +32,8 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
-from stillhook.winches.circuits.tables import MotorSet, loss_fit
+from stillhook.winches.circuits.losses import loss_fit
+from stillhook.winches.circuits.tables import MotorSet
 
 
 class Foreseen(NamedTuple):

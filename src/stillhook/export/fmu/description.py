@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import NamedTuple
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
 from stillhook._version import __version__
 from stillhook.export.twin import Export, Port
 from stillhook.export.twin.ports import ANY
 
+FOLDER = Path(__file__).parent
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 DERIVED: Mapping[str, Mapping[str, int]] = {
     **{name: {name: 1} for name in BASE},
@@ -60,11 +62,13 @@ def number(x: float) -> str:
     return repr(float(x))
 
 
-def start_text(port: Port) -> str:
-    """The start value as XML has it."""
-    if port.kind == "real":
-        return number(port.start)
-    return str(bool(port.start)).lower() if port.kind == "boolean" else str(round(port.start))
+def type_facts(port: Port) -> dict[str, str]:
+    """Start value and unit of a port as XML has them."""
+    facts = {}
+    if port.causality != "output":
+        exact = number(port.start) if port.kind == "real" else str(round(port.start))
+        facts["start"] = str(bool(port.start)).lower() if port.kind == "boolean" else exact
+    return facts | ({"unit": port.unit} if port.kind == "real" else {})
 
 
 def range_of(port: Port) -> dict[str, str]:
@@ -82,67 +86,36 @@ def units(root: Element, ports: Iterable[Port]) -> None:
         SubElement(SubElement(made, "Unit", name=unit), "BaseUnit", base)
 
 
-def common(root: Element, export: Export) -> None:
+def facts_of(i: int, port: Port, **types: str) -> dict[str, str]:
+    """Name, causality and variability of the i-th port, facts of its type, and where its first value is from."""
+    facts = {"name": port.name, "valueReference": str(i), "description": port.description}
+    if port.causality in ("fixed", "tunable"):
+        return facts | {"causality": "parameter", "variability": port.causality, **types, "initial": "exact"}
+    facts |= {"causality": port.causality, "variability": "continuous" if port.kind == "real" else "discrete", **types}
+    return facts | ({"initial": "calculated"} if port.causality == "output" else {})
+
+
+def _begun(export: Export, file: str, token: str) -> tuple[Element, Element]:
+    """Description with all but variables and structure, from what is the same for every model; and the element for
+    variables."""
+    root = fromstring(FOLDER.joinpath(file).read_text(encoding="utf-8"))
+    facts = {"modelName": export.crane.name, token: export.identity, "description": title(export)}
+    root.attrib.update(facts | {"version": __version__, "generationTool": TOOL})
+    root[0].set("modelIdentifier", export.identifier)
+    units(root, export.ports)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what was refused, and what is allowed")
     SubElement(categories, "Category", name="logStatusWarning", description="inputs that contradict each other")
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=number(END), stepSize=number(export.t_cycle))
-
-
-def kind_of(port: Port) -> dict[str, str]:
-    """Causality and variability."""
-    if port.causality in ("fixed", "tunable"):
-        return {"causality": "parameter", "variability": port.causality}
-    return {"causality": port.causality, "variability": "continuous" if port.kind == "real" else "discrete"}
+    return root, SubElement(root, "ModelVariables")
 
 
 def fmi2(export: Export) -> str:
     """modelDescription.xml of FMI 2."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=export.crane.name,
-        guid=export.identity,
-        description=title(export),
-        version=__version__,
-        license="Apache-2.0",
-        generationTool=TOOL,
-        variableNamingConvention="structured",
-        numberOfEventIndicators="0",
-    )
-    simulation = SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=export.identifier,
-        canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs="false",
-        maxOutputDerivativeOrder="0",
-        canRunAsynchronuously="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-        providesDirectionalDerivative="false",
-    )
-    SubElement(SubElement(simulation, "SourceFiles"), "File", name=SOURCE)
-    units(root, export.ports)
-    common(root, export)
-    variables = SubElement(root, "ModelVariables")
+    root, variables = _begun(export, "fmi2.xml", "guid")
     for i, port in enumerate(export.ports):
-        row = SubElement(
-            variables,
-            "ScalarVariable",
-            {"name": port.name, "valueReference": str(i), "description": port.description, **kind_of(port)},
-        )
-        if port.causality in ("fixed", "tunable"):
-            row.set("initial", "exact")
-        if port.causality == "output":
-            row.set("initial", "calculated")
-        of_type = SubElement(row, TYPES_2[port.kind], range_of(port))
-        if port.causality != "output":
-            of_type.set("start", start_text(port))
-        if port.kind == "real":
-            of_type.set("unit", port.unit)
+        row = SubElement(variables, "ScalarVariable", facts_of(i, port))
+        SubElement(row, TYPES_2[port.kind], range_of(port) | type_facts(port))
     structure = SubElement(root, "ModelStructure")
     for group in ("Outputs", "InitialUnknowns"):
         listed = SubElement(structure, group)
@@ -158,55 +131,13 @@ SOURCE = "model.c"
 
 def fmi3(export: Export) -> str:
     """modelDescription.xml of FMI 3; the time has the value reference behind those of the ports."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=export.crane.name,
-        instantiationToken=export.identity,
-        description=title(export),
-        version=__version__,
-        license="Apache-2.0",
-        generationTool=TOOL,
-        variableNamingConvention="structured",
-    )
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=export.identifier,
-        canHandleVariableCommunicationStepSize="true",
-        fixedInternalStepSize=number(export.t_cycle),
-        canGetAndSetFMUState="true",
-        canSerializeFMUState="true",
-    )
-    units(root, export.ports)
-    common(root, export)
-    variables = SubElement(root, "ModelVariables")
+    root, variables = _begun(export, "fmi3.xml", "instantiationToken")
+    root[0].set("fixedInternalStepSize", number(export.t_cycle))
     for i, port in enumerate(export.ports):
-        row = SubElement(
-            variables,
-            TYPES_3[port.kind],
-            {"name": port.name, "valueReference": str(i), "description": port.description, **kind_of(port)},
-        )
-        for name, text in range_of(port).items():
-            row.set(name, text)
-        if port.causality in ("fixed", "tunable"):
-            row.set("initial", "exact")
-        if port.causality == "output":
-            row.set("initial", "calculated")
-        else:
-            row.set("start", start_text(port))
-        if port.kind == "real":
-            row.set("unit", port.unit)
-    SubElement(
-        variables,
-        "Float64",
-        name="time",
-        valueReference=str(len(export.ports)),
-        causality="independent",
-        variability="continuous",
-        unit="s",
-        description="simulation time",
-    )
+        SubElement(variables, TYPES_3[port.kind], facts_of(i, port, **range_of(port)) | type_facts(port))
+    time = {"name": "time", "valueReference": str(len(export.ports)), "causality": "independent"}
+    time |= {"variability": "continuous", "unit": "s", "description": "simulation time"}
+    SubElement(variables, "Float64", time)
     structure = SubElement(root, "ModelStructure")
     for group in ("Output", "InitialUnknown"):
         for i, port in enumerate(export.ports):

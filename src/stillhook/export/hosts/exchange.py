@@ -24,6 +24,7 @@ from stillhook.engine.session import Kept, Session
 from stillhook.errors import MotionError, SimulationError
 from stillhook.physics.scalar import G
 from stillhook.physics.tip_kinematics import Jet, cosine
+from stillhook.physics.tip_kinematics import between as quintic
 from stillhook.sea.motion.motion import Still
 from stillhook.sea.vessel.vessel_tip import GIVEN, VesselTip
 from stillhook.spec.crane import Crane
@@ -106,7 +107,7 @@ class Exchange:
                 "The case's tip has no boom. Give a case with [scenario.tip] boom, or the tip's motion."
             )
         try:
-            _, seen = self.case.tip.of_inputs(vessel, time)
+            _, seen, _ = self.case.tip.of_inputs(vessel, time)
         except MotionError as problem:
             raise SimulationError(f"The host's motion of the vessel: {problem}") from None
         return Sample(time, F_w, *(x.item() for x in seen))
@@ -304,18 +305,8 @@ def between(a: Sample, b: Sample, time: float) -> Sample:
     if h <= 0.0:
         return b._replace(time=time)
     x = (time - a.time) / h
-    v_0, a_0, v_1, a_1 = a.v_tip * h, a.a_tip * h * h, b.v_tip * h, b.a_tip * h * h
-    d = b.s_tip - a.s_tip
-    c_3 = 10.0 * d - 6.0 * v_0 - 4.0 * v_1 - 1.5 * a_0 + 0.5 * a_1
-    c_4 = -15.0 * d + 8.0 * v_0 + 7.0 * v_1 + 1.5 * a_0 - a_1
-    c_5 = 6.0 * d - 3.0 * v_0 - 3.0 * v_1 - 0.5 * a_0 + 0.5 * a_1
-    return Sample(
-        time,
-        a.F_w + x * (b.F_w - a.F_w),
-        a.s_tip + x * (v_0 + x * (0.5 * a_0 + x * (c_3 + x * (c_4 + x * c_5)))),
-        (v_0 + x * (a_0 + x * (3.0 * c_3 + x * (4.0 * c_4 + x * 5.0 * c_5)))) / h,
-        (a_0 + x * (6.0 * c_3 + x * (12.0 * c_4 + x * 20.0 * c_5))) / (h * h),
-    )
+    tip = quintic(Jet(*a[2:]), Jet(*b[2:]), h, x)
+    return Sample(time, a.F_w + x * (b.F_w - a.F_w), *tip)
 
 
 def ahead(a: Sample, time: float) -> Sample:

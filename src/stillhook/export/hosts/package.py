@@ -34,31 +34,6 @@ class StillhookWinch(Winch):
     case = {case!r}
     tip = {tip!r}
 '''
-PARAMETERS = """TipObject=                  // object that the crane tip is fixed to, such as the vessel
-TipPosition=0, 0, 0         // of the tip on it, x, y, z, in the model's unit of length
-WireOut={s_w:g}             // wire paid out at the start; of the case {s_w:g} m
-Mode={mode}                 // {modes}
-OperatorSpeed=0             // hoisting positive
-TensionResult=Tension       // of the winch
-PositionResult=Z            // of the tip's object, up positive
-// SpeedResult, AccelerationResult: GZ velocity, GZ acceleration, or in older versions GZ-Velocity, GZ-Acceleration
-"""
-ORCAFLEX_YML = """# Parts of a model's text data file: copy them in, or enter the same in the data forms.
-VariableData:
-  ExternalFunctions:
-    - Name: Stillhook
-      FileName: {file}
-      FunctionName: StillhookWinch
-      InitialValue: 0
-Winches:
-  - Name: AHC winch
-    WinchType: Simple
-    WinchControlType: Whole Simulation
-    StaticMode: Specified Length
-    StaticValue: {s_w:g}
-    WholeSimulationControlMode: Specified Payout Rate
-    WholeSimulationPayoutRate: Stillhook
-"""
 
 
 def host_source(made: Export, host: str) -> str:
@@ -67,9 +42,13 @@ def host_source(made: Export, host: str) -> str:
         raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")
     if made.coupling != "wire":
         raise ExportError(f'coupling = {made.coupling}: a host with a wire of its own needs "wire".')
-    parts = ((HERE / name).read_text(encoding="utf-8") for name in PARTS[host])
+    parts = map(_text, PARTS[host])
     names = ", ".join(f'"{name}"' for name in made.modes.values())
     return "\n".join([made.source, f"#define SH_MODE_NAMES {names}", *_wire(made), *parts])
+
+
+def _text(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")
 
 
 def _wire(made: Export) -> list[str]:
@@ -118,8 +97,8 @@ def write_host(
         texts["stillhook_winch.py"] = MODULE.format(
             crane=crane.name, case=_case(case), tip=boom.to_dict() if boom else {}
         )
-        texts["parameters.txt"] = PARAMETERS.format(s_w=case.s_w, mode=case.mode.value, modes=modes)
-        texts["winch.yml"] = ORCAFLEX_YML.format(file=f"{LIBRARY}{PLATFORMS['win64'].suffix}", s_w=case.s_w)
+        texts["parameters.txt"] = _text("parameters.txt").format(s_w=case.s_w, mode=case.mode.value, modes=modes)
+        texts["winch.yml"] = _text("winch.yml").format(file=_library("win64"), s_w=case.s_w)
     names = [*texts, *(_library(platform) for platform in platforms), "sha256.txt"]
     target = Path(folder)
     check_folder(target, tuple(names))

@@ -32,6 +32,7 @@ from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
 from stillhook.physics.scalar import G
+from stillhook.sea.vessel.vessel_tip import VESSEL as MEANINGS
 from stillhook.sea.vessel.vessel_tip import VesselTip, lengths
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -216,7 +217,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     d = driver(
         winch.name,
         1,
-        winch.setup._replace(path=("host",) if wire else (), guarded=both, checks=both and winch.checks),
+        winch.setup._replace(path=("host",) if wire else (), guarded=both, checks=both and winch.setup.checks),
         winch.extra_controllers,
     )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
@@ -232,7 +233,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     record = flatten(first_lane(d, winch, tick, guards))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
-    moved = tuple(p.VESSEL) if coupling == VESSEL else p.MOTION
+    moved = tuple(MEANINGS) if coupling == VESSEL else p.MOTION
     names = (*(("F_w",) if wire else ()), *moved, "v_op", "mode", *shares)
     names += p.COMMANDS if contents == PLANT else ()
     where = [p.columns(name, wire=wire) for name in names]
@@ -240,7 +241,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int,
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True) if first >= 0}
     starts |= {} if tip is None or wire else {name: getattr(tip.boom, f) for name, f in POSE.items()}
     laws = p.laws_of(crane, winch.extra_controllers)
-    with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.sensors)]
+    with_settings: list[ControlLaw | Sensor] = [*laws, *map(sensor_named, winch.setup.sensors)]
     passed = p.limits(crane, d)
     params, law_at = offset(d.Lane, "p", 1), offset(d.Lane, "laws", 1)
     guard = law_at + offset(d.LawRecord, "guard", 1) if both else 0

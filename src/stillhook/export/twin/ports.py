@@ -20,7 +20,7 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.engine.saved import PARAMETERS, SETTING
 from stillhook.kernels.lanes import offset, paths
 from stillhook.physics.load_path.drum import wire_usable
-from stillhook.sea.vessel.vessel_tip import GIVEN
+from stillhook.sea.vessel.vessel_tip import VESSEL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.units import KINDS
@@ -33,22 +33,6 @@ LEAST_SHARE = 0.01
 """Least share of pumps: with none left nothing would hold the load."""
 MOTION = ("s_tip", "v_tip", "a_tip")
 COMMANDS = ("u_p", "u_m", "brake")
-_MOVED = {
-    "heave": "heave, up positive [m]",
-    "roll": "roll, port side up positive [rad]",
-    "pitch": "pitch, bow up positive [rad]",
-    "slew": "slew angle of the boom, from the bow to port [rad]",
-    "main": "angle of the main boom above the horizontal [rad]",
-    "knuckle": "angle of the knuckle boom below the line of the main boom [rad]",
-    "unit_heave": "heave as the motion unit gives it to the PLC, up positive [m]",
-}
-VESSEL = {
-    each: (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
-    for name, text in _MOVED.items()
-    for each, of, per in zip(GIVEN[name], ("", "rate of ", "acceleration of "), ("", "/s", "/s^2"), strict=True)
-}
-"""Inputs where the vessel moves the tip, in the order of `stillhook.export.twin.vessel_tip`, with their meanings and
-units."""
 SHARES = ("f_pump", "f_known", "f_passive")
 COLUMN = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
 RANGES = {
@@ -64,7 +48,7 @@ RANGES = {
 COMMON_LIMITS = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
 """Limits of every winch with their words, as in the status of a run."""
 CONDITIONS = ("valid_load", "valid_s_w", "valid_s_tip_pp", "valid_period", "valid_mode", "valid_pumps")
-PAYLOAD, WIRE_OUT = 0, 5
+PAYLOAD, WIRE_OUT = 0, 6
 """Places in `Beginning` of the driver."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
-from stillhook.formats.lift.tables import LiftTables, SeaTable
+from stillhook.formats.lift.tables import LiftTables, SeaTable, motion_unit_of
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library.catalogue import vessel_file, vessels
@@ -22,8 +22,9 @@ from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import TipPoint, parse_point
+from stillhook.sea.vessel.heave_filter import moved_by
 from stillhook.sea.vessel.rao import Rao, wavenumber
-from stillhook.sea.vessel.realisation import WaveField, moved_by, realise, tip_motion
+from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion
 from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.phase import called
@@ -70,7 +71,7 @@ def _place_of(file: LiftTables, table: TomlTable, length: float, seed: int | Non
     if seed is not None and file.sea is None:
         raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
     if file.tip.motion is not None:
-        for key in ("vessel", "sea"):
+        for key in ("vessel", "sea", "motion_unit"):
             if getattr(file, key) is not None:
                 problem = "given together with tip.motion, which replaces vessel and sea"
                 raise LiftError(f"{key}: {problem}. Leave one of them out.")
@@ -102,7 +103,9 @@ def _place_of(file: LiftTables, table: TomlTable, length: float, seed: int | Non
     part = "" if file.sea.left == 1.0 else f" ({file.sea.left:.4g} of its motion)"
     words = f"{rao.name}, tip at {where.describe()}{part}, in {sea.describe()}, seed {seed}"
     own: dict[str, Any] = {name: getattr(file.sea, name) for name in ("left", "resolution")}
-    motion, water = moved_by(waves, rao, where.x, where.y, water=file.sea.water and deck is None, **own)
+    unit = motion_unit_of(file)
+    motion, water = moved_by(waves, rao, where.x, where.y, water=file.sea.water and deck is None, unit=unit, **own)
+    words += "" if unit is None else f", {unit.describe()}"
     if deck is not None and (other := other_vessel_of(file, table)) is not None:
         if "motion" in file.deck:
             raise LiftError("deck.motion: given together with other_vessel, whose deck moves. Leave one of them out.")

@@ -13,10 +13,12 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError, MotionError, ScenarioError
 from stillhook.formats.case_file import read_tip
+from stillhook.formats.lift.flow import with_profiles
 from stillhook.formats.lift.forms import today
 from stillhook.library.catalogue import read_compensator, read_payload
 from stillhook.library.toml.file import TomlTable
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
+from stillhook.sea.vessel.motion_unit import HEAVE_DAMPING, MotionUnit
 from stillhook.sea.vessel.realisation import Resolution
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import DeepWire, WinchSettings
@@ -105,6 +107,22 @@ class OtherVesselTable(Spec):
 Tables = TypeVar("Tables", bound="LiftTables")
 
 
+class MotionUnitTable(Spec):
+    """The table [motion_unit]: its heave filter. Its delay and noise are those of [sensors]."""
+
+    heave_period: Text = Field(description="corner of its second-order high-pass on heave")
+    heave_damping: float = Field(default=HEAVE_DAMPING, description="damping of that filter")
+    at: tuple[Text, Text, Text] = Field(
+        default=("0 m", "0 m", "0 m"), description="from the vessel's reference point, forward, to port, up"
+    )
+
+
+def motion_unit_of(file: LiftTables) -> MotionUnit | None:
+    """The motion unit of a lift file. Errors: MotionError, UnitError."""
+    of = file.motion_unit
+    return None if of is None else MotionUnit(at=of.at, heave_period=of.heave_period, heave_damping=of.heave_damping)
+
+
 class LiftTables(Spec):
     """A lift file. What a plan alone reads is kept as it is written."""
 
@@ -140,6 +158,7 @@ class LiftTables(Spec):
     wire: Part[DeepWire] = Field(default_factory=DeepWire)
     winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
     sensors: Part[Sensors] = Field(default_factory=Sensors)
+    motion_unit: MotionUnitTable | None = None
     controller: Mode = DEFAULT_MODE
     start_depth: u.Length | None = Field(
         default=None, description="depth of the payload's underside as the lift begins; negative above the water"
@@ -168,7 +187,7 @@ class LiftTables(Spec):
 
 def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]:
     """A lift file in the words of today, and as a model. Errors: StillhookError, one line."""
-    table = today(table)
+    table = with_profiles(today(table))
     file = table.read(model)
     for i, phase in enumerate(file.phase):
         if phase.start_depth is not None:

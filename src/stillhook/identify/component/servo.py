@@ -1,8 +1,9 @@
 """The displacement control of a pump or a motor from a log of its command and of the displacement (swivel angle) that
 follows: natural frequency, damping, dead time, rates by direction, gain, offset and hysteresis.
 
-The law is that of the twin (`stillhook.physics.hydraulics.swash`), with the dead time and the gain that the twin does
-not have. What the twin takes is fitted without these two, so that its response is nearest to the log.
+The law is that of the twin (`stillhook.physics.hydraulics.swash`), with a gain that the twin does not have. What the
+twin takes is fitted with a gain of 1, and without a dead time that may be 0, so that its response is nearest to the
+log.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ OF_LAW = {
     "rate_down": ("highest rate as it falls", "gain_per_time"),
 }
 """Parameters: meaning and kind of quantity."""
-NOT_IN_TWIN = ("dead_time", "gain", *RATES)
+NOT_IN_TWIN: tuple[str, ...] = ("gain", *RATES)
 FINE = 0.4
 """Largest product of natural frequency and step of the integration [-]."""
 FEWEST_MOVES, LEAST_MOVE = 4, 0.05
@@ -72,8 +73,8 @@ MOST_LEFT = 0.3
 """Residual over the deviation of the measured displacement beyond which this law is not that of the control."""
 SLOWEST_SAMPLING = 0.5
 """Largest product of natural frequency and sampling time [-]: above, a log does not show the response."""
-LATE = 0.005
-"""Residual without the dead time that is reported, of full displacement [-]."""
+MISSED = 0.005
+"""Residual with a gain of 1 that is reported, of full displacement [-]."""
 LEAST_PLAY = 0.002
 """Half width of the hysteresis from which its form is of weight [-]."""
 CALM = 0.02
@@ -221,18 +222,21 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
     middle = 0.5 * float(log.u.max() + log.u.min())
     shifted = replace(log, u=log.u - middle, alpha=log.alpha - middle * use)
     fit = _best(shifted, tuple(OF_LAW), use, fixed)
-    start = fit.values._replace(dead_time=0.5 * log.h, gain=1.0)
+    groups = _groups(shifted, use)
+    estimates = _estimates(fit, groups, log.h)
+    start, left_out = fit.values._replace(gain=1.0), NOT_IN_TWIN
+    if estimates["dead_time"].low <= 0.0:
+        start, left_out = start._replace(dead_time=0.5 * log.h), (*left_out, "dead_time")
     if pump:
-        start = start._replace(half_width=0.0)
-    left_out = (*NOT_IN_TWIN, "half_width") if pump else NOT_IN_TWIN
+        start, left_out = start._replace(half_width=0.0), (*left_out, "half_width")
     twin = _fit(shifted, start, tuple(name for name in fit.free if name not in left_out), use)
     if fit.values.omega_n * log.h > SLOWEST_SAMPLING:
         raise IdentifyError(
             f"{log.source}: one sample in {1e3 * log.h:.3g} ms does not show a response of"
             f" {fit.values.omega_n:.3g} rad/s. Log at {1e3 * 0.1 / fit.values.omega_n:.2g} ms and faster."
         )
-    scatter, groups = float(np.std(log.alpha[use])), _groups(shifted, use)
-    estimates, notes, left = _estimates(fit, groups, log.h), list[str](), fit.rms / scatter
+    scatter = float(np.std(log.alpha[use]))
+    notes, left = list[str](), fit.rms / scatter
     if left > MOST_LEFT:
         notes.append(f"the law leaves {percent_fixed(left, 0)} of the displacement's deviation: not this control's law")
     response = shifted.follow(fit.values)[0]
@@ -241,26 +245,21 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
         if name not in estimates:
             notes.append(f"{OF_LAW[name][0]}: not reached, at least {fastest:.3g} 1/s")
     notes.append(
-        f"without dead time and with a gain of 1, as the twin has it: omega_n {twin.values.omega_n:.4g} rad/s, zeta"
-        f" {twin.values.zeta:.3g}, residual {percent_fixed(twin.rms, 2)} of full displacement"
-        f" ({percent_fixed(fit.rms, 2)} with both)"
+        f"with a gain of 1, as the twin has it: omega_n {twin.values.omega_n:.4g} rad/s, zeta {twin.values.zeta:.3g},"
+        f" dead time {1e3 * _dead_time(twin, log.h):.3g} ms, residual {percent_fixed(twin.rms, 2)} of full displacement"
+        f" ({percent_fixed(fit.rms, 2)} with the gain)"
     )
-    late = estimates["dead_time"]
-    if late.low > 0.0:
+    if twin.rms > max(1.5 * fit.rms, MISSED):
         notes.append(
-            f"dead time {1e3 * late.value:.3g} ms: no key of a crane file carries it; the crane file's omega_n and"
-            " zeta are those of the fit without it"
-        )
-    if twin.rms > max(1.5 * fit.rms, LATE):
-        notes.append(
-            "the dead time is not small against the response: the twin's control reacts too early and then slower"
+            f"a gain of {fit.values.gain:.3g} is not that of the twin's control: check the scales of command and"
+            " displacement"
         )
     if estimates["half_width"].low > LEAST_PLAY:
         notes.append(
             "hysteresis is taken as play in front of the plate: as dry friction of the plate it raises omega_n, zeta"
             " and dead_time by up to a tenth, beyond their intervals"
         )
-    changes, more = _changes(log.unit, settings, twin, estimates)
+    changes, more = _changes(log, settings, twin, estimates)
     return Component(
         component="servo",
         source=log.source,
@@ -269,8 +268,9 @@ def servo(log: SwashLog, settings: ComponentSettings = DEFAULT) -> Component:
         held_out=_left_out(shifted, fit, groups, scatter),
         notes=(*notes, *more),
         twin=(
-            "the twin takes omega_n, zeta and the rates by direction; of motors in open loop offset and hysteresis",
-            "it has no dead time and no gain: its numbers are those of a fit without them",
+            "the twin takes omega_n, zeta, dead time, rates by direction; of motors in open loop offset and hysteresis",
+            "it has no gain: its numbers are those of a fit without it",
+            "the dead time counts from the logged command: of a PLC's log it contains the computing time of the cycle",
         ),
         changes=changes,
         figures=lambda: {"servo": _figure(log, response + middle)},
@@ -336,14 +336,21 @@ def _left_out(log: SwashLog, fit: Fitted, groups: Mapping[str, Labels], scatter:
     return {"every other stretch": math.sqrt(squares / int(log.measured.sum())) / scatter}
 
 
+def _dead_time(fit: Fitted, h: float) -> float:
+    """Dead time of a command that is held over a sample of h [s], which the fit takes as linear between samples."""
+    return max(fit.values.dead_time - 0.5 * h, 0.0)
+
+
 def _changes(
-    unit: str, settings: ComponentSettings, twin: Fitted, estimates: Mapping[str, Estimate]
+    log: SwashLog, settings: ComponentSettings, twin: Fitted, estimates: Mapping[str, Estimate]
 ) -> tuple[dict[str, Change], list[str]]:
     """Fields of a crane file, and what it cannot take."""
-    v, place, notes = twin.values, f"{settings.circuit}.{unit}", list[str]()
+    v, unit, notes = twin.values, log.unit, list[str]()
+    place = f"{settings.circuit}.{unit}"
     changes: dict[str, Change] = {
         f"{place}.servo.omega_n": (v.omega_n, "frequency"),
         f"{place}.servo.zeta": (v.zeta, None),
+        **({f"{place}.servo.dead_time": (_dead_time(twin, log.h), "time")} if "dead_time" in twin.free else {}),
     }
     for name, field in zip(RATES, ("rate_max", "rate_down"), strict=True):
         if name in estimates:

@@ -33,7 +33,7 @@ def _follow(u: Array, n: int, h: float, n_sub: int, P: Array, sets: int, alpha_0
     for s in range(sets):
         b = 8 * s
         late, gain, offset, half = P[b + 2], P[b + 3], P[b + 4], P[b + 5]
-        servo = Servo(P[b], P[b + 1], -FREE, FREE, P[b + 6], P[b + 7])
+        servo = Servo(P[b], P[b + 1], -FREE, FREE, P[b + 6], P[b + 7], 0.0)
         x, v = alpha_0, 0.0
         held = (alpha_0 - offset) / gain if gain != 0.0 else u[0]
         for k in range(n):

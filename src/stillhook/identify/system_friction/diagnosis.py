@@ -14,7 +14,7 @@ from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Points, Y
 from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, correlation, shift_by_motor
 from stillhook.library import frictions
 from stillhook.library import system_friction as published
-from stillhook.library.parameter_sets import Evidence
+from stillhook.library.parameter_sets import LossSet
 from stillhook.logs.findings import SET_VALUES
 from stillhook.logs.types import Log
 from stillhook.statistics.estimate import Estimate
@@ -266,12 +266,12 @@ MOTOR_SHARE = 0.5
 """Shift by the motor's loss over a parameter's own standard error from which it is worth reporting."""
 
 
-def motor_statement(evidence: Evidence | None, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
+def motor_statement(losses: LossSet, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
     """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is
     known."""
-    if evidence is None:
+    if losses.evidence is None:
         return ()
-    shift = shift_by_motor(points, fit, evidence.names, evidence.matrix)
+    shift = shift_by_motor(points, fit, losses.motor, losses.evidence.names, losses.evidence.matrix)
     moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
     if not moved:
         return ()

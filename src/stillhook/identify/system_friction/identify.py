@@ -32,7 +32,6 @@ from stillhook.library.parameter_sets import load_friction
 from stillhook.physics.scalar import G
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
-from stillhook.winches.circuits.losses import MJ4
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims `CLAIM` (paper D, conclusions) [rad/s]."""
@@ -141,12 +140,6 @@ def friction(
             f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted."
         )
     loss = loss_of(campaign.motor)
-    if settings.loops and campaign.motor.law != MJ4:
-        law = campaign.motor.law
-        raise IdentifyError(
-            f'{campaign.source}: fit.loops: the second loop fits MJ4, and the motors have "{law}". Remove loops, or'
-            " name a motor with MJ4."
-        )
     like = None if settings.like is None else Y.of(load_friction(settings.like).system)._asdict()
     swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _effective_radius(campaign, points)
     plan = design(points, swl, like)
@@ -158,7 +151,7 @@ def friction(
         *plan.statements,
         *judge(points, optimum, intervals),
         *_beyond_claim(held_out),
-        *motor_statement(campaign.losses.evidence, points, optimum),
+        *motor_statement(campaign.losses, points, optimum),
         *unlike(points, optimum.y),
         *(replace(n, text=f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes),
         *(s for m in measured for s in log_statement(m.test.name, m.log)),
@@ -174,7 +167,7 @@ def friction(
         intervals=intervals,
         check=thesis_check(grid, points, loss, optimum, settings.variant, settings.seed),
         held_out=held_out,
-        second=second_loop(points, campaign.motor.loss, optimum, rounds=settings.loops) if settings.loops else None,
+        second=second_loop(points, campaign.motor, optimum, rounds=settings.loops) if settings.loops else None,
         mapped=None if settings.map is None else with_map(points, settings.map, campaign.motor.D_max, optimum),
         proposals=propose(campaign, points, loss, optimum, n=proposals) if proposals else (),
         statements=statements,

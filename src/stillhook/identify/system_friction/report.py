@@ -14,7 +14,7 @@ from stillhook.identify.system_friction.fitting.model import (
     Loss,
     Points,
     Y,
-    mj4,
+    loss_of,
     motor_loss_at,
     system_friction,
 )
@@ -28,20 +28,12 @@ from stillhook.report.kit import axis, band, display, legend_below, panel, panel
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.estimate import NORMAL_95, t_factor
 from stillhook.units import number, parse, show
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Picture
 
-KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
-MEANING = {
-    "Y_1": "break-away part of the drum torque",
-    "Y_2": "constant friction",
-    "Y_3": "break-away friction",
-    "Y_4": "motor speed over which break-away fades",
-    "Y_5": "friction per motor speed",
-    "Y_6": "friction part of the drum torque",
-}
 CAPTIONS = {
     "friction-pressure": (
         "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25"
@@ -85,8 +77,8 @@ def _parameter(name: str, value: float | None, digits: int = 4) -> str:
     """A parameter in its display unit; a dash for one that there is none of."""
     if value is not None and math.isinf(value):
         return "open"
-    if KIND[name] or not value or math.isnan(value):
-        return fmt(value, KIND[name], digits)
+    if (kind := BY_NAME[name].kind) or not value or math.isnan(value):
+        return fmt(value, kind, digits)
     return f"{value:.{digits - 1}e}"
 
 
@@ -136,7 +128,7 @@ def _parameters(result: Friction) -> Section:
         ends = (_parameter(n, i.low if i else None), _parameter(n, i.high if i else None))
         state = " (taken from another set)" if n in result.fit.prescribed else ""
         state = " (left out)" if n in result.fit.dropped else state
-        rows.append((n, _parameter(n, value), *ends, MEANING[n] + state))
+        rows.append((n, _parameter(n, value), *ends, BY_NAME[n].meaning + state))
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
         f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} ({result.campaign.motor.law.upper()})."
@@ -274,7 +266,7 @@ def figures(result: Friction) -> Mapping[str, Picture]:
     }
     if result.second is not None:
         out["second-loop-motor"] = motor_old_and_new(result, result.second)
-        losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
+        losses = {"first loop": result.loss, "second loop": loss_of(result.second.motor)}
         title = "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)"
         out["second-loop-system"] = derived_system_friction(result, losses, title)
     if result.mapped is not None:
@@ -368,7 +360,7 @@ def motor_old_and_new(result: Friction, second: SecondLoop) -> Picture:
     omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
     for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
         D = np.full_like(omega, share * result.campaign.motor.D_max)
-        old, new = (mj4(loss)(omega, D, np.full_like(omega, 2e7)) for loss in (result.campaign.motor.loss, second.loss))
+        old, new = (loss(omega, D, np.full_like(omega, 2e7)) for loss in (result.loss, loss_of(second.motor)))
         speed = display(omega, "rotation")
         ax.plot(speed, old, color=colour, label=show(float(D[0]), "displacement", 3))
         ax.plot(speed, new, color=colour, ls="--")

@@ -14,7 +14,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.campaign import MARK
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
-from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, Mapped, nominal_share
@@ -22,6 +22,7 @@ from stillhook.identify.system_friction.measure import LOAD_CODE, carried
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import from_display, in_display, number
+from stillhook.winches.circuits.losses import MJ4, X_NAMES, loss_values
 from stillhook.winches.circuits.tables import Motor
 
 if TYPE_CHECKING:
@@ -79,13 +80,17 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
         f"second loop (paper D section 3) on {prefix}campaign {campaign.source}, {len(fitted_points)} pairs:"
         f" {loop.verdict}"
     )
-    free = [i for i, n in enumerate(X_NAMES) if getattr(loop.loss, n) > 0.0]
-    names, matrix = [X_NAMES[i] for i in free], loop.covariance[np.ix_(free, free)]
+    law, refined = loop.motor.law, loss_values(loop.motor)
+    free = [i for i, x in enumerate(refined.values()) if x > 0.0]
+    names, matrix = [list(refined)[i] for i in free], loop.covariance[np.ix_(free, free)]
     ranges = {k: v for k, v in _ranges(fitted_points).items() if k != "T_d"}
     plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
-    motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
-    unchanged = {path: s for path, s in campaign.losses.sources.items() if path not in LOSS_RANGE}
-    sources = unchanged | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in X_NAMES}
+    refined_by = {"loss": loop.motor.loss, "loss_model": loop.motor.loss_model, "alternatives": None}
+    motor = Motor.model_construct(None, **plain | refined_by)  # alternatives fit the supplier's map, not these tests
+    gone = (*LOSS_RANGE, "alternatives")
+    unchanged = {path: s for path, s in campaign.losses.sources.items() if path.split(".")[0] not in gone}
+    fields = [f"loss.{n}" for n in X_NAMES] if law == MJ4 else ["loss_model.C", "loss_model.scale"]
+    sources = unchanged | dict.fromkeys(fields, Source(text=text, kind=SourceKind.FITTED))
     dof, remarks = float(len(fitted_points) - len(names)), list(loop.statements)
     evidence = Evidence.fitted(names, matrix, dof=dof, data=text, ranges=ranges, statements=remarks)
     title = f"{prefix}{campaign.losses.name}, torque loss refined on {campaign.title}"
@@ -194,7 +199,8 @@ def test_rows(result: Friction) -> list[dict[str, Any]]:
 
 def _second(s: SecondLoop) -> dict[str, Any]:
     return {
-        "motor": {n: float(getattr(s.loss, n)) for n in X_NAMES},
+        "law": s.motor.law,
+        "motor": loss_values(s.motor),
         "system": s.system.y._asdict(),
         "E_fitted": [s.first.fitted, s.second.fitted],
         "E_held_out": [s.first.held_out, s.second.held_out],

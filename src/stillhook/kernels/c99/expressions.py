@@ -13,7 +13,7 @@ import numpy as np
 
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import Array
-from stillhook.physics.records import fields
+from stillhook.physics.records import fields, with_class
 from stillhook.physics.scalar import bits, double, scalar_of
 
 
@@ -251,7 +251,9 @@ class Expressions:
         members = []
         for name, t in fields(cls):
             v = self.expr(arguments[name])
-            if v.type != t and not (t is float and v.type is int):
+            if t is not float and hasattr(v.type, "_fields"):
+                cls = cls if v.type is t else with_class(cls, name, v.type)
+            elif v.type != t and not (t is float and v.type is int):
                 self.refuse(e, f"a value of another type for {cls.__name__}.{name}")
             members.append(f".{safe(name)} = {bare(v.text)}")
         return Value(f"(({self.t.ctype(cls)}){{{', '.join(members)}}})", cls)

@@ -70,6 +70,7 @@ def lane_parts(wire: Any, joint: Any, body: Any) -> LaneParts:
             **({"link": of_joint["Link"]} if "Link" in of_joint else {}),
             **({"unit_water": Water, "unit_level": Heights} if hasattr(joint, "heights") else {}),
             **({"deck": body.Deck, "push": body.Push} if deck else {}),
+            **({"current": float} if hasattr(body, "in_current") else {}),
             "stage": Stage,
             "seen": Windowed,
         },
@@ -129,9 +130,10 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
     """The kernel of lowerings with the winch of a driver on a path of these elements, as plain Python."""
     LANES, Lane = d.lanes, d.Lane
     take_deck, followed, put_deck = deck_below(d, body)
-    water, course = water_at_payload(d, joint), supervised(d, followed)
+    water, course = water_at_payload(d, joint, body), supervised(d, followed)
     below = below_winch(d, wire, joint, body, water)
     look_up, take_water, relay, move = water.look_up, water.take_water, below.relay, below.step
+    take_current, force_at = water.take_current, water.force
     new_stages, take_stage = course.new_stages, course.take_stage
     load = access(Lane, LANES).load
     put_ly, put_seen = access(LiftSignals, LANES).store, access(Windowed, LANES).store
@@ -191,9 +193,8 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
         for l in range(LANES):
             b = load(A, l)
             q, v = hook[ROW + Q + l], hook[ROW + V + l]
-            put_signals(
-                A, l, b, hook, signals_of(b.lift.z_ref + q, v, hook[Q + l], hook[V + l], b.F_s, b.hang, b.lift.load)
-            )
+            z, force = b.lift.z_ref + q, force_at(b, b.lift.z_ref + q, v, b.hang.body.water)
+            put_signals(A, l, b, hook, signals_of(z, v, hook[Q + l], hook[V + l], b.F_s, force, b.hang, b.lift.load))
             put_deck(A, l, b)
             A[S_LOAD + l] = q
             A[V_LOAD + l] = v
@@ -225,6 +226,7 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
     def arrive(A, at, W, k, n_win, t_cycle, watched):
         """Water, elements of the wire and stage at the start of a cycle."""
         take_deck(A, at.E, k - at.i_0)
+        take_current(A, at.B, at.N, at.T)
         if at.levels > 0:
             place = k * t_cycle / at.dt_w
             i = int(place + 1.0e-9)

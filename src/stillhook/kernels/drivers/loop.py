@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from stillhook.control.plc import Memory
+from stillhook.kernels.drivers.commands import commands_in_force
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import Array, access, offset
 from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
 from stillhook.kernels.statistics import SIGNALS, window_add, window_turn
 from stillhook.physics.records import define, record
-from stillhook.physics.scalar import align_stack, clip, fmax, scalar
+from stillhook.physics.scalar import align_stack, fmax, scalar
 from stillhook.winches.records import THIN, Geometry, Tick, Tip
 
 NH = 12
@@ -75,7 +76,7 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
     def store(cls: Any) -> Any:
         return access(cls, LANES).store
 
-    load, mix = access(Lane, LANES).load, access(d.Command, LANES).mix
+    load, (in_force, kept) = access(Lane, LANES).load, commands_in_force(d)
     put_x, put_u, put_geo, put_m = store(d.State), store(d.Command), store(Geometry), store(Memory)
     put_laws, put_st, put_y, put_tip = store(d.LawRecord), store(d.Counted), store(d.Signals), store(Tip)
     put_watched, put_oscillation = store(Watched), store(Oscillation)
@@ -91,12 +92,6 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
     SWING = ST + offset(d.Stats, "oscillation", LANES)
     SWING_UP = SWING + offset(Oscillation, "watched", LANES) + offset(Watched, "up", LANES)
     NS = len(d.columns)
-
-    @scalar
-    def in_force(b, tau, h):
-        """Commands in force over a step of h that begins tau into the cycle [s]: those of the cycle before until the
-        PLC has calculated."""
-        return mix(b.u, b.u_0, clip((b.p.plc.t_compute - tau) / h, 0.0, 1.0))
 
     @scalar
     def tip_between(start, end, l, H, k):
@@ -127,7 +122,7 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
         put_u(A, U + l, u)
         put_geo(A, GEO + l, o.geo)
         put_m(A, M + l, m)
-        put_laws(A, LAWS + l, law)
+        put_laws(A, LAWS + l, kept(b, law))
         put_tip(A, TIP_0 + l, o.tip)
 
     @scalar

@@ -16,13 +16,14 @@ from stillhook.winches.records import Tip
 
 class Beginning(NamedTuple):
     """What a run begins with: payload and hook [kg]; displaced mass of water, added mass [kg] and drag [N s^2/m^2] of
-    the payload; s_w wire out [m]."""
+    the payload, current across it [m/s]; s_w wire out [m]."""
 
     payload: float
     hook: float
     displaced: float
     added: float
     drag: float
+    U: float
     s_w: float
 
 
@@ -72,7 +73,7 @@ def rest_of(d: Driver) -> Rest:
     @scalar
     def prepared(b, o):
         """A lane before its rest as o says: the reference is where the wire is."""
-        h = with_load(b.p.hoist, suspended_load(o.payload, o.hook, o.displaced, o.added, o.drag), o.s_w)
+        h = with_load(b.p.hoist, suspended_load(o.payload, o.hook, o.displaced, o.added, o.drag, o.U), o.s_w)
         p = with_hoist(b.p, h)
         m = memory_before(b.m, path_weight(b.tick, p), o.s_w, b.tick.s_m, b.tick.mode, b.tick.v_op, p.plc)
         return with_start(b, with_path(b.x, with_wire_out(b.x.path, o.s_w)), m, p)

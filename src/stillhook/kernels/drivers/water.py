@@ -13,9 +13,10 @@ from stillhook.physics.load_path.payload import (
     WettedLevel,
     heights,
     submergence,
+    water_force,
     wetted,
 )
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches.load_path.lift import Hanging, Lift
 from stillhook.winches.load_path.payload import Body, cubic, level_of, place
 
@@ -26,13 +27,16 @@ HALF = (LEVELS - 1) // 2
 @dataclass(frozen=True)
 class WaterAt:
     """look_up(A, T): the levels about the submergence of every payload; take_water(A, B, N, T, lo, hi, H_w, levels):
-    the water at the start of a cycle."""
+    the water at the start of a cycle; take_current(A, B, N, T): the current there; force(b, z, v, water): `WaterForce`
+    on the payload of a lane."""
 
     look_up: Any
     take_water: Any
+    take_current: Any
+    force: Any
 
 
-def water_at_payload(d: Driver, joint: Any) -> WaterAt:
+def water_at_payload(d: Driver, joint: Any, body: Any) -> WaterAt:
     """See `WaterAt`; also at the body that a joint may have. As plain Python."""
     LANES = ONE_BY_ONE = d.lanes  # for the compiler: a loop over LANES runs side by side; not over the other
     Q, ROW = 0, 5 * LANES
@@ -145,4 +149,44 @@ def water_at_payload(d: Driver, joint: Any) -> WaterAt:
                 A[LO + c * LANES + l] = row[c * LANES + l]
                 A[HI + c * LANES + l] = row[(COLUMNS + c) * LANES + l]
 
-    return WaterAt(look_up, take_water)
+    return WaterAt(look_up, take_water, *current_past(d, body))
+
+
+def current_past(d: Driver, body: Any) -> tuple[Any, Any]:
+    """take_current and force of `WaterAt`, as plain Python."""
+
+    @scalar
+    def in_still_water(b, z, v, water):
+        """Without a current."""
+        g = b.hang.body
+        return water_force(z, v, wetted(g.h, g.lo, g.hi), water, b.lift.load)
+
+    if not hasattr(body, "in_current"):
+
+        @scalar
+        def no_current(A, B, N, T):
+            """Nothing."""
+
+        return no_current, in_still_water
+    LANES = ONE_BY_ONE = d.lanes
+    Knot, in_current, speed_at, COLUMNS = body.Knot, body.in_current, body.speed_at, size(WettedLevel)
+    get_knot, load, CURRENT = access(Knot, LANES).load, access(d.Lane, LANES).load, offset(d.Lane, "current", LANES)
+
+    @scalar
+    def take_current(A, B, N, T):
+        """The current at the middle of every payload, below the surface, from the knots that follow the levels in T."""
+        q = B[(N + 1) * 5 * LANES :]
+        for l in range(ONE_BY_ONE):
+            b = load(A, l)
+            h, j = fmax(-(b.lift.z_ref + q[l] + 0.5 * b.lift.load.H), 0.0), LEVELS * COLUMNS * LANES + l
+            while T[j + COLUMNS * LANES] <= h:
+                j += COLUMNS * LANES
+            A[CURRENT + l] = speed_at(h, get_knot(T, j))
+
+    @scalar
+    def force(b, z, v, water):
+        """With the current's part in the drag."""
+        g = b.hang.body
+        return in_current(in_still_water(b, z, v, water), v, wetted(g.h, g.lo, g.hi), water, b.current)
+
+    return take_current, force

@@ -11,7 +11,6 @@ from typing import Any
 from stillhook.kernels.drivers.water import WaterAt
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import access, offset
-from stillhook.physics.load_path.payload import water_force, wetted
 from stillhook.physics.load_path.rope import Element, element, element_weight
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
@@ -32,7 +31,7 @@ class BelowWinch:
 def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> BelowWinch:
     """See `BelowWinch`: elements wire and body, and what joins them; as plain Python."""
     LANES = d.lanes
-    Lane, wire_speed, look_up = d.Lane, d.plant.wire_speed, water.look_up
+    Lane, wire_speed, look_up, force_at = d.Lane, d.plant.wire_speed, water.look_up, water.force
     pull_joint, mean, energy = joint.pull, joint.mean, joint.energy
     rows_of, first_row, inner_row, hook_row = wire.rows_of, wire.first_row, wire.inner_row, wire.hook_row
     depth_ahead, momentum, fold_step, on_ground = body.depth_ahead, body.momentum, body.fold_step, body.on_ground
@@ -208,7 +207,7 @@ def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> 
             b = load(A, l)
             g, q, v = b.hang.body, hook[ROW + Q + l], hook[ROW + V + l]
             z, v_mid = b.lift.z_ref + ahead(q, v, g.a, 0.5 * h), v + 0.5 * h * g.a
-            force = water_force(z, v_mid, wetted(g.h, g.lo, g.hi), later(g.water, tau + 0.5 * h), b.lift.load)
+            force = force_at(b, z, v_mid, later(g.water, tau + 0.5 * h))
             v_w = wire_speed(b.x.winch, b.geo)
             put_rows(A, ROWS + l, rows_of(b.hang.wire, b.x.path, v_w, B[Q + l], b.tip_1, b.geo.c, b.p.hoist, h))
             p = momentum(v, v_mid, force, h, b.lift.load)

@@ -7,6 +7,8 @@ Sets of rows by key that a file builds on a base: criteria and rules. What a fil
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os.path import isfile
@@ -17,7 +19,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
-from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.spec.crane import Crane
 from stillhook.tables.sheet import is_table
@@ -157,6 +159,35 @@ class SetFile(Spec):
     version: Text = Field(description="version of the set")
     source: Text | None = Field(default=None, description="where the set is from")
     drop: tuple[Text, ...] = Field(default=(), description="keys of the base that are left out")
+
+
+def set_names(folder: Path) -> tuple[str, ...]:
+    """Names of the sets in a folder of Stillhook."""
+    return tuple(sorted(path.stem for path in folder.glob("*.toml")))
+
+
+def load_set(
+    name_or_path: str | Path,
+    folder: Path,
+    noun: str,
+    kind: FileKind,
+    error: type[StillhookError],
+    read: Callable[[TomlTable], Result],
+) -> Result:
+    """A set by its name in a folder of Stillhook, or from a file; noun: what it is. Errors: as `read_toml`."""
+    name, names = str(name_or_path), set_names(folder)
+    if name in names:
+        file = folder / f"{name}.toml"
+        return named(TomlTable(Path(file.name), parsed(toml_text(file), file.name, kind), error), read)
+    if not name.endswith(".toml"):
+        raise error(unknown_name(noun, name, names, kind))
+    return read_toml(name_or_path, kind, error, read)
+
+
+def digest_of_set(content: Mapping[str, Any]) -> str:
+    """SHA-256 of the contents of a set but its digest."""
+    bare = {key: value for key, value in content.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(bare, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
 class RowTable(Spec):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import stat
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -197,6 +197,15 @@ def overlay(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
             raise SpecError(f"{name}: {place}: must be one value, not a table. Write {key} = {quote(old.value)}.")
         else:
             out[key] = new
+    return out
+
+
+def nested(values: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Tables in tables, as a crane file has them, from dotted paths with their values."""
+    out: dict[str, Any] = {}
+    for path, value in values:
+        *tables, name = path.split(".")
+        functools.reduce(lambda at, key: at.setdefault(key, {}), tables, out)[name] = value
     return out
 
 

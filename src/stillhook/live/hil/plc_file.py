@@ -116,7 +116,7 @@ class PlcPlan(NamedTuple):
         if of.modbus is not None and of.opcua is None:
             registers = self.table.relative_file(of.modbus.registers, "modbus", "registers")
             session = Session(self.plant, self.scenario)
-            inputs, _ = ordered(session.inputs, session.parameters)
+            inputs, _ = ordered((*session.inputs, *session.vessel_inputs), session.parameters)
             names = (*STATUS, *session.signals, *inputs, *SENSED)
             settings = ModbusBusSettings(registers, of.modbus.host, of.modbus.port)
             return ModbusBus(settings, tuple(dict.fromkeys(names)), inputs)

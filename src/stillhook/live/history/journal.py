@@ -39,27 +39,7 @@ SETTINGS = (
 )
 NUMBER = 8
 """Bytes of a double."""
-TABLES = """
-CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE layouts (id INTEGER PRIMARY KEY, columns TEXT NOT NULL UNIQUE);
-CREATE TABLE batches (
-    first INTEGER PRIMARY KEY, last INTEGER NOT NULL, t_min REAL NOT NULL, t_max REAL NOT NULL,
-    hour INTEGER NOT NULL, run INTEGER NOT NULL, layout INTEGER NOT NULL, crc INTEGER NOT NULL, data BLOB NOT NULL
-);
-CREATE TABLE hours (
-    first INTEGER PRIMARY KEY, last INTEGER NOT NULL, t_min REAL NOT NULL, t_max REAL NOT NULL,
-    run INTEGER NOT NULL, layout INTEGER NOT NULL, file TEXT NOT NULL, bytes INTEGER NOT NULL, sha256 TEXT NOT NULL,
-    removed INTEGER NOT NULL DEFAULT 0
-);
-CREATE TABLE events (
-    id INTEGER PRIMARY KEY AUTOINCREMENT, time REAL NOT NULL, row INTEGER NOT NULL, kind TEXT NOT NULL,
-    text TEXT NOT NULL, data TEXT NOT NULL
-);
-CREATE TABLE states (
-    id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, time REAL NOT NULL, row INTEGER NOT NULL,
-    sha256 TEXT NOT NULL, data BLOB NOT NULL
-);
-"""
+TABLES = Path(__file__).with_name("journal.sql").read_text(encoding="utf-8")
 REASONS = {
     "SQLITE_FULL": "the disk is full. Free some space: what was acknowledged is safe",
     "SQLITE_BUSY": "another process holds it. Try again",

@@ -61,7 +61,7 @@ IMAGE = ("cycle_number", "time", "time_utc", "e_c", "u_p", *SENSED)
 """The process image of a PLC: numbers of one cycle that are read together, see `stillhook.live.hil`."""
 ROWS, INPUT_ROWS, EVENTS, STATES = 4096, 16, 256, 2
 """Slots of each ring: rows of forty seconds at 10 ms, which servers take to start on a busy machine."""
-MOST_NAMES, MOST_INPUTS, INPUT_CELLS = 256, 64, 3
+MOST_NAMES, MOST_INPUTS, INPUT_CELLS = 256, 128, 3
 """Numbers in a row and inputs at most; cells of an input: value, arrival, its own time stamp."""
 STATE_BYTES, FACE_BYTES = 262_144, 32_768
 

@@ -3,9 +3,10 @@
 Inputs of two sorts. Streamed ones (the tip's motion, the operator's speed, commands) come again and again and have a
 time-out. Settings (mode, gains) are written once and hold.
 
-The tip's motion is carried from its arrival to the cycle by its own speed and acceleration, for at most `CARRIED`; then
-it coasts to rest with the time constant `COAST`, so that a lost connection does not shake the wire. The operator's
-speed and the pumps' command go to zero at the time-out, so that no winch hoists for ever. Every other input is held.
+The motion of the tip, or of the vessel that moves it, is carried from its arrival to the cycle by its own speed and
+acceleration, for at most `CARRIED`; then it coasts to rest with the time constant `COAST`, so that a lost connection
+does not shake the wire. The operator's speed and the pumps' command go to zero at the time-out, so that no winch hoists
+for ever. Every other input is held.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.inputs import COMMANDS
 from stillhook.live.runtime.board import INPUT_CELLS, MOST_INPUTS
 from stillhook.live.runtime.ring import Ring
+from stillhook.sea.vessel.vessel_tip import GIVEN, NEEDED
 
 MOTION = ("s_tip", "v_tip", "a_tip")
+JETS = (MOTION, *GIVEN.values())
+"""Numbers that move the tip, or the vessel and its boom: each with rate and acceleration, whole or not at all."""
+MOVING = tuple(name for jet in JETS for name in jet)
 RATES = ("v_op", "u_p")
 """Inputs that move the winch as long as they hold: they go to zero at the time-out."""
 MODE = "mode"
@@ -34,7 +39,7 @@ COAST = 0.5
 
 
 class Motion(NamedTuple):
-    """Motion of the crane tip, up positive [m, m/s, m/s^2]."""
+    """Motion of the crane tip, up positive [m, m/s, m/s^2], or a number of the vessel's with rate and acceleration."""
 
     s: float
     v: float
@@ -42,7 +47,7 @@ class Motion(NamedTuple):
 
 
 def carried(sample: Motion, age: float) -> Motion:
-    """The tip's motion at an age after its sample [s]."""
+    """A motion at an age after its sample [s]."""
     t = min(max(age, 0.0), CARRIED)
     s, v, a = sample.s + sample.v * t + 0.5 * sample.a * t * t, sample.v + sample.a * t, sample.a
     if age <= CARRIED:
@@ -113,9 +118,9 @@ class Inputs:
                 self._stamps[name] = stamp
 
     def due(self, now: float, utc_offset: float) -> dict[str, float]:
-        """Values other than the tip's motion that changed, and what a time-out changes, for a cycle at `now` on the
+        """Values other than motions that changed, and what a time-out changes, for a cycle at `now` on the
         monotonic clock [s]. utc_offset: UTC less that clock [s]."""
-        changed = {name: self._values[name].value for name in self._changed if name not in MOTION}
+        changed = {name: self._values[name].value for name in self._changed if name not in MOVING}
         stamped = [self._values[n].arrival + utc_offset - self._stamps[n] for n in self._changed]
         if delays := [delay for delay in stamped if math.isfinite(delay)]:
             self.source_delay = max(delays)
@@ -132,16 +137,36 @@ class Inputs:
 
     @property
     def partial(self) -> bool:
-        """Whether some of the tip's motion was given, but not all of it."""
-        return 0 < sum(name in self._values for name in MOTION) < len(MOTION)
+        """Whether some of the tip's or the vessel's motion was given, but not all of it."""
+        given = [jet for jet in JETS if any(name in self._values for name in jet)]
+        return given != self._whole() or (bool(given) and not self._chosen())
 
     def motion(self, now: float) -> dict[str, float]:
-        """The tip's motion at `now`; empty where it was never given whole."""
-        if not all(name in self._values for name in MOTION):
-            return {}
-        samples = [self._values[name] for name in MOTION]
-        age = self._speed * (now - min(sample.arrival for sample in samples))
-        return dict(zip(MOTION, carried(Motion(*(sample.value for sample in samples)), age), strict=True))
+        """The tip's motion at `now`, or the vessel's, whichever came last; empty where neither was ever given whole."""
+        of: dict[str, float] = {}
+        for jet in self._chosen():
+            samples = [self._values[name] for name in jet]
+            age = self._speed * (now - min(sample.arrival for sample in samples))
+            of |= zip(jet, carried(Motion(*(sample.value for sample in samples)), age), strict=True)
+        return of
+
+    def _whole(self) -> list[tuple[str, ...]]:
+        return [jet for jet in JETS if all(name in self._values for name in jet)]
+
+    def _chosen(self) -> list[tuple[str, ...]]:
+        """Numbers of the motion that is in force; what it came after is forgotten, and does not go stale."""
+        whole = self._whole()
+        tip, vessel = whole[: MOTION in whole], whole[MOTION in whole :]
+        if not all(name in self._values for name in NEEDED):
+            return tip
+        if not tip:
+            return vessel
+        later = self._arrival(tip) >= self._arrival(vessel)
+        self.refuse(MOVING[len(MOTION) :] if later else MOTION)
+        return tip if later else vessel
+
+    def _arrival(self, jets: Sequence[tuple[str, ...]]) -> float:
+        return max(self._values[name].arrival for jet in jets for name in jet)
 
     def refuse(self, names: Sequence[str]) -> None:
         """Forget values that the winch does not take: they do not go stale."""

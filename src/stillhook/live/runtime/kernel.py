@@ -37,9 +37,10 @@ from stillhook.live.runtime.deadlines import (
     two_shares,
     yield_processor,
 )
-from stillhook.live.runtime.inputs import MODE, MOTION, TIMEOUT, Inputs, ordered
+from stillhook.live.runtime.inputs import JETS, MODE, TIMEOUT, Inputs, ordered
 from stillhook.live.runtime.sink import event
 from stillhook.live.runtime.state import LiveState, lock_state, newest_state, write_state
+from stillhook.sea.vessel.vessel_tip import LARGEST_ANGLE
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
@@ -56,8 +57,9 @@ WARM_UP = 50
 """Cycles before the first deadline, taken back again: first calls are slow."""
 QUIET = 1.0
 """Least time between two events on lateness [s]."""
-MOST_MOTION = {"s_tip": 100.0, "v_tip": 50.0, "a_tip": 100.0}
-"""Motion of a crane tip at most [m, m/s, m/s^2]."""
+MOST_MOTION = {name: most for jet in JETS for name, most in zip(jet, (100.0, 50.0, 100.0), strict=True)}
+"""Motion of a crane tip or a vessel at most [m, m/s, m/s^2, rad, ...]."""
+MOST_MOTION |= dict.fromkeys(("roll", "pitch"), LARGEST_ANGLE)
 PARENT_EVERY = 100
 """Cycles between two looks whether the parent is still there."""
 BEHIND = 0.5e-3
@@ -112,7 +114,7 @@ class Kernel:
     def __init__(self, task: Task, board: Board) -> None:
         self.task, self.board = task, board
         self.session = Session(task.crane, task.scenario, step=task.step)
-        names, streamed = ordered(self.session.inputs, self.session.parameters)
+        names, streamed = ordered((*self.session.inputs, *self.session.vessel_inputs), self.session.parameters)
         self.inputs = Inputs(board.inputs, names, streamed, task.timeout, task.speed)
         held = tuple(name for name in names if name not in self.session.signals)
         self._read = (*self.session.signals, *held)
@@ -294,7 +296,7 @@ class Kernel:
         that is not a number the twin goes back to the last one that was kept."""
         for name, value in motion.items():
             if not abs(value) <= MOST_MOTION[name]:
-                self.inputs.refuse(MOTION)
+                self.inputs.refuse([*motion])
                 self._refuse(f"{name} = {value:g}: give a value within +-{MOST_MOTION[name]:g}.")
                 motion = {}
                 break

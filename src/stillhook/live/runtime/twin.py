@@ -11,10 +11,11 @@ from typing import NamedTuple
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime.board import Board, Face
-from stillhook.live.runtime.inputs import InputWriter
+from stillhook.live.runtime.inputs import MOTION, InputWriter
 from stillhook.live.runtime.kernel import Task, run_kernel
 from stillhook.live.runtime.sink import Event, Sink, StateKeeper, event
 from stillhook.live.runtime.state import write_state
+from stillhook.sea.vessel.vessel_tip import VESSEL
 
 START, STOP = 60.0, 20.0
 """Time for the kernel's process to be ready and to end [s]: the first start on a machine compiles kernels."""
@@ -118,6 +119,9 @@ class LiveTwin:
                 raise LiveError(f"{source}: {name} is not an input. Choose one of {', '.join(self.inputs)}.")
             if not math.isfinite(value):
                 raise LiveError(f"{source}: {name} = {value}: give a finite number in SI units.")
+        both = [next((name for name in values if name in of), "") for of in (MOTION, VESSEL)]
+        if all(both):
+            raise LiveError(f"{source}: {' and '.join(both)}: give the motion of the tip or that of the vessel.")
         self._inputs.write(values, time.monotonic(), stamp)
 
     def tell(self, happened: Event) -> None:

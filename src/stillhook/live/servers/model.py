@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stillhook.live.runtime.board import IMAGE, STATUS
 from stillhook.live.servers.served import MEASURED, Served, about
+from stillhook.sea.vessel.vessel_tip import VESSEL
 
 if TYPE_CHECKING:
     from asyncua import Node, Server, ua
@@ -29,7 +30,9 @@ CODES: Mapping[str, str] = {
     "s": "SEC",
     "N": "NEW",
     "Pa": "PAL",
+    "rad": "C81",
     "rad/s": "2A",
+    "rad/s^2": "2B",
     "W": "WTT",
     "m^3": "MTQ",
     "m^3/s": "MQS",
@@ -38,9 +41,12 @@ CODES: Mapping[str, str] = {
     "J": "JOU",
 }
 """Common codes of UNECE recommendation 20 by unit; a unit without one is given by its name alone."""
+BOOM = ("slew", "main", "knuckle")
 COMPONENTS: Mapping[str, tuple[str, ...]] = {
     "CraneTip": ("s_tip", "v_tip", "a_tip"),
     "Wire": ("s_w", "v_w", "F_w", "layer", "s_load", "v_load"),
+    "Vessel": tuple(name for name in VESSEL if not name.endswith(BOOM)),
+    "Boom": tuple(name for name in VESSEL if name.endswith(BOOM)),
     "Plc": ("e_c", "e_c_measured", "u_p", "u_m", "u_ff", "u_raw", "mode", "v_op", "s_op", "f_pump"),
 }
 """Numbers by the component that they are of."""
@@ -103,7 +109,12 @@ async def build(
         load = await maker.object(axis, cranes, "ActualLoad")
         values.append((LOAD, await maker.number(load, ours, LOAD, "HoistAxis.ActualLoad", LOAD)))
     components = await maker.object(machine, machinery, "Components")
-    parts = {part: await maker.object(components, ours, part) for part in (*COMPONENTS, DRIVE, COMPARISON)}
+    absent = {"Vessel", "Boom"}.difference(map(component_of, names))
+    parts = {
+        part: await maker.object(components, ours, part)
+        for part in (*COMPONENTS, DRIVE, COMPARISON)
+        if part not in absent
+    }
     for name in names:
         parent = operational if name in STATUS else parts[component_of(name)]
         values.append((name, await maker.number(parent, ours, name, name, name)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +16,9 @@ from stillhook.errors import LiveError, UnitError
 from stillhook.library.toml.file import TomlTable, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.runtime.board import STATUS
-from stillhook.live.servers.served import about
+from stillhook.live.servers.served import about, kind_of
 from stillhook.tables.table import Spec, Text
 from stillhook.units import parse, quote
-from stillhook.variables import BY_NAME
 
 LAST = 65_535
 """Largest address of a register."""
@@ -184,67 +183,12 @@ def _factor(place: TomlTable, row: RegisterRow) -> float:
     if row.unit is None or row.unit == unit:
         return row.scale
     side, _, signal = row.name.rpartition(".")
-    of = None
-    if row.name not in STATUS and not (side and unit != about(signal)[0]):
-        of = BY_NAME.get(signal, BY_NAME.get(signal.removeprefix("sensed_")))
-    if of is None or not of.kind:
+    kind = "" if row.name in STATUS or (side and unit != about(signal)[0]) else kind_of(signal)
+    if not kind:
         percent = row.unit == "%" and unit == "1"
         if not percent:
             raise UnitError(
                 f"{place.place('unit')} = {quote(row.unit)}: {row.name} is in {unit}. Write that, or nothing."
             )
         return 0.01 * row.scale
-    return row.scale * parse(f"1 {row.unit}", of.kind, place.place("unit"))
-
-
-EXAMPLE: Mapping[str, tuple[tuple[str, str, str, float, str], ...]] = {
-    "read": (
-        ("cycle_number", "uint32", "1", 1.0, "counts cycles: shows a client that the twin runs"),
-        (
-            "cycle_flags",
-            "uint16",
-            "1",
-            1.0,
-            "1 late, 2 overrun, 4 missed, 8 stale input, 16 partial, 32 refused, 64 reset",
-        ),
-        ("late_cycles", "uint16", "1", 1.0, ""),
-        ("s_w", "float32", "m", 1.0, ""),
-        ("v_w", "float32", "m/s", 1.0, ""),
-        ("e_c", "float32", "m", 1.0, ""),
-        ("F_w", "float32", "kN", 1.0, ""),
-        ("p_a", "uint16", "bar", 0.1, "tenths of a bar"),
-        ("p_b", "uint16", "bar", 0.1, ""),
-        ("u_p", "int16", "%", 0.01, "hundredths of a per cent"),
-    ),
-    "write": (
-        ("s_tip", "float32", "m", 1.0, "the tip's motion: all three in one message"),
-        ("v_tip", "float32", "m/s", 1.0, ""),
-        ("a_tip", "float32", "m/s^2", 1.0, ""),
-        ("v_op", "float32", "m/s", 1.0, "operator, hoisting positive"),
-        ("mode", "uint16", "1", 1.0, "0 manual, 3 ns, 4 hs, 5 ssc"),
-    ),
-}
-"""Rows of the example: name, type, unit, scale, remark."""
-FIRST = {"read": 0, "write": 100}
-"""First address of each."""
-
-
-def example_registers() -> str:
-    """A register map, to edit."""
-    lines = [
-        "# Register map of a live twin. Reads by functions 3 and 4, writes by 6 and 16; addresses count from 0.",
-        'words = "big"          # the high word of a number first; "little" turns it round',
-    ]
-    for access, rows in EXAMPLE.items():
-        address = FIRST[access]
-        for name, form, unit, scale, remark in rows:
-            lines += [
-                "",
-                "[[register]]",
-                f'name = "{name}"' + (f"  # {remark}" if remark else ""),
-                f"address = {address}",
-            ]
-            lines += [f'type = "{form}"', *([f"scale = {scale:g}"] if scale != 1.0 else []), f'unit = "{unit}"']
-            lines += [f'access = "{access}"']
-            address += Form(form).words
-    return "\n".join(lines) + "\n"
+    return row.scale * parse(f"1 {row.unit}", kind, place.place("unit"))

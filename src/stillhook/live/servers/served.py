@@ -14,6 +14,7 @@ from stillhook.live.runtime.sink import Event
 from stillhook.live.runtime.twin import Row
 from stillhook.live.watch.deviation import Deviation
 from stillhook.live.watch.virtual import MEANINGS
+from stillhook.sea.vessel.vessel_tip import VESSEL
 from stillhook.units import quote
 from stillhook.variables import BY_NAME
 
@@ -30,6 +31,15 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "friction_factor": ("1", "system friction over that of the crane file"),
 }
 """Unit and meaning of inputs and settings that are not signals."""
+MOVED: Mapping[str, str] = {
+    "m": "length",
+    "m/s": "speed",
+    "m/s^2": "acceleration",
+    "rad": "angle",
+    "rad/s": "angle_rate",
+    "rad/s^2": "angle_acceleration",
+}
+"""Kind of a number of the vessel's motion by its unit."""
 MEASURED, AGE, DEVIATION, ALARM = "measured", "age", "deviation", "alarm"
 """What servers show of a signal beside the twin's own: measured.s_w, age.s_w [s], deviation.s_w (rms over a window),
 alarm.s_w (0, 1)."""
@@ -89,7 +99,18 @@ def about(name: str) -> tuple[str, str]:
     if name in BY_NAME:
         v = BY_NAME[name]
         return v.unit or "1", f"{v.meaning}; {v.sign}" if v.sign else v.meaning
+    if name in VESSEL:
+        meaning, unit = VESSEL[name]
+        return unit, meaning
     return SETTINGS.get(name) or MEANINGS.get(name, ("1", ""))
+
+
+def kind_of(name: str) -> str:
+    """Kind of quantity of a number, "" where it has none."""
+    if name in VESSEL:
+        return MOVED[VESSEL[name][1]]
+    of = BY_NAME.get(name, BY_NAME.get(name.removeprefix("sensed_")))
+    return "" if of is None else of.kind
 
 
 def is_loopback(host: str) -> bool:

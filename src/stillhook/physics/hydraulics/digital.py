@@ -3,10 +3,14 @@
 Averaged over the cylinders of all units on one shaft; the pattern of the strokes is bounded, see `torque_of_pattern`.
 """
 
+import functools
 import math
+from typing import Any
 
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
-from stillhook.physics.scalar import scalar, sqrt
+from stillhook.physics.hydraulics.motor_laws import FITTED, FittedLoss
+from stillhook.physics.records import record
+from stillhook.physics.scalar import by_record, scalar, sqrt
 
 STROKE_DAMPING = 0.5 * math.pi
 """Damping term of a stroke's response by shaft angle [-]; see `setting_acceleration`."""
@@ -35,15 +39,56 @@ def setting_acceleration(alpha, alpha_dot, u, omega_m, servo):
 
 
 @scalar
+def _enabled_mj4(share, idle, D_max, fit):
+    """As the other models, term by term: X_3 goes with the setting as in all units, so it is left."""
+    moved = share + idle * (1.0 - share)
+    return TorqueLossFit(moved * fit.X_1, moved * fit.X_2, fit.X_3, moved * fit.X_4, share * fit.X_5)
+
+
+@functools.cache
+def _enabled(of: Any) -> Any:
+    """Function f(share, idle, D_max, fit) -> record of the loss of units with a share of their cylinders enabled."""
+    if of is TorqueLossFit:
+        return _enabled_mj4
+    dry_of, moving_of = FITTED[of].dry, FITTED[of].moving
+    part = record("Enabled", f"{__name__} {FITTED[of].label}", fit=of, share=float, idle=float, D_max=float)
+
+    @scalar
+    def dry(omega_m, D_m, dp_m, now):
+        rest = now.idle * dry_of(omega_m, now.D_max, 0.0, now.fit)
+        return now.share * dry_of(omega_m, now.D_max, dp_m, now.fit) + rest
+
+    @scalar
+    def moving(omega_m, D_m, dp_m, now):
+        rest = now.idle * moving_of(omega_m, now.D_max, 0.0, now.fit)
+        return now.share * moving_of(omega_m, now.D_max, dp_m, now.fit) + rest
+
+    @scalar
+    def torque(omega_m, D_m, dp_m, now):
+        return dry(omega_m, D_m, dp_m, now) + moving(omega_m, D_m, dp_m, now)
+
+    @scalar
+    def enabled_of(share, idle, D_max, fit):
+        return part(fit, share, idle * (1.0 - share), D_max)
+
+    FITTED[part] = FittedLoss(f"enabled {FITTED[of].label}", torque, dry, moving)
+    return enabled_of
+
+
+enabled_loss = by_record(_enabled)
+
+
+@scalar
 def enabled(motors, share, idle):
-    """Units of which a share of the cylinders is enabled [-]: these leak and lose as at full displacement, the others
+    r"""Units of which a share of the cylinders is enabled [-]: these leak and lose as at full displacement, the others
     neither leak nor carry pressure, and lose `idle` of what they would lose without pressure [-].
 
-    X_3 goes with the setting as in all units, so it is left; pistons move over their full stroke.
+    .. math:: T_f = s\,T(\omega, D_{max}, \Delta p) + k_{idle}(1 - s)\,T(\omega, D_{max}, 0)
+
+    T torque loss of the units by the model of their motor; pistons move over their full stroke.
     """
-    fit, moved = motors.fit, share + idle * (1.0 - share)
-    part = TorqueLossFit(moved * fit.X_1, moved * fit.X_2, fit.X_3, moved * fit.X_4, share * fit.X_5)
-    return Motors(motors.count, motors.D_max, share * motors.C_1, share * motors.C_2, part)
+    now = enabled_loss(share, idle, motors.D_max, motors.fit)
+    return Motors(motors.count, motors.D_max, share * motors.C_1, share * motors.C_2, now)
 
 
 def torque_of_pattern(D: float, dp: float, cylinders: int) -> float:

@@ -11,7 +11,7 @@ milliseconds for a pump, as metal on metal, and slow enough for the steps of a r
 
 class Servo(NamedTuple):
     """Second-order displacement control: omega_n [rad/s], zeta [-], stroke lo..hi [-]; rate, rate_down
-    highest speeds of the setting as it rises and as it falls [1/s]."""
+    highest speeds of the setting as it rises and as it falls [1/s]; dead_time by which its command u is late [s]."""
 
     omega_n: float
     zeta: float
@@ -19,6 +19,7 @@ class Servo(NamedTuple):
     hi: float
     rate: float
     rate_down: float
+    dead_time: float = 0.0
 
 
 class MotorControl(NamedTuple):

@@ -147,26 +147,30 @@ def wire_tension(stretch, stretch_rate, k, c):
 
 class Load(NamedTuple):
     """W weight, in water less buoyancy [N]; m moving mass, in water with added mass [kg], i_m = 1 / m; b quadratic drag
-    [N s^2/m^2]."""
+    [N s^2/m^2]; U speed of the current across it [m/s]."""
 
     W: float
     m: float
     i_m: float
     b: float
+    U: float
 
 
 @scalar
-def suspended_load(payload, hook, displaced, added, drag):
+def suspended_load(payload, hook, displaced, added, drag, U):
     """What hangs from the wire: payload and hook [kg]; displaced mass of water and added mass of the payload [kg]; drag
-    [N s^2/m^2]. The hook's own buoyancy is left out (a few per cent of 3 t)."""
+    [N s^2/m^2]; current [m/s]. The hook's own buoyancy is left out (a few per cent of 3 t)."""
     m = payload + hook + added
-    return Load(W=(payload - displaced) * G + hook * G, m=m, i_m=1.0 / m, b=drag)
+    return Load(W=(payload - displaced) * G + hook * G, m=m, i_m=1.0 / m, b=drag, U=U)
 
 
 @scalar
 def drag_force(v, load):
-    """Drag that opposes the motion [N], positive upwards for a sinking load; v upward speed [m/s]."""
-    return -load.b * v * abs(v)
+    r"""Drag that opposes the motion [N], positive upwards for a sinking load; v upward speed [m/s].
+
+    .. math:: F = -b\sqrt{v^2 + U^2}\,v
+    """
+    return -load.b * v * sqrt(v * v + load.U * load.U)
 
 
 @scalar

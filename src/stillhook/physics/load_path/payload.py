@@ -2,8 +2,10 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.records import replace
+from stillhook.physics.scalar import clip, fmax, fmin, scalar, sqrt
 
+TINY = 1.0e-300
 LEVELS = 129
 """Levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given: a power of
 two and one."""
@@ -234,3 +236,24 @@ def water_force(z, v, wet, water, load):
         m_a=m_a,
         damping=B * (abs(u_1) + abs(u_2)) + C,
     )
+
+
+with_drag = replace(WaterForce, "drag", "damping")
+
+
+@scalar
+def in_current(force, v, wet, water, U):
+    r"""`water_force` on a payload past which a current of U [m/s] flows, level; v its speed upwards [m/s].
+
+    .. math:: F_D = \tfrac12\rho C_D A_p\,\overline{\sqrt{(w - v)^2 + U^2}\,(w - v)}
+
+    The vertical share of the drag by the speed through the water, as that of the same body in still water has C_D A_p.
+    What grows over the bottom is the drag of water that leaves through a gap, which the current does not drive.
+    Source: DNV-RP-C205, drag by the relative velocity (check against your edition).
+    """
+    u_1, u_2 = water.w_1 - v, water.w_2 - v
+    V_1, V_2 = fmax(sqrt(u_1 * u_1 + U * U), TINY), fmax(sqrt(u_2 * u_2 + U * U), TINY)
+    more_1, more_2 = U * U / (V_1 + abs(u_1)), U * U / (V_2 + abs(u_2))
+    drag = 0.5 * wet.B * (more_1 * u_1 + more_2 * u_2)
+    damping = 0.5 * wet.B * (more_1 * more_1 / V_1 + more_2 * more_2 / V_2)
+    return with_drag(force, force.drag + drag, force.damping + damping)

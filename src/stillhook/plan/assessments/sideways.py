@@ -243,8 +243,9 @@ def _begin(text: str) -> str:
 LOW = "Angles and offsets are those of the low weight case, tensions of the high one."
 CURRENT = (
     "Drag of the velocity across the wire and on the side of the payload; bending, stretch and vortex shedding are left"
-    " out. No tier counts the current in the vertical drag of the payload: it adds damping, and a drag along the wire"
-    " of at most {more:.1f} kN at the planned speeds."
+    " out. Runs, failure cases and the frequency-domain method have the current in the vertical drag of the payload:"
+    " damping, and at most {more:.1f} kN more at the planned speeds. The closed form has it in its forces, not in its"
+    " damping. No tier has the drag of the current along the wire."
 )
 WIND = (
     "Steady mean and the largest swing of an undamped pendulum in a gust of any length that begins and ends at once;"

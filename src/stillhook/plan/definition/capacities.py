@@ -114,7 +114,7 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "F_top_max": F + F_jerk,
         "DAF": (F_sling + F_jerk) / (plan.of_high.payload.mass * G),
         "v_w_demand": v,
-        "v_landed": v,
+        "v_landed": 0.0 if phase.kind in OFF_DECK else v,
         "deck_tilt": plan.gear.tilt,
         **still_leads(plan, phase),
     }
@@ -138,6 +138,7 @@ def wire_line(plan: LiftPlan, phase: Phase, z: float) -> Line:
     """The wire of a plan with a current, the underside of the payload at z [m]."""
     current, still, wire = plan.environment.current, at_rest(plan, phase, z), plan.crane.wire
     assert current is not None
+    assert current.area is not None
     h_tip, w = plan.tip_of(phase).z or plan.h_tip, wire.mass_per_length * G
     _, steel = wire_strength(plan.crane)
     return Line(
@@ -170,12 +171,8 @@ def flow_notes(plan: LiftPlan) -> tuple[str, ...]:
     strong for a wire."""
     current, wind = plan.environment.current, plan.environment.wind
     if current is not None:
-        if len(current.depth) > 1 and current.depth[-1] < plan.depth * (1.0 - 1e-9):
-            end, bottom = show(current.depth[-1], "length"), show(plan.depth, "length")
-            raise PlanError(
-                f"environment.current.depth: the profile ends at {end}, the seabed is at {bottom}. Give the speed"
-                " there."
-            )
+        if problem := current.short_of(plan.depth):
+            raise PlanError(f"environment.current.depth: {problem}")
         for case in (plan, plan.low or plan):
             for phase in plan.phases:
                 for z in along(phase) if phase.kind in UNDER_WATER else ():

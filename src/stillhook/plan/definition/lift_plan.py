@@ -29,6 +29,7 @@ from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_mosk
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.steady_flow import Current, Wind
 from stillhook.sea.vessel.boom import Boom, TipPoint, parse_point
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.relative import RelativeMotion
 from stillhook.spec.crane import Crane
@@ -153,6 +154,13 @@ class Environment(Record):
     def _in_order(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         return ordered(values, str(info.field_name))
 
+    @field_validator("current")
+    @classmethod
+    def _meets(cls, current: Current | None) -> Current | None:
+        if current is not None and current.area is None:
+            raise ValueError('area: missing, the side of the payload that it meets. Write area = "40 m^2".')
+        return current
+
     def inputs(self) -> dict[str, Any]:
         """What results follow from, as plain data."""
         without = {name for name in ("swell", "current", "wind") if getattr(self, name) is None}
@@ -220,6 +228,7 @@ class LiftPlan:
     assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
     credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
     against: the tip's motion against the vessel that the payload is on (None: not known);
+    unit: motion unit whose heave filter takes from what the PLC is given (None: no filter);
     load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
     items of the rigging; weight build-up, whose high case `payload` is, None where none is given; high: of the low case
     the plan of the high one (`low`); compensator that hangs in the alternative phc, linked: whether it hangs (`under`);
@@ -255,6 +264,7 @@ class LiftPlan:
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
     against: RelativeMotion | None = field(default=None, repr=False)
+    unit: MotionUnit | None = None
     compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
@@ -325,8 +335,8 @@ class LiftPlan:
         fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
         fields |= {key: getattr(self, key) for key in ("name", "payload", "rigging", "wire", "winch", "sensors")}
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3"}
-        compensator = self.compensator if self.linked else None
-        return Lowering(**fields, compensator=compensator, controller=self.crane.plant.type.default_mode)
+        flow = {"compensator": self.compensator if self.linked else None, "current": self.environment.current}
+        return Lowering(**fields, **flow, controller=self.crane.plant.type.default_mode)
 
 
 def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import functools
-import hashlib
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +17,13 @@ from stillhook.library.toml.file import (
     SetFile,
     TomlTable,
     base_name,
-    named,
+    digest_of_set,
+    load_set,
     numbers_on_base,
-    read_toml,
     rows_on_base,
+    set_names,
 )
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES, LEADS
 from stillhook.plan.definition.rules import QUANTITIES, Level, Rule, RuleSet, Sense
 from stillhook.sea.steady_flow import Current
@@ -37,6 +33,7 @@ from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME
 
+SETS = Path(__file__).with_name("rule_sets")
 SETTINGS: Mapping[str, tuple[str, str]] = {
     "zeta_a": ("", "amplitude of the characteristic wave over Hs"),
     "T_z_factor": ("", "least T_z of the method over sqrt(Hs/g)"),
@@ -77,11 +74,9 @@ class RulesFile(SetFile):
     rule: tuple[RuleTable, ...] = Field(default=(), description="one [[rule]] table for each rule")
 
 
-@functools.cache
 def rule_sets() -> tuple[str, ...]:
     """Names of the sets that come with Stillhook."""
-    entries = (files("stillhook.plan.definition") / "rule_sets").iterdir()
-    return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
+    return set_names(SETS)
 
 
 def load_rules(name_or_path: str | Path) -> RuleSet:
@@ -131,17 +126,7 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         One line that names file, rule, what came, what is allowed; SpecError where it is not TOML, UnitError for a
         limit.
     """
-    name = str(name_or_path)
-    if name in rule_sets():
-        text = (files("stillhook.plan.definition") / "rule_sets" / f"{name}.toml").read_text(encoding="utf-8")
-        path = Path(f"{name}.toml")
-        return named(TomlTable(path, parsed(text, path.name), PlanError), _rule_set)
-    if not name.endswith(".toml"):
-        have = ", ".join(rule_sets())
-        raise PlanError(
-            f"rules = {quote(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
-        )
-    return read_toml(name_or_path, FileKind.RULES, PlanError, _rule_set)
+    return load_set(name_or_path, SETS, "rules", FileKind.RULES, PlanError, _rule_set)
 
 
 def under_water(rules: RuleSet, current: Current | None) -> RuleSet:
@@ -238,17 +223,16 @@ def _rule_set(table: TomlTable) -> RuleSet:
     )
     changes = _changes(base, combined, settings) if base else ()
     entered_by = file.entered_by or (base.entered_by if base else "")
-    return _digested(
-        RuleSet(
-            file.name or table.path.stem,
-            file.version,
-            combined,
-            changes,
-            source=source,
-            settings=settings,
-            entered_by=entered_by,
-        )
+    rules = RuleSet(
+        file.name or table.path.stem,
+        file.version,
+        combined,
+        changes,
+        source=source,
+        settings=settings,
+        entered_by=entered_by,
     )
+    return replace(rules, digest=digest_of_set(rules.to_dict()))
 
 
 def _with_editions(rules: tuple[Rule, ...], file: RulesFile, table: TomlTable) -> tuple[Rule, ...]:
@@ -387,9 +371,3 @@ def _differences(old: Rule, new: Rule) -> list[str]:
     """What a rule asks otherwise than the one of the base."""
     pairs = [[r.quantity, r.requirement, str(r.level), ", ".join(r.phases)] for r in (new, old)]
     return [f"{b} in place of {a}" for b, a in zip(*pairs, strict=True) if a != b]
-
-
-def _digested(rules: RuleSet) -> RuleSet:
-    content = {k: v for k, v in rules.to_dict().items() if k != "digest"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    return replace(rules, digest=hashlib.sha256(text.encode()).hexdigest())

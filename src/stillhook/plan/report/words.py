@@ -207,11 +207,6 @@ def lines_of(result: PlanResult, alternative: str) -> list[tuple[str, Credit]]:
     return lines
 
 
-def least(Hs: FloatArray) -> FloatArray:
-    """Least limit over the headings, of (heading, period) [m]; NaN where one of them is not determined."""
-    return np.asarray(Hs.min(axis=0))
-
-
 def worst_heading(Hs: FloatArray) -> list[int]:
     """Place of the heading with the least limit in every period; an undetermined one comes first."""
     return [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmin(axis=0)]

@@ -92,7 +92,7 @@ class Way:
     """Heights z of the underside along a phase's way (k, 1) [m], and what is there: F_top tension at the crane tip and
     W sling tension, at rest [N]; K stiffness of wire and slings [N/m]; above, mass of hook and a third of the wire
     [kg]; rho_V of displaced water, A33 [kg]; dA33 its slope over depth [kg/m]; A_w water-plane area [m^2]; B drag [N
-    s^2/m^2]; d depth of the submerged part's centre [m].
+    s^2/m^2]; U current [m/s]; d depth of the submerged part's centre [m].
     """
 
     z: FloatArray
@@ -105,6 +105,7 @@ class Way:
     dA33: FloatArray
     A_w: FloatArray
     B: FloatArray
+    U: FloatArray
     d: FloatArray
 
 
@@ -149,7 +150,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     }
     values["v_w_demand"] = V + (v if phase.compensated else np.zeros(len(seas)))
     if phase.compensated:
-        values["e_c_pp"] = 2.0 * left * eta
+        of, share = _left(plan, phase, seas, left)
+        values["e_c_pp"] = 2.0 * share * of.largest(T)[0]
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
@@ -165,12 +167,23 @@ def duration_of(plan: LiftPlan, phase: Phase) -> float:
 
 def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
     """What moves payload and water, with what the winch leaves of the tip's motion, from 1 (all)."""
-    tip = tip_motion(plan, phase, seas)
+    tip, share = _left(plan, phase, seas, left)
     if phase.follows_deck:
-        tip, left = Tip(tip.T_w, *hook_in_air(plan, phase, seas, left)), 1.0
+        tip, share = Tip(tip.T_w, *hook_in_air(plan, phase, seas, left)), 1.0
     eta, v, a = tip.largest(duration_of(plan, phase))
     zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
-    return Motions(left * eta, left * v, left * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
+    return Motions(share * eta, share * v, share * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
+
+
+def _left(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> tuple[Tip, float]:
+    """A motion and the part of it that the winch leaves, from 1 (all): the tip's, or where a heave filter loses some
+    of it, the wire's end's, and all of it."""
+    tip, at = tip_motion(plan, phase, seas), plan.tip_of(phase)
+    forcing = forcing_at(plan.of_high, seas, at.x, at.y)
+    if forcing.lost is None or left == 1.0:
+        return tip, left
+    remains = forcing.remaining(left)
+    return Tip(tip.T_w, *(remains.deviation(order) for order in range(3))), 1.0
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
@@ -235,7 +248,7 @@ def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
 def way(plan: LiftPlan, phase: Phase) -> Way:
     """Heights of a phase's way, and what is there."""
     lift = plan.hanging(0.0, plan.tip_of(phase).z)
-    load, rho, crane = plan.payload, plan.rho, plan.crane
+    load, rho, crane, current = plan.payload, plan.rho, plan.crane, plan.environment.current
     z = _heights(phase, load.reach(rho))
     still = [hanging(crane, lift, float(each)) for each in z]
     F_top, L = np.array([s.F_tip for s in still]), np.array([s.s_w for s in still])
@@ -259,6 +272,7 @@ def way(plan: LiftPlan, phase: Phase) -> Way:
         "dA33": slope("A33"),
         "A_w": slope("V"),
         "B": 0.5 * rho * max(load.C_D, plan.rules.settings["C_D_least"]) * at.A_p,
+        "U": np.array([0.0 if current is None else current.past(each + 0.5 * load.height) for each in z.tolist()]),
         "d": np.where(h < load.height, 0.5 * h, h - 0.5 * load.height),
     }
     return Way(**{name: np.asarray(column, dtype=np.float64)[:, None] for name, column in columns.items()})
@@ -295,7 +309,7 @@ def _hydrodynamic(plan: LiftPlan, w: Way, m: Motions) -> tuple[FloatArray, Float
     v_r = sm.relative_speed(m.V, m.v, v_w)
     F_M = sm.mass_force(plan.payload.mass, w.A33, w.rho_V, m.a, a_w)
     F_rho = sm.buoyancy_force(plan.rho, w.A_w, m.zeta, m.eta)
-    return sm.hydrodynamic(sm.drag(w.B, v_r), sm.slamming(w.dA33, v_r), F_M, F_rho), v_r
+    return sm.hydrodynamic(sm.drag(w.B, v_r, w.U), sm.slamming(w.dA33, v_r), F_M, F_rho), v_r
 
 
 def slings_held(plan: LiftPlan, phase: Phase, seas: Seas) -> tuple[FloatArray, FloatArray]:
@@ -309,7 +323,7 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w = way(plan, phase)
     s = sm.swing(m.eta, m.omega, w.K, plan.payload.mass + w.A33, w.above, w.B, plan.payload.C_lin)
     v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
-    F_w = np.hypot(sm.drag(w.B, v_w), (w.rho_V + w.A33) * a_w)
+    F_w = np.hypot(sm.drag(w.B, v_w, w.U), (w.rho_V + w.A33) * a_w)
     sling = np.hypot(s.sling, F_w)
     values = _tensions(plan, w, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
     values["load_pp"] = 2.0 * s.load.max(axis=0)

@@ -19,7 +19,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.tiers.situations import Looks, Situation, looked_at
 from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
-from stillhook.response.forcing import Forcing, forcing_of_seas
+from stillhook.response.forcing import Forcing, filtered_forcing, forcing_of_seas
 from stillhook.response.frequency_domain import Sigmas, compensated_sigmas, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, mean_drag, suspended_load
 from stillhook.response.winch.linear_form import Residual
@@ -84,7 +84,7 @@ def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
 def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
     """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]."""
     each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
-    return forcing_of_seas(each, plan.vessel, x, y)
+    return filtered_forcing(lambda vessel: forcing_of_seas(each, vessel, x, y), plan.vessel, plan.unit)
 
 
 def winches_of(
@@ -207,7 +207,7 @@ class Part:
     @property
     def rise(self) -> FloatArray:
         """Mean force of the water on a payload that sinks, up positive [N]."""
-        return mean_drag(self.load.B, self.V, self.s.relative) + self.load.C_lin * self.V
+        return mean_drag(self.load.B, self.V, self.s.relative, self.load.U) + self.load.C_lin * self.V
 
 
 def _phase(
@@ -281,7 +281,7 @@ def _error(responses: Sequence[Part], residuals: Sequence[Residual], quantile: f
         moving = v > 0.0
         peak = (
             None
-            if residual.remnant is None
+            if residual.remnant is None or p.forcing.lost is not None  # what a filter loses is Gaussian
             else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
         )
         if residual.remnant is None or peak is None:

@@ -76,16 +76,17 @@ def _sigmas(forcing: Forcing) -> FloatArray:
 def hook_on_deck(plan: LiftPlan, phase: Phase, seas: Seas, left: float = 1.0) -> FloatArray:
     """Deviations of the hook's height over the deck [m], of its speed and acceleration, (3, n), with what the winch
     leaves, from 1 (all): of the relative motion where it follows the deck, else of the tip's. What it leaves has an
-    unknown phase, and is added to the deck's own motion as if both peaked together."""
+    unknown phase, and is added to the deck's own motion as if both peaked together, as what a heave filter loses is."""
     at, plan = plan.tip_of(phase), plan.of_high
-    tip = _sigmas(forcing_at(plan, seas, at.x, at.y))
+    forcing = forcing_at(plan, seas, at.x, at.y)
+    tip, lost = _sigmas(forcing), 0.0 if forcing.lost is None else (1.0 - left) * _sigmas(forcing.lost)
     if not (phase.on_other_vessel or off_other_vessel(plan, phase)):
-        return np.asarray(left * tip)
+        return np.asarray(left * tip + lost)
     both = _sigmas(against_deck(plan, seas, at.x, at.y))
     if left == 1.0 or phase.follows_deck:
-        return np.asarray(left * both)
+        return np.asarray(left * both + lost)
     deck = _sigmas(against_deck(plan, seas, at.x, at.y, 0.0))
-    return np.minimum(left * tip + deck, both + (1.0 - left) * tip)
+    return np.minimum(left * tip + deck, both + (1.0 - left) * tip) + lost
 
 
 def hook_in_air(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> FloatArray:

@@ -21,6 +21,7 @@ from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
 from stillhook.plan.tiers.situations import looked_at, thinned
 from stillhook.plan.weather.limit_table import SAME
+from stillhook.response.forcing import Forcing, filtered_forcing
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
@@ -54,7 +55,7 @@ def utilisations(
     every = looked_at(plan)
     phases = [(phase, thinned(parts)) for phase, parts in every]
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
-    forcing = {place: forcing_of_waves(waves, plan.vessel, *place) for place in places}
+    forcing = {place: _forcing(plan, waves, *place) for place in places}
     begin(progress, "winch residuals")
     H = np.asarray(of.H_m0, dtype=np.float64)
     beta = math.nan if waves.beta is None else waves.beta
@@ -71,6 +72,10 @@ def utilisations(
             share = np.divide(H, limit, out=np.where(H > 0.0, np.inf, 0.0), where=limit > 0.0)
             used[i] = np.where(np.isnan(used[i]) | np.isnan(limit), np.nan, np.fmax(used[i], share))
     return used
+
+
+def _forcing(plan: LiftPlan, waves: Waves, x: float, y: float) -> Forcing:
+    return filtered_forcing(lambda vessel: forcing_of_waves(waves, vessel, x, y), plan.vessel, plan.unit)
 
 
 FINE = 0.001

@@ -33,7 +33,18 @@ WAVES = 0.985
 
 
 def spectrum_figure(wave: WaveSpectrum) -> Figure:
-    """S over omega, with the mean and zero-crossing frequencies."""
+    """Density of a wave spectrum over angular frequency, with its mean and zero-crossing periods.
+
+    Parameters
+    ----------
+    wave : WaveSpectrum
+        Such as that of a train of `stillhook.parse_sea`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     figure, ax = kit.panel((8.0, 4.5), wave.describe())
     if isinstance(wave, Measured):
         edges = np.append(wave.omega - wave.width / 2.0, wave.omega[-1] + wave.width[-1] / 2.0)
@@ -52,7 +63,18 @@ def spectrum_figure(wave: WaveSpectrum) -> Figure:
 
 
 def series_figure(series: SpectrumSeries | SeaStates) -> Figure:
-    """Height and periods over time, and the mean spectrum where there are spectra."""
+    """Height and periods of measured or hindcast waves over time, and the mean spectrum where there are spectra.
+
+    Parameters
+    ----------
+    series : SpectrumSeries or SeaStates
+        Read from a file of spectra or sea states.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     spectral = isinstance(series, SpectrumSeries)
     title = f"{series.source}: {series.n_valid} of {len(series)} records valid"
     figure, grid = kit.panels(3 if spectral else 2, 1, (10.0, 8.0 if spectral else 5.5), title)
@@ -83,8 +105,20 @@ LONGEST = 30.0  # s: shown of longer tables
 
 
 def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
-    """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table,
-    curves: what is used."""
+    """Amplitudes of the six motions of a vessel over period; dots: the table, curves: what is used.
+
+    Parameters
+    ----------
+    rao : Rao
+        From `stillhook.read_vessel`.
+    point : tuple of float, optional
+        Forward and to port of the reference point [m]: its vertical motion as well.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
     title = f"{rao.name}, reference point: {rao.origin or 'not stated'}"
     figure, axes = kit.panels(2 if point is None else 3, 3, (11.0, 8.0 if point is None else 10.5), title)
     period = np.linspace(2.0 * math.pi / rao.omega[-1], min(LONGEST, 2.0 * math.pi / rao.omega[0]), 800)

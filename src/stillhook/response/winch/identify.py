@@ -264,21 +264,17 @@ class Winch(NamedTuple):
 def identify_many(
     winches: Sequence[Winch],
     *,
-    excitation: ExcitationGrid = QUICK,
     threads: int = 2,
-    cache: bool = True,
     progress: Progress | None = None,
 ) -> list[Residual | StillhookError]:
     """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. For
     a winch that cannot be run, the error."""
-    meter, motions = Meter(len(winches), progress, of=len(winches)), functools.cache(excitation.motions)
+    meter, motions = Meter(len(winches), progress, of=len(winches)), functools.cache(QUICK.motions)
 
     def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
         try:
-            return identify_residual(
-                *winch, excitation=excitation, threads=1, cache=cache, progress=Steps(reached), motions=motions
-            )
+            return identify_residual(*winch, excitation=QUICK, threads=1, progress=Steps(reached), motions=motions)
         except (LiftError, ScenarioError) as problem:
             return problem
         finally:

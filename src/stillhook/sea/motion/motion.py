@@ -25,6 +25,7 @@ from stillhook.units import parse
 Sample = tuple[FloatArray, FloatArray, FloatArray]
 
 LARGEST_AMPLITUDE = 50.0  # m: no sea moves a crane tip so far; mm or km meant as m are caught here
+CYCLE = 0.01  # of a PLC where none is given [s]
 SHORTEST_PERIOD, LONGEST_PERIOD = 0.1, 3600.0  # s: no sea moves a ship so fast; ms or h meant as s are caught here
 
 
@@ -43,8 +44,8 @@ class Motion(ABC):
         """Whether the PLC measures another motion than the tip has, before the errors that a scenario adds."""
         return False
 
-    def measured(self, t: ArrayLike) -> Sample:
-        """The motion as the PLC measures it, as `sample`."""
+    def measured(self, t: ArrayLike, h: float = CYCLE) -> Sample:
+        """The motion as the PLC measures it, as `sample`; h: the PLC's cycle [s]."""
         return self.sample(t)
 
     @abstractmethod
@@ -192,8 +193,8 @@ class Sum(Motion):
     def sample(self, t: ArrayLike) -> Sample:
         return _added(term.sample(t) for term in self.terms)
 
-    def measured(self, t: ArrayLike) -> Sample:
-        return _added(term.measured(t) for term in self.terms)
+    def measured(self, t: ArrayLike, h: float = CYCLE) -> Sample:
+        return _added(term.measured(t, h) for term in self.terms)
 
     def describe(self) -> str:
         return " + ".join(term.describe() for term in self.terms)
@@ -316,8 +317,8 @@ class Ramped(Motion):
     def sample(self, t: ArrayLike) -> Sample:
         return self._grown(t, self.motion.sample(t))
 
-    def measured(self, t: ArrayLike) -> Sample:
-        return self._grown(t, self.motion.measured(t))
+    def measured(self, t: ArrayLike, h: float = CYCLE) -> Sample:
+        return self._grown(t, self.motion.measured(t, h))
 
     def _grown(self, t: ArrayLike, full: Sample) -> Sample:
         s_0, v_0, a_0 = full

@@ -12,6 +12,7 @@ from stillhook.errors import MotionError
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.vessel.heave_filter import FilteredTip
 from stillhook.sea.vessel.vessel_tip import VesselTip
 from stillhook.units import quote
 
@@ -53,12 +54,16 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
                 return Recorded.from_dict(dict(data))
             case "irregular":
                 return IrregularTip.from_dict(dict(data))
+            case "filtered":
+                return FilteredTip.from_dict(dict(data), motion_from_dict)
             case "vessel":
                 return VesselTip.from_dict(dict(data), motion_from_dict)
     except (KeyError, TypeError, ValueError) as problem:
         wrong = f"type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}"
         raise MotionError(f"stored motion: {wrong}. Simulate again.") from problem
-    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip, VesselTip))
+    types = ", ".join(
+        cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip, FilteredTip, VesselTip)
+    )
     raise MotionError(f"stored motion: type {quote(data.get('type'))} is not one of {types}.")
 
 

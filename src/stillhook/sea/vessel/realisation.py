@@ -345,12 +345,3 @@ def _series(waves: Realisation, c: ComplexArray, n: int) -> FloatArray:
     out = np.empty((n + 1, *x.shape[:-1]))
     out[:n], out[n] = x.T, x.T[0]
     return out
-
-
-def moved_by(
-    waves: Realisation, rao: Rao, x: float, y: float, *, water: bool, left: float, resolution: Resolution
-) -> tuple[IrregularTip, WaveField | None]:
-    """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
-    realisation. water: whether it is wanted; left: part of the tip's motion that is kept."""
-    tip = tip_motion(waves, rao, x, y, fine=resolution.angle)
-    return tip if left == 1.0 else tip.times(left), wave_field(waves, x, y) if water else None

@@ -67,7 +67,7 @@ class OtherVessel:
         return f"{self.rao.name}, deck at {self.at.describe()}, {below}, bow at {show(self.heading, 'angle', 4)}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class DeckMotion:
     """Height of the place on the deck of another vessel, per metre of wave at the crane vessel's reference point: a
     `VerticalMotion` of places of the crane tip. depth of the water [m]: the phase between the vessels."""
@@ -92,16 +92,17 @@ class DeckMotion:
         return np.asarray(deck * self.other.lag(omega, beta, x, y, self.depth))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class RelativeMotion:
     """Height of a crane tip over the deck of another vessel, per metre of wave: a `VerticalMotion` of places of the
     crane tip. depth of the water [m]: the phase between the vessels; left: part of the tip's motion that a winch
-    leaves, 0 for the deck alone."""
+    leaves, 0 for the deck alone; of_deck times the deck's motion that is added, 1 - left for a hook that follows it."""
 
     crane: Rao
     other: OtherVessel
     depth: float = field(default=math.inf)
     left: float = 1.0
+    of_deck: float = -1.0
 
     @property
     def name(self) -> str:
@@ -120,7 +121,7 @@ class RelativeMotion:
         (k,), or (j, k) for headings (j,)."""
         omega, beta = np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.asarray(beta, dtype=np.float64)
         deck = DeckMotion(self.other, self.depth).vertical(omega, beta, x, y)
-        return np.asarray(self.left * self.crane.vertical(omega, beta, x, y) - deck)
+        return np.asarray(self.left * self.crane.vertical(omega, beta, x, y) + self.of_deck * deck)
 
     def deck(self, omega: FloatArray, beta: FloatArray, x: float, y: float, z: float) -> ComplexArray:
         """Motion of the place on deck, z above the waterline [m], forward and to port of the crane vessel [m], and

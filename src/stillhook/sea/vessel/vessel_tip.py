@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from stillhook.base.arrays import FloatArray, fill
 from stillhook.errors import MotionError, SeaError
 from stillhook.physics.tip_kinematics import Attitude, BoomLengths, BoomPose, Jet, lever, rise, tip_motion
-from stillhook.sea.motion.motion import Motion, Sample, Still
+from stillhook.sea.motion.motion import CYCLE, Motion, Sample, Still
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.words import parse_motion
 from stillhook.sea.vessel.boom import Boom, parse_boom
@@ -30,12 +30,26 @@ Moves = tuple[tuple[float, float, float], ...]
 SIZES = {"heave": "length", "roll": "angle", "pitch": "angle", "surge": "length", "sway": "length", "yaw": "angle"}
 ANGLES = {"slew": "slew", "luff": "main_angle", "fold": "knuckle_angle"}
 """Movements of a boom, and the angle of `Boom` that each changes."""
-GIVEN = {
-    name: (name, f"v_{name}", f"a_{name}")
-    for name in ("heave", "roll", "pitch", "slew", "main", "knuckle", "unit_heave")
+_MEANT = {
+    "heave": "heave, up positive [m]",
+    "roll": "roll, port side up positive [rad]",
+    "pitch": "pitch, bow up positive [rad]",
+    "slew": "slew angle of the boom, from the bow to port [rad]",
+    "main": "angle of the main boom above the horizontal [rad]",
+    "knuckle": "angle of the knuckle boom below the line of the main boom [rad]",
+    "unit_heave": "heave as the motion unit gives it to the PLC, up positive [m]",
 }
+GIVEN = {name: (name, f"v_{name}", f"a_{name}") for name in _MEANT}
 """Vessel, angles of the boom, and heave as the motion unit gives it, as inputs from outside: each with its rate and
 acceleration."""
+NEEDED = (*GIVEN["heave"], *GIVEN["roll"], *GIVEN["pitch"])
+"""Those without which the vessel's motion is not complete."""
+VESSEL = {
+    each: (of + text[: text.index(" [")], text[text.index("[") + 1 : -1] + per)
+    for name, text in _MEANT.items()
+    for each, of, per in zip(GIVEN[name], ("", "rate of ", "acceleration of "), ("", "/s", "/s^2"), strict=True)
+}
+"""All of them with their meanings and units."""
 SOFT = 2.0
 """Time over which a boom comes to its speed, and to rest [s]: half of it before a movement's first and last time."""
 LARGEST_ANGLE = math.radians(60.0)  # of roll and pitch
@@ -161,19 +175,23 @@ class VesselTip(Motion):
         time = np.asarray(t, dtype=np.float64)
         return _sample(tip_motion(self._attitude(time), self._pose(time), lengths(self.boom)), time)
 
-    def measured(self, t: ArrayLike) -> Sample:
+    def measured(self, t: ArrayLike, h: float = CYCLE) -> Sample:
         """Height, speed and acceleration of the tip as the PLC calculates them from its motion unit and the boom's
         angles."""
         time = np.asarray(t, dtype=np.float64)
         flat = np.ravel(time)
         boom = lengths(self.boom, self.unit.at, self.unit.exact)
-        return _sample(tip_motion(self._signals.at(flat), self._pose(flat), boom), time)
+        return _sample(tip_motion(self.signals(h).at(flat), self._pose(flat), boom), time)
 
-    def of_inputs(self, values: Mapping[str, float], t: float) -> tuple[Sample, Sample]:
-        """Motion of the tip, and that of the PLC, where the vessel's comes from outside by the names of `GIVEN` [SI].
+    def of_inputs(
+        self, values: Mapping[str, float], t: float, seen: Callable[[Attitude], Attitude] | None = None
+    ) -> tuple[Sample, Sample, Jet]:
+        """Motion of the tip, that of the PLC, and heave as the motion unit gives it, where the vessel's motion comes
+        from outside by the names of `GIVEN` [SI].
 
-        Angles of the boom are those of this motion at t [s] unless they are given, unit_heave that at the place of an
-        ideal unit. Errors: MotionError for what is not complete, not possible, or depends on the unit's past.
+        Angles of the boom are those of this motion at t [s] unless they are given. seen: what the unit makes of the
+        attitude at its place; without it the unit must have none of a past. A unit_heave that is given is in place of
+        the unit's. Errors: MotionError for what is not complete, not possible, or depends on the unit's past.
         """
         jets = {}
         for name, jet in GIVEN.items():
@@ -186,22 +204,39 @@ class VesselTip(Motion):
         for name in ("roll", "pitch"):
             if abs(values[name]) > LARGEST_ANGLE:
                 raise MotionError(f"{name} = {values[name]:g} rad is beyond any ship. Give a value within +-1.047.")
-        if self.unit.delay or self.unit.noisy:
-            raise MotionError("delay and noise of the case's motion unit are those of the input. Leave them out.")
-        if self.unit.heave_period is not None and "unit_heave" not in jets:
-            raise MotionError("unit_heave missing: the case's motion unit filters heave. Give it as the unit does.")
+        if seen is None and not self.unit.passes:
+            raise MotionError(
+                "filter, delay and noise of the case's motion unit are those of the input. Leave them out."
+            )
         true = Attitude(jets["heave"], jets["roll"], jets["pitch"])
         pose = BoomPose(
             *(jets.get(n, own) for n, own in zip(("slew", "main", "knuckle"), self._pose(np.array([t])), strict=True))
         )
-        seen = true._replace(heave=jets["unit_heave"]) if "unit_heave" in jets else self._moved_to_unit(true)
+        measured = self._moved_to_unit(true) if seen is None else seen(self._moved_to_unit(true))
+        measured = measured._replace(heave=jets.get("unit_heave", measured.heave))
+        now, boom = np.array([t]), lengths(self.boom, self.unit.at, self.unit.exact)
+        tips = (tip_motion(*of) for of in ((true, pose, lengths(self.boom)), (measured, pose, boom)))
+        return *(_sample(tip, now) for tip in tips), measured.heave  # type: ignore[return-value]
+
+    def inputs_at(self, t: float, h: float) -> dict[str, float]:
+        """This motion at t [s] by the names of `GIVEN`; h: the PLC's cycle [s]."""
         now = np.array([t])
-        boom = lengths(self.boom, self.unit.at, self.unit.exact)
-        return _sample(tip_motion(true, pose, lengths(self.boom)), now), _sample(tip_motion(seen, pose, boom), now)
+        jets = (*self._attitude(now), *self._pose(now), self.signals(h).at(now).heave)
+        return {
+            n: float(np.ravel(x)[0])
+            for names, jet in zip(GIVEN.values(), jets, strict=True)
+            for n, x in zip(names, jet, strict=True)
+        }
+
+    def signals(self, h: float) -> Signals:
+        """What the motion unit gives, at PLC cycles h apart [s]."""
+        if h not in self._made:
+            self._made[h] = Signals(self.unit, self._at_unit, self.duration, h)
+        return self._made[h]
 
     @cached_property
-    def _signals(self) -> Signals:
-        return Signals(self.unit, self._at_unit, self.duration)
+    def _made(self) -> dict[float, Signals]:
+        return {}
 
     def _attitude(self, t: FloatArray) -> Attitude:
         return Attitude(*(Jet(*getattr(self, name).sample(t)) for name in ("heave", "roll", "pitch")))

@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike
 from pydantic import Field, field_validator
 
 from stillhook import units as u
-from stillhook.base.arrays import FloatArray
 from stillhook.physics.load_path.deck import damping_ratio
-from stillhook.sea.motion.motion import Motion, Sample, Still
+from stillhook.sea.motion.motion import CYCLE, Motion, Sample, Still
 from stillhook.sea.motion.words import parse_motion
+from stillhook.sea.vessel.motion_unit import RATE, noise
 from stillhook.spec.scenario import Number, Record
 from stillhook.units import show
 
-RATE = 100.0
-"""Values of noise a second [1/s]."""
-BLOCK, STREAM = 4096, 1
-"""Values of noise made at once, and what keeps them apart from others of the same seed."""
+MOST_SLACK = 20.0
+"""Longest slack of the wire as a payload starts on a deck [m]."""
+STREAM = 1
+"""What keeps the noise of a deck apart from others of the same seed."""
 
 
 class Deck(Record):
@@ -42,7 +42,10 @@ class Deck(Record):
         default=0.3, ge=0.05, le=1, description="speed after over speed before a hit (assumed: timber dunnage)"
     )
     slack: u.Length | None = Field(
-        default=None, ge=0, le=20, description="of the wire as the payload starts on the deck; default: it hangs"
+        default=None,
+        ge=0,
+        le=MOST_SLACK,
+        description="of the wire as the payload starts on the deck; default: it hangs",
     )
     followed: Annotated[bool, Field(strict=True)] = False
     delay: u.Time = Field(default=0.0, ge=0, le=2, description="of the deck's motion unit")
@@ -88,23 +91,14 @@ class TipOverDeck(Motion):
     def sample(self, t: ArrayLike) -> Sample:
         return self.tip.sample(t)
 
-    def measured(self, t: ArrayLike) -> Sample:
+    def measured(self, t: ArrayLike, h: float = CYCLE) -> Sample:
         time = np.asarray(t, dtype=np.float64)
-        tip, deck = self.tip.measured(time), self.deck.sample(np.maximum(time - self.delay, 0.0))
+        tip, deck = self.tip.measured(time, h), self.deck.sample(np.maximum(time - self.delay, 0.0))
         s, v, a = (x - y for x, y in zip(tip, deck, strict=True))
         if self.noise_s or self.noise_v:
-            n = self._noise(np.floor(np.maximum(time, 0.0) * RATE + 1e-6).astype(np.intp))
+            n = noise((self.seed, STREAM), 2, np.floor(np.maximum(time, 0.0) * RATE + 1e-6).astype(np.intp))
             s, v = s - self.noise_s * n[0], v - self.noise_v * n[1]
         return s, v, a
-
-    def _noise(self, i: FloatArray) -> FloatArray:
-        """Values number i of the noise, the same however they are asked for."""
-        block, inside = np.divmod(i, BLOCK)
-        made = {
-            b: np.random.default_rng([self.seed, STREAM, b]).standard_normal((2, BLOCK))
-            for b in np.unique(block).tolist()
-        }
-        return np.stack([made[b][:, j] for b, j in zip(block.ravel().tolist(), inside.ravel(), strict=True)], axis=-1)
 
     def describe(self) -> str:
         return f"{self.tip.describe()}, measured over the deck: {self.deck.describe()}"

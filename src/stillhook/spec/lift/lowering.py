@@ -16,18 +16,20 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.steady_flow import Current
+from stillhook.sea.vessel.heave_filter import moved_by
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import (
     Amplitudes,
     Resolution,
     WaveField,
     band,
-    moved_by,
     realise,
     samples,
     tip_motion,
 )
-from stillhook.sea.vessel.relative import DeckMotion, OtherVessel
+from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotion
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
@@ -144,6 +146,7 @@ class Lowering(Record):
     duration: u.Time = Field(gt=0)
     ramp: u.Time = Field(default=10.0, ge=0)
     rho: u.Density = Field(default=RHO_SEA, gt=0)
+    current: Current | None = Field(default=None, description="past the payload, in its drag")
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
 
@@ -163,6 +166,13 @@ class Lowering(Record):
     def on_deck(self) -> bool:
         """Whether the payload starts on a deck."""
         return self.deck is not None and self.deck.slack is not None
+
+    @property
+    def body(self) -> str:
+        """Element of the load path that the payload is."""
+        if self.deck is not None:
+            return "deck"
+        return "payload" if self.current is None or max(self.current.speed) == 0.0 else "current"
 
     @property
     def moves(self) -> tuple[Move, ...]:
@@ -188,9 +198,11 @@ class InSea:
     lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
     crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
-    leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
-    seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
-    meet the same waves where it is equal. other: whose deck in these waves is that of the lift.
+    leaves 0.2), and where a deck is followed the part of its motion against that; the water keeps its waves.
+    amplitudes: random ones (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s],
+    None for the lift's duration, and not shorter: lifts of unlike durations meet the same waves where it is equal.
+    other: whose deck in these waves is that of the lift. unit: motion unit whose heave filter takes from what the PLC
+    is given.
     """
 
     lift: Lowering
@@ -204,6 +216,7 @@ class InSea:
     amplitudes: Amplitudes = Amplitudes.FIXED
     repeat: float | None = None
     other: OtherVessel | None = field(default=None, repr=False)
+    unit: MotionUnit | None = None
 
     def __post_init__(self) -> None:
         if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
@@ -220,6 +233,11 @@ class InSea:
             )
 
     @property
+    def _follows(self) -> bool:
+        """Whether what is left is that of the motion against the deck."""
+        return self.left != 1.0 and self.other is not None and self.lift.deck is not None and self.lift.deck.followed
+
+    @property
     def period(self) -> float:
         """Period after which the waves repeat [s]."""
         return self.lift.duration if self.repeat is None else self.repeat
@@ -230,6 +248,8 @@ class InSea:
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
         place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         place += [] if self.other is None else self.other.inputs()
+        place += [] if self.unit is None else [self.unit.to_dict()]
+        place += ["followed"] if self._follows else []
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     @cached_property
@@ -241,8 +261,20 @@ class InSea:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        place = waves, self.rao, self.x, self.y
-        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE)
+        moves: RelativeMotion | None = None
+        if self.other is not None and self._follows:
+            moves = RelativeMotion(self.rao, self.other, self.lift.depth, self.left, 1.0 - self.left)
+        tip, water = moved_by(
+            waves,
+            self.rao,
+            self.x,
+            self.y,
+            water=self.water,
+            left=self.left,
+            resolution=Resolution.COARSE,
+            unit=self.unit,
+            moves=moves,
+        )
         moved = self.lift.model_copy(update={"tip": tip, "waves": water})
         if self.other is None or self.lift.deck is None:
             return moved

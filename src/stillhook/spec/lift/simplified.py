@@ -64,9 +64,10 @@ def slamming(dA33: ArrayLike, v_r: ArrayLike) -> FloatArray:
     return np.asarray(np.asarray(dA33) * np.asarray(v_r) ** 2)
 
 
-def drag(B: ArrayLike, v_r: ArrayLike) -> FloatArray:
-    r"""Drag :math:`\tfrac12\rho C_D A_p v_r^2` [N]; B = rho C_D A_p/2 [N s^2/m^2], C_D 2.5 or more unless measured."""
-    return np.asarray(np.asarray(B) * np.asarray(v_r) ** 2)
+def drag(B: ArrayLike, v_r: ArrayLike, U: ArrayLike = 0.0) -> FloatArray:
+    r"""Drag :math:`\tfrac12\rho C_D A_p v_r\sqrt{v_r^2 + U^2}` [N]; B = rho C_D A_p/2 [N s^2/m^2], C_D 2.5 or more
+    unless measured; U current across [m/s], which RP-N103 has not in it."""
+    return np.asarray(np.asarray(B) * (np.hypot(v_r, U) * v_r))
 
 
 def mass_force(M: ArrayLike, A33: ArrayLike, rho_V: ArrayLike, a_ct: ArrayLike, a_w: ArrayLike) -> FloatArray:

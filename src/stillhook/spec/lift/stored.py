@@ -16,7 +16,9 @@ from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
+from stillhook.sea.steady_flow import Current, FlowReference, FlowSense
 from stillhook.sea.vessel.boom import TipPoint
+from stillhook.sea.vessel.motion_unit import MotionUnit
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
 from stillhook.sea.vessel.relative import OtherVessel
@@ -71,6 +73,7 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
                 other, at = case.other, case.other.at
                 own["other"] = {"rao": shared["raos"].place(other.rao), "at": [at.x, at.y], "heading": other.heading}
                 own["other"]["position"] = other.position
+            own |= {} if case.unit is None else {"unit": case.unit.to_dict()}
             own |= {"sea": shared["seas"].place(case.sea), "rao": shared["raos"].place(case.rao)}
             rows.append({"lift": shared["lifts"].place(case.lift), "in_sea": own})
         else:
@@ -96,6 +99,8 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
             if own := row.get("in_sea"):
                 own["amplitudes"] = Amplitudes(own["amplitudes"])
                 place = {"sea": made["seas"][own.pop("sea")], "rao": made["raos"][own.pop("rao")]}
+                if of := own.pop("unit", None):
+                    own["unit"] = MotionUnit.from_dict(of)
                 if of := own.pop("other", None):
                     position = None if of["position"] is None else tuple(of["position"])
                     deck = made["raos"][of["rao"]], TipPoint(*of["at"]), of["heading"], position
@@ -115,8 +120,7 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
 
 def _lift(case: Lowering) -> dict[str, Any]:
     plain = case.model_dump(mode="json", exclude={"tip", "waves", "payload"})
-    if plain["deck"] is None:
-        del plain["deck"]
+    plain = {key: value for key, value in plain.items() if value is not None or key not in ("deck", "current")}
     return {**plain, "payload": case.payload.to_dict()}
 
 
@@ -130,6 +134,10 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
         raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
     if deck := raw.get("deck"):
         raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
+    if current := raw.get("current"):
+        profile = {key: tuple(current[key]) for key in ("depth", "speed", "direction")}
+        sense = {"sense": FlowSense(current["sense"]), "reference": FlowReference(current["reference"])}
+        raw["current"] = Current.model_construct(**current | profile | sense)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")

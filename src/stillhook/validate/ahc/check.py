@@ -12,8 +12,9 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter, Progress
 from stillhook.report.document import Table
+from stillhook.report.formatting import variable
 from stillhook.spec.crane import Crane
-from stillhook.units import number, show
+from stillhook.units import number
 from stillhook.validate.ahc.comparison import (
     Comparison,
     by_case,
@@ -40,17 +41,7 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import Record
 from stillhook.validate.data_set.signals import SLOWEST
 
-COMPARED = (
-    ("v_w", "speed"),
-    ("omega_m", "rotation"),
-    ("p_a", "pressure"),
-    ("p_b", "pressure"),
-    ("p_hp", "pressure"),
-    ("F_w", "force"),
-    ("u_p", ""),
-    ("alpha_p", ""),
-    ("alpha_m", ""),
-)
+COMPARED = ("v_w", "omega_m", "p_a", "p_b", "p_hp", "F_w", "u_p", "alpha_p", "alpha_m")
 """Signals reported in addition to the control error, of the winches that have them; those of a winch type's own
 follow."""
 LEAST_OFFSET = 5e-3
@@ -131,8 +122,7 @@ def _cm(x: float) -> str:
 def _signals(crane: Crane, comparisons: Sequence[Comparison]) -> Iterable[Table]:
     """Deviation of the twin's other signals, rms over the samples that count."""
     rows = []
-    own = [(row.name, row.kind) for row in crane.plant.type.rows if row.name not in dict(COMPARED)]
-    for name, kind in (*COMPARED, *own):
+    for name in dict.fromkeys((*COMPARED, *(row.name for row in crane.plant.type.rows))):
         pairs = [(c.replay.measured(name), c.simulated[name]) for c in comparisons if name in c.simulated]
         if not pairs:
             continue
@@ -141,7 +131,7 @@ def _signals(crane: Crane, comparisons: Sequence[Comparison]) -> Iterable[Table]
         if finite.any():
             off = s[finite] - m[finite]
             parts = (float(np.sqrt(np.mean(off**2))), float(off.mean()), float(m[finite].std()))
-            rows.append((name, *(show(x, kind, 3) if kind else number(x, 3) for x in parts)))
+            rows.append((name, *(variable(name, x, 3) for x in parts)))
     if rows:
         header = ("signal", "deviation\nrms", "deviation\nmean", "measured\nstandard deviation")
         yield Table(header, tuple(rows), "Other signals, simulated less measured (reported, not judged)")

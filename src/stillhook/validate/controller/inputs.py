@@ -287,16 +287,17 @@ def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, 
     """The segment with the motors' displacement as the PLC has it; derived by the servo where not logged."""
     if motor_control(crane).feedback == 0.0:
         return s  # the PLC calculates with its own command
-    servo, T = crane.active.motor.servo, s.record.step
+    servo = crane.active.motor.servo
+    of_servo = servo.omega_n, servo.zeta, s.record.step, servo.dead_time or 0.0
     if alpha_m is not None:
         return replace(s, seen=s.seen._replace(alpha_m=alpha_m))
     if s.u_m is not None:
         notes.append(Note("alpha-by-servo"))
-        return replace(s, seen=s.seen._replace(alpha_m=servo_response(s.u_m, servo.omega_n, servo.zeta, T)))
+        return replace(s, seen=s.seen._replace(alpha_m=servo_response(s.u_m, *of_servo)))
     notes.append(Note("alpha-simulated"))
     for _ in range(ROUNDS):
         u_m = s.simulated_commands(crane).u_m
-        s = replace(s, seen=s.seen._replace(alpha_m=servo_response(u_m, servo.omega_n, servo.zeta, T)))
+        s = replace(s, seen=s.seen._replace(alpha_m=servo_response(u_m, *of_servo)))
     return replace(s, settled=np.abs(s.seen.alpha_m - u_m) < HELD)
 
 

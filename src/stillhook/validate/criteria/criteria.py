@@ -8,8 +8,6 @@ Certificates print them.
 from __future__ import annotations
 
 import functools
-import hashlib
-import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -27,17 +25,17 @@ from stillhook.library.toml.file import (
     SetFile,
     TomlTable,
     base_name,
-    named,
+    digest_of_set,
+    load_set,
     numbers_on_base,
-    read_toml,
     rows_on_base,
+    set_names,
 )
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import parsed
 from stillhook.tables.table import Flag, Text
-from stillhook.units import quote
 from stillhook.validate.criteria.results import MEASURES, SETTINGS, StepNumber
 
+SETS = Path(__file__).with_name("criteria_sets")
 OURS = "ours"
 INFORMATION = "information"
 """Kind of a line that is not judged."""
@@ -150,11 +148,9 @@ class CriteriaFile(SetFile):
     criterion: tuple[CriterionTable, ...] = Field(default=(), description="one [[criterion]] table for each row")
 
 
-@functools.cache
 def criteria_sets() -> tuple[str, ...]:
     """Names of the sets included in Stillhook."""
-    entries = (files("stillhook.validate.criteria") / "criteria_sets").iterdir()
-    return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
+    return set_names(SETS)
 
 
 def load_criteria(name_or_path: str | Path) -> Criteria:
@@ -194,23 +190,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     ValidateError
         One line that names file, row, value and what is allowed; SpecError where it is not TOML.
     """
-    name = str(name_or_path)
-    if name in criteria_sets():
-        return _of_library(name)
-    if not name.endswith(".toml"):
-        have = ", ".join(criteria_sets())
-        raise ValidateError(
-            f"Unknown criteria {quote(name)}. Choose {have}{nearest(name, criteria_sets())} The name of a"
-            " file ends in .toml."
-        )
-    return read_toml(name_or_path, FileKind.CRITERIA, ValidateError, _criteria)
-
-
-@functools.lru_cache(maxsize=8)
-def _of_library(name: str) -> Criteria:
-    text = (files("stillhook.validate.criteria") / "criteria_sets" / f"{name}.toml").read_text(encoding="utf-8")
-    path = Path(f"{name}.toml")
-    return named(TomlTable(path, parsed(text, path.name, FileKind.CRITERIA), ValidateError), _criteria)
+    return load_set(name_or_path, SETS, "criteria", FileKind.CRITERIA, ValidateError, _criteria)
 
 
 def _criteria(table: TomlTable) -> Criteria:
@@ -230,9 +210,7 @@ def _criteria(table: TomlTable) -> Criteria:
     source = file.source or (f"{label}, on {base.label}" if base else label)
     changes = _changes(base, combined, settings) if base else ()
     criteria = Criteria(file.name or table.path.stem, file.version, source, combined, settings, changes)
-    content = {key: value for key, value in criteria.to_dict().items() if key != "digest"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    return replace(criteria, digest=hashlib.sha256(text.encode()).hexdigest())
+    return replace(criteria, digest=digest_of_set(criteria.to_dict()))
 
 
 def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, *, label: str) -> Criterion:

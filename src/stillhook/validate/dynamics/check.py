@@ -14,13 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import Any
 
 from stillhook.base.progress import Progress
 from stillhook.errors import StillhookError
 from stillhook.library.crane_file import changed
 from stillhook.library.leakage import Point, form_of, pump_leak
+from stillhook.library.toml.tree import nested
 from stillhook.library.write import items
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
@@ -236,7 +236,7 @@ def tuned_crane(estimates: DynamicsEstimates | None, campaign: Campaign) -> Cran
         leaves |= _leaves(crane, values, source)
     if leak is not None and leak.offered:
         leaves |= _leakage_in_form(crane, leak, campaign)
-    return changed(crane, _nested(leaves)) if leaves else None
+    return changed(crane, nested(leaves.items())) if leaves else None
 
 
 def _leaves(crane: Crane, values: Mapping[str, float], source: str) -> dict[str, Leaf]:
@@ -278,12 +278,3 @@ def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict
         "active.leak.at.p": {"value": pressure, "kind": "fitted", "source": source},
     }
     return _leaves(crane, values, source) | point
-
-
-def _nested(leaves: Mapping[str, Leaf]) -> dict[str, Any]:
-    """Nested tables, from leaves by their dotted paths."""
-    tables: dict[str, Any] = {}
-    for path, leaf in leaves.items():
-        *names, last = path.split(".")
-        reduce(lambda table, name: table.setdefault(name, {}), names, tables)[last] = leaf
-    return tables

@@ -61,11 +61,14 @@ class PumpSetting:
     offset: Estimate
 
 
-def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
+def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float, dead_time: float = 0.0) -> FloatArray:
     """Response of a second-order servo to a command held from sample to sample, starting at rest (n,) [-]. Source:
-    Moslatt 2020 eq. C 10."""
+    Moslatt 2020 eq. C 10. A dead time is taken linear between samples."""
     from scipy.signal import cont2discrete, lfilter, lfiltic  # heavy: only where logs are checked
 
+    if dead_time > 0.0:
+        at = np.arange(len(u), dtype=np.float64)
+        u = np.interp(at - dead_time / step, at, u)
     num, den, _ = cont2discrete(([omega_n * omega_n], [1.0, 2.0 * zeta * omega_n, omega_n * omega_n]), step, "zoh")
     b, a = np.ravel(num), np.ravel(den)
     start = lfiltic(b, a, np.full(len(a) - 1, u[0]), np.full(len(b) - 1, u[0]))
@@ -74,7 +77,7 @@ def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> F
 
 def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
     """Response of a servo of the twin (n,) [-]; the stroke's ends limit the response, not the servo's state."""
-    return np.clip(servo_response(u, servo.omega_n, servo.zeta, step), servo.lo, servo.hi)
+    return np.clip(servo_response(u, servo.omega_n, servo.zeta, step, servo.dead_time), servo.lo, servo.hi)
 
 
 def known_setting(part: LogPart, machine: str) -> FloatArray | None:

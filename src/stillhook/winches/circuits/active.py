@@ -19,6 +19,12 @@ from stillhook.winches.circuits import rows
 from stillhook.winches.interface import Stiffness
 from stillhook.winches.records import folded
 
+SERVOS = {
+    "u_p": ("active.pump.servo", "active.pump_servo"),
+    "u_m": ("active.motor.servo", "active.motor_servo"),
+}
+"""Displacement controls of the circuit, by their command."""
+
 
 class ActiveCircuit(NamedTuple):
     """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; lines the

@@ -28,6 +28,9 @@ class TorqueLoss(Spec):
 
 
 MJ4, MAP = "mj4", "map"
+X_NAMES = tuple(TorqueLoss.model_fields)
+SCALE, EXPONENT = "scale", "C_n"
+"""Scale of a model, and the exponent of MJ5, in which its loss is not linear."""
 LossName = StrEnum(  # type: ignore[misc]
     "LossName", {name.upper().replace("-", "_"): name for name in (*(law for law in LAWS if law not in BLIND), MAP)}
 )
@@ -124,3 +127,58 @@ LossAlternatives: Any = create_model(
     __doc__="Models that fit the map of a motor as well as the one in force, a table for each.",
     **_FITTED_AS_WELL,
 )
+
+
+def loss_fit(motor: Any) -> Any:
+    """The torque loss of a motor: the record of its model."""
+    loss = motor.loss
+    if motor.loss_model is not None:
+        return motor.loss_model.fit(loss, motor.D_max)
+    return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
+
+
+def alternatives_of(motor: Any) -> tuple[LossModel, ...]:
+    """Models of a motor's loss that fit as well as the one in force."""
+    models = () if motor.alternatives is None else (model for _, model in motor.alternatives)
+    return tuple(model for model in models if model is not None)
+
+
+def loss_names(law: str) -> tuple[str, ...]:
+    """What tests of a crane determine of a loss: the parameters of its model, but for an exponent; of a map, and of a
+    model that interpolates, its scale alone."""
+    if law == MJ4:
+        return X_NAMES
+    if law == MAP or LAWS[law].interpolates:
+        return (SCALE,)
+    return tuple(name for name in LAWS[law].record._fields if name != EXPONENT)
+
+
+def loss_values(motor: Any) -> dict[str, float]:
+    """The values of `loss_names` [SI]."""
+    fit, names = loss_fit(motor), loss_names(motor.law)
+    if names == (SCALE,) or motor.law == MJ4:
+        return {name: getattr(fit, name) for name in names}
+    return {name: fit.scale * getattr(fit.law, name) for name in names}
+
+
+def unit_loss(motor: Any, name: str) -> Any:
+    """The record of a motor's loss with one of `loss_names`, or of MJ4's parameters, at 1 and the others at 0."""
+    if name in X_NAMES:
+        return TorqueLossFit(**{n: float(n == name) for n in X_NAMES})
+    fit = loss_fit(motor)._replace(scale=1.0)
+    return fit if name == SCALE else fit._replace(law=_law(fit.law, {name: 1.0}))
+
+
+def _law(law: Any, values: Mapping[str, float]) -> Any:
+    return law._replace(**{name: values.get(name, 0.0) for name in law._fields if name != EXPONENT})
+
+
+def loss_fields(motor: Any, values: Mapping[str, float]) -> dict[str, Any]:
+    """The fields of a motor that give its loss with these values of its `loss_names`; those not named are as before."""
+    values = loss_values(motor) | dict(values)
+    if motor.law == MJ4:
+        return {"loss": TorqueLoss.model_construct(None, **values), "loss_model": None}
+    new: dict[str, Any] = dict(values)
+    if SCALE not in values:
+        new = {"C": tuple(_law(loss_fit(motor).law, values)), "scale": 1.0}
+    return {"loss": motor.loss, "loss_model": motor.loss_model.model_copy(update=new)}

@@ -80,6 +80,11 @@ class Secondary(Spec):
                 f" {show(self.unit.n_max_full, 'rotation')}. Lower drive.n_full."
             )
         servo = self.unit.servo
+        if servo.dead_time is not None:
+            raise ValueError(
+                "unit.servo.dead_time: the drive controls the units' speed without cycles, and no dead time is modelled"
+                " in this loop. Leave it out."
+            )
         most = largest_speed_gain(servo.omega_n, servo.zeta, self.drive.T_i)
         if most <= 0.0:
             raise ValueError(

@@ -13,9 +13,9 @@ from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.physics.hydraulics import lines, swash
-from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
+from stillhook.physics.hydraulics.motor import Motors
 from stillhook.tables.table import Count, Number, Spec, Text
-from stillhook.winches.circuits.losses import MJ4, LossAlternatives, LossModel, TorqueLoss
+from stillhook.winches.circuits.losses import MJ4, LossAlternatives, LossModel, TorqueLoss, loss_fit
 
 
 class ServoVariant(StrEnum):
@@ -55,9 +55,13 @@ class Servo(Spec):
         default=None, gt=0, description="highest rate as the displacement falls; default rate_max"
     )
 
+    dead_time: u.Time | None = Field(
+        default=None, ge=0, le=1, description="time before it answers its command, at most 20 PLC cycles; default 0"
+    )
+
     @property
     def lag(self) -> float:
-        """Time by which it lags a ramp of its command [s]."""
+        """Time by which it lags a ramp of its command, dead time apart [s]."""
         return 2.0 * self.zeta / self.omega_n
 
 
@@ -421,7 +425,7 @@ def servo_record(servo: Servo, lo: float = -1.0, hi: float = 1.0) -> swash.Servo
     asks."""
     rate = limit(servo.rate_max)
     down = rate if servo.rate_down is None else servo.rate_down
-    return swash.Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=rate, rate_down=down)
+    return swash.Servo(servo.omega_n, servo.zeta, lo, hi, rate, down, servo.dead_time or 0.0)
 
 
 def internal_share(circuit: Any) -> float:
@@ -448,20 +452,6 @@ def boost_record(boost: Boost) -> lines.Boost:
 def flushing_record(flushing: Flushing, boost: Boost) -> lines.Flushing:
     """A flushing valve, which opens above the boost pressure."""
     return lines.Flushing(boost.p + flushing.dp_open, flushing.conductance, 1.0 / max(flushing.dp_shuttle, 1.0))
-
-
-def loss_fit(motor: Motor) -> Any:
-    """The torque loss of a motor: the record of its model."""
-    loss = motor.loss
-    if motor.loss_model is not None:
-        return motor.loss_model.fit(loss, motor.D_max)
-    return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
-
-
-def alternatives_of(motor: Motor) -> tuple[LossModel, ...]:
-    """Models of a motor's loss that fit as well as the one in force."""
-    models = () if motor.alternatives is None else (model for _, model in motor.alternatives)
-    return tuple(model for model in models if model is not None)
 
 
 def motors_record(motor: Any, C_1: float, C_2: float) -> Motors:

@@ -21,21 +21,26 @@ CLEAR = 0.05
 
 class Stats(NamedTuple):
     """Over one stage, from every step: t_off time at which the payload first left the deck, t_again of its first hit
-    after that [s]; hits their number and v_again the speed of the fastest [m/s]; F largest push [N]; loss work that the
+    after that [s]; gap least height over the deck as it came closer again after that, 0 of a hit [m]; hits their number
+    and v_again the speed of the fastest [m/s]; F largest push [N]; loss work that the
     damper of the deck took [J]."""
 
     t_off: float
     t_again: float
+    gap: float
     hits: float
     v_again: float
     F: float
     loss: float
 
 
-SUMMED, LOWEST = ("hits", "loss"), ("t_off", "t_again")
+SUMMED, LOWEST = ("hits", "loss"), ("t_off", "t_again", "gap")
 NUMBERS: Mapping[str, Row] = {
     "t_lift_off": Row("s", "time", "", "time at which the payload first left the deck"),
     "t_second_hit": Row("s", "time", "", "time at which the payload first hit the deck again after it had left it"),
+    "z_clear_min": Row(
+        "m", "length", "", "least height of the payload over the deck as both came closer again after it had left it"
+    ),
     "second_hits": Row("1", "", "", "hits of the deck after the payload had left it"),
     "v_second_hit_max": Row("m/s", "speed", "", "highest speed of payload against deck at these hits"),
     "F_deck_max": Row("N", "force", "", "largest push of the deck on the payload"),
@@ -50,13 +55,13 @@ class Signals(NamedTuple):
 
 def blank() -> Stats:
     """Statistics of nothing yet."""
-    return Stats(NEVER, NEVER, 0.0, 0.0, 0.0, 0.0)
+    return Stats(NEVER, NEVER, NEVER, 0.0, 0.0, 0.0, 0.0)
 
 
 def numbers(stats: Stats) -> dict[str, Any]:
     """The numbers of NUMBERS, NaN for what did not happen."""
-    t_off, t_again = happened(stats.t_off), happened(stats.t_again)
-    values = (t_off, t_again, stats.hits, stats.v_again if stats.hits else float("nan"), stats.F, stats.loss)
+    happen = (happened(x) for x in (stats.t_off, stats.t_again, stats.gap))
+    values = (*happen, stats.hits, stats.v_again if stats.hits else float("nan"), stats.F, stats.loss)
     return dict(zip(NUMBERS, values, strict=True))
 
 
@@ -95,6 +100,7 @@ def fold_deck(a, before, ls, t, h, z_0, v_0, a_0, z, deck, tau, push, grounded):
     stats = Stats(
         t_off=fmin(a.t_off, t_at) if leaves else a.t_off,
         t_again=fmin(a.t_again, t_at) if again else a.t_again,
+        gap=fmin(a.gap, fmax(g_1, 0.0)) if push.left > 0.0 and g_1 < g_0 else a.gap,
         hits=a.hits + (1.0 if again else 0.0),
         v_again=fmax(a.v_again, v_touch) if again else a.v_again,
         F=fmax(a.F, F),

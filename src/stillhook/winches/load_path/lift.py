@@ -4,7 +4,7 @@ and what a run shows of them."""
 from typing import NamedTuple
 
 from stillhook.control.supervisor import STAGE_AHC, STAGE_LANDING, LiftSettings, Supervisor
-from stillhook.physics.load_path.payload import Payload, submergence, water_force, wetted
+from stillhook.physics.load_path.payload import Payload, submergence
 from stillhook.physics.load_path.rope import Rope, Sling
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
@@ -159,10 +159,10 @@ def relative(hang, stage, seen, code, s_tip, q, q_hook):
 
 
 @scalar
-def signals_of(z, v, q_hook, v_hook, F_sling, hang, load):
-    """A row of the series: z height of the payload's underside above still water [m], v its speed [m/s]."""
-    g, water = hang.body, hang.body.water
-    force = water_force(z, v, wetted(g.h, g.lo, g.hi), water, load)
+def signals_of(z, v, q_hook, v_hook, F_sling, force, hang, load):
+    """A row of the series: z height of the payload's underside above still water [m], v its speed [m/s], force of the
+    water on it."""
+    water = hang.body.water
     return LiftSignals(
         z_load=z,
         s_hook=q_hook,

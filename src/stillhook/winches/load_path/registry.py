@@ -24,12 +24,14 @@ from stillhook.base.variable import Row, Variable
 from stillhook.control.registry import source_of
 from stillhook.errors import ScenarioError
 from stillhook.units import quote
-from stillhook.winches.load_path import deck, gas_spring, host, payload, slings, wire
+from stillhook.winches.load_path import current, deck, gas_spring, host, payload, slings, wire
 from stillhook.winches.load_path.interface import BODY, OF_A_PATH, Joint, JointUnit, LoadPath, Undeclared
 
 DEFAULT = "gas-spring"
 """Type of a unit that names none."""
-SHIPPED: Mapping[str, Any] = {"host": host, "wire": wire, "slings": slings, "payload": payload, "deck": deck}
+SHIPPED: Mapping[str, Any] = {
+    each.__name__.rpartition(".")[2]: each for each in (host, wire, slings, payload, current, deck)
+}
 """Elements that are no units; what a winch names as its PATH needs no name."""
 PATH = Contract("A load path", LoadPath, type("Nothing", (), {}), source_of)
 CONTRACT = Contract("A unit between hook and slings", Joint, Undeclared, source_of)
@@ -113,9 +115,9 @@ def joint_of(unit: JointUnit | None) -> Any:
     return slings if unit is None else UNITS[unit.type]
 
 
-def path_of(unit: JointUnit | None, *, deck: bool = False) -> tuple[str, ...]:
-    """The path of a lowering with this unit between hook and slings, or without one; deck: there is one below."""
-    return "wire", "slings" if unit is None else unit.type, "deck" if deck else "payload"
+def path_of(unit: JointUnit | None, body: str = "payload") -> tuple[str, ...]:
+    """The path of a lowering with this unit between hook and slings, or without one, above this body."""
+    return "wire", "slings" if unit is None else unit.type, body
 
 
 def joint_rows() -> list[Variable]:

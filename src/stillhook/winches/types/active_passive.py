@@ -41,6 +41,11 @@ TITLE = "active/passive winch: a closed circuit moves the drum, a second one wit
 PATH = load
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
+SERVOS = {
+    **active.SERVOS,
+    "u_pp": ("passive.pump.servo", "passive.pump_servo"),
+    "u_pm": ("passive.motor.servo", "passive.motor_servo"),
+}
 
 
 class Params(NamedTuple):

@@ -70,6 +70,7 @@ TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates h
 PATH = load
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
+SERVOS = {"u_p": ("cylinder.pump.servo", "cylinder.servo")}
 
 
 class Params(NamedTuple):

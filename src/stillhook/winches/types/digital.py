@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from pydantic import Field
 
 from stillhook.control.plc import Plc
-from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.digital import enabled, setting_acceleration, torque_of_pattern
 from stillhook.physics.hydraulics.secondary import load_ahead, setting_for_torque
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
@@ -69,6 +68,8 @@ STROKES = 1.0
 """Share of their stroke that pistons move, enabled or idle [-]."""
 SLOW = 0.1
 """Part of full speed at which the wire speed of the pattern is stated [-]."""
+NEAR = 0.01
+"""Part of the full displacement by which a map may end below it [-]."""
 CONSIDERABLE = 0.1
 """Torque of the pattern over that of the load, above which it is noted [-]."""
 
@@ -83,6 +84,7 @@ class Digital(Spec):
 
 
 TABLES = {"secondary": Secondary, "digital": Digital}
+SERVOS = secondary.SERVOS
 
 
 class Params(NamedTuple):
@@ -151,14 +153,8 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
-    """Parameters of a run. Errors: SpecError for units with another loss model than MJ4."""
-    if crane.secondary.unit.loss_model is not None:
-        raise SpecError(
-            f"{crane.name}: secondary.unit.loss_model: the loss of single cylinders follows from MJ4 alone. Leave out"
-            " loss_model."
-        )
-    rail_alone = secondary.pack(crane, case, parts)._asdict()
-    return Params(**rail_alone, idle=crane.digital.idle)
+    """Parameters of a run."""
+    return Params(**secondary.pack(crane, case, parts)._asdict(), idle=crane.digital.idle)
 
 
 def stiffness(p: Params) -> Stiffness:
@@ -192,7 +188,8 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
-    """What the rail has to say, and how far the pattern of strokes moves the wire."""
+    """What the rail has to say, a map of the loss that does not reach the full displacement at which cylinders are
+    enabled, and how far the pattern of strokes moves the wire."""
     table = crane.secondary
     unit, cylinders = table.unit, table.unit.count * crane.digital.cylinders
     T = torque_of_pattern(unit.D_total, table.accumulator.gas.p_0 - table.p_lp, cylinders)
@@ -202,4 +199,11 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
         f"strokes of {cylinders} cylinders are averaged: their pattern adds at most {show(T, 'torque')} at the shaft,"
         f" {share:.0%} of the load, and {show(v, 'speed')} of wire at {show(omega, 'rotation')}"
     )
-    return rail.notes(crane, held, parts) + [of_pattern] * (share > CONSIDERABLE)
+    full, levels = unit.D_max, () if unit.loss_model is None else unit.loss_model.D_m or ()
+    short = [f"{show(D, 'displacement')}" for D in levels[-1:] if D < (1.0 - NEAR) * full]
+    of_map = [
+        f"enabled cylinders lose what a unit loses at {show(full, 'displacement')}, and its map ends at {end}: the loss"
+        " is held there, and too small"
+        for end in short
+    ]
+    return rail.notes(crane, held, parts) + of_map + [of_pattern] * (share > CONSIDERABLE)

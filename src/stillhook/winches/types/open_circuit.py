@@ -52,6 +52,7 @@ TITLE = "open-circuit winch: a proportional directional valve moves the drum, a 
 PATH = load
 CONTROL = "speed"
 TABLES = {"open": OpenCircuit}
+SERVOS = {"x_v": ("open.valve.servo", "A.spool")}
 TUNED = {
     "open.drive.share": (0.0, 1.0),
     "open.drive.jump": (0.002, 0.05),

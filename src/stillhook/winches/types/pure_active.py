@@ -33,6 +33,7 @@ TITLE = "pure active winch: one closed circuit moves the drum and carries the we
 PATH = load
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active",)
+SERVOS = active.SERVOS
 
 
 class Params(NamedTuple):

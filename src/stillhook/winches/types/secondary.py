@@ -71,6 +71,7 @@ MOVES = 1.0e-3
 BISECTIONS = 40
 """Halvings of the speed's range: to the last digit of a float."""
 TABLES = {"secondary": Secondary}
+SERVOS = {"u_rp": ("secondary.pump.servo", "rail.pump_servo")}
 
 
 class Params(NamedTuple):

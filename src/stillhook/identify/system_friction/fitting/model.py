@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.physics import friction
-from stillhook.physics.hydraulics import motor
 from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.spec.crane import SystemFriction
-from stillhook.winches.circuits.losses import TorqueLoss
-from stillhook.winches.circuits.tables import Motor, loss_fit
+from stillhook.winches.circuits.losses import loss_fit, unit_loss
+from stillhook.winches.circuits.tables import Motor
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,6 @@ Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
 Y_LINEAR = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 Y_FADING = ("Y_1", "Y_3")
 """Parameters whose terms fade with the speed by Y_4; the others' columns are the same for any Y_4."""
-X_NAMES = ("X_1", "X_2", "X_3", "X_4", "X_5")
 
 Loss = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Torque loss of one motor shaft [N m] from speed [rad/s], displacement [m^3/rad] and pressure drop [Pa], arrays of one
@@ -186,12 +184,6 @@ def system_friction(omega: FloatArray, T_d: FloatArray, y: Y) -> FloatArray:
     """System friction per motor shaft (Moslatt 2020 eq. 2.7) [N m]; omega [rad/s], T_d [N m], same shapes."""
     record = friction.SystemFriction(y.Y_1, y.Y_2, y.Y_3, 1.0 / y.Y_4, y.Y_5, y.Y_6)
     return np.asarray(friction.system_friction(np.asarray(omega, dtype=np.float64), T_d, record)) + 0.0 * omega
-
-
-def mj4(loss: TorqueLoss) -> Loss:
-    """The twin's motor loss with the parameters of a motor."""
-    fit = motor.TorqueLossFit(*(getattr(loss, name) for name in X_NAMES))
-    return lambda omega, D_m, dp: np.asarray(motor.torque_loss(omega, D_m, dp, fit), dtype=np.float64)
 
 
 def loss_of(of: Motor) -> Loss:
@@ -228,17 +220,14 @@ def system_slope(points: Points, y: Y) -> FloatArray:
     return (up - down) / (2 * h)
 
 
-def motor_columns(points: Points) -> FloatArray:
-    """Shape (n, 5): what X_1 to X_5 of MJ4 each add per unit at the points."""
-    columns = []
-    for name in X_NAMES:
-        fit = motor.TorqueLossFit(**{n: float(n == name) for n in X_NAMES})
+def motor_columns(points: Points, of: Motor, names: Sequence[str]) -> FloatArray:
+    """Shape (n, k): what these parameters of a motor's loss each add per unit at the points."""
 
-        def loss(omega: FloatArray, dp: FloatArray, fit: motor.TorqueLossFit = fit) -> FloatArray:
-            return np.asarray(motor.torque_loss(omega, points.D_m, dp, fit) + 0.0 * omega)
+    def column(name: str) -> FloatArray:
+        fit = unit_loss(of, name)
+        return motor_loss_at(points, lambda omega, D_m, dp: np.asarray(motor_loss(omega, D_m, dp, fit) + 0.0 * omega))
 
-        columns.append(mean_of_pair(loss, points))
-    return np.column_stack(columns)
+    return np.column_stack([column(name) for name in names])
 
 
 def _unit(name: str, Y_4: float) -> Y:

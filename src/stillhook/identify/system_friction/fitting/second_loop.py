@@ -17,16 +17,16 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, covariance, fit_system
 from stillhook.identify.system_friction.fitting.model import (
-    X_NAMES,
     Loss,
     Points,
     Y,
-    mj4,
+    loss_of,
     motor_columns,
     system_friction_at,
 )
 from stillhook.units import show
-from stillhook.winches.circuits.losses import TorqueLoss
+from stillhook.winches.circuits.losses import loss_fields, loss_names, loss_values
+from stillhook.winches.circuits.tables import Motor
 
 NARROW = 0.5
 """Smallest displacement in the tests over the largest one above which the refined motor model has seen too few
@@ -47,12 +47,12 @@ class Costs:
 
 @dataclass(frozen=True)
 class SecondLoop:
-    """``loss`` refined motor parameters; ``covariance`` of the ones in ``X_NAMES`` (SI); ``system`` the friction fitted
+    """``motor`` with refined parameters; ``covariance`` of its `loss_names` (SI); ``system`` the friction fitted
     with them; ``first``, ``second`` costs before and after; ``verdict`` "generalised", "no better", "overfitted" or
     "untested"; ``statements``.
     """
 
-    loss: TorqueLoss
+    motor: Motor
     covariance: FloatArray
     system: FrictionFit
     first: Costs
@@ -61,15 +61,15 @@ class SecondLoop:
     statements: tuple[str, ...]
 
 
-def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: int = 1) -> SecondLoop:
+def second_loop(points: Points, motor: Motor, fit: FrictionFit, *, rounds: int = 1) -> SecondLoop:
     """Refine the motor model with the system friction locked, then the system friction with the motor model locked.
 
     Parameters
     ----------
     points : Points
         Measured ones [SI].
-    loss : TorqueLoss
-        Of the first loop (from the supplier's map).
+    motor : Motor
+        That of the first loop, its loss from the supplier's map by any model.
     fit : FrictionFit
         System friction found with it.
     rounds : int, default 1
@@ -87,36 +87,40 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
 
     Notes
     -----
-    MJ4 is linear in X_1 to X_5, so each step is a non-negative least-squares problem with one answer.
+    A loss is linear in what is refined of it, see `loss_names`, so each step is a non-negative least-squares problem
+    with one answer. MJ5 keeps its exponent; a map and a model that interpolates keep their shape, and their scale is
+    refined.
     """
     if rounds < 1:
         raise IdentifyError(f"second loop: rounds = {rounds}. Give 1 or more.")
     fitted_points = points.fitted()
-    if len(fitted_points) < len(X_NAMES) + 2:
-        raise IdentifyError(f"second loop: {len(fitted_points)} points for {len(X_NAMES)} motor parameters. Add tests.")
-    refined, system, spread = loss, fit, np.zeros((len(X_NAMES), len(X_NAMES)))
+    count = len(loss_names(motor.law))
+    if len(fitted_points) < count + 2:
+        raise IdentifyError(f"second loop: {len(fitted_points)} points for {count} motor parameters. Add tests.")
+    refined, system, spread = motor, fit, np.zeros((count, count))
     for _ in range(rounds):
-        refined, spread = _motor_fit(fitted_points, system)
+        refined, spread = _motor_fit(fitted_points, motor, system)
         system = fit_system(
-            points, mj4(refined), used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed
+            points, loss_of(refined), used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed
         )
-    first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
+    first, second = _costs(points, loss_of(motor), fit.y), _costs(points, loss_of(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
-    statements = _statements(points, loss, refined, first, second, verdict)
+    statements = _statements(points, motor, refined, first, second, verdict)
     return SecondLoop(refined, spread, system, first, second, verdict, statements)
 
 
-def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
+def _motor_fit(fitted_points: Points, motor: Motor, system: FrictionFit) -> tuple[Motor, FloatArray]:
     from scipy.optimize import nnls
 
     sigma = system.noise.sigma
-    A = motor_columns(fitted_points) / sigma[:, None]
+    names = loss_names(motor.law)
+    A = motor_columns(fitted_points, motor, names) / sigma[:, None]
     b = (fitted_points.T_f - system.noise.shift - system_friction_at(fitted_points, system.y)) / sigma
     size = np.linalg.norm(A, axis=0)
     x = nnls(A / size, b)[0] / size
     excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(fitted_points) - len(x), 1), 1.0)
-    refined = TorqueLoss.model_construct(None, **dict(zip(X_NAMES, map(float, x), strict=True)))
-    return refined, covariance(A) * excess
+    refined = loss_fields(motor, dict(zip(names, map(float, x), strict=True)))
+    return motor.model_copy(update=refined), covariance(A) * excess
 
 
 def _costs(points: Points, loss: Loss, y: Y) -> Costs:
@@ -134,9 +138,7 @@ def _verdict(first: Costs, second: Costs, count: int) -> str:
     return "overfitted" if ratio > WORSE else "generalised" if ratio < BETTER else "no better"
 
 
-def _statements(
-    points: Points, old: TorqueLoss, new: TorqueLoss, first: Costs, second: Costs, verdict: str
-) -> tuple[str, ...]:
+def _statements(points: Points, old: Motor, new: Motor, first: Costs, second: Costs, verdict: str) -> tuple[str, ...]:
     out = [f"cost on the fitted tests {_change(first.fitted, second.fitted)}"]
     if verdict == "untested":
         out.append(
@@ -145,7 +147,8 @@ def _statements(
         )
     else:
         out.append(f"cost on the held-out tests {_change(first.held_out, second.held_out)}: {verdict}")
-    vanished_terms = [n for n in X_NAMES if getattr(old, n) > 0.0 and getattr(new, n) <= 0.0]
+    now = loss_values(new)
+    vanished_terms = [n for n, x in loss_values(old).items() if x > 0.0 and now[n] <= 0.0]
     if vanished_terms:
         out.append(
             f"{', '.join(vanished_terms)} went to zero: the crane's tests do not show it, or other terms take it over"

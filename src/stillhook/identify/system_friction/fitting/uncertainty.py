@@ -9,7 +9,7 @@ judged where the crane works: mean variance of the predicted friction over loads
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,6 @@ from stillhook.identify.system_friction.fitting.fit import (
     sigma_of,
 )
 from stillhook.identify.system_friction.fitting.model import (
-    X_NAMES,
     Y_NAMES,
     Loss,
     Points,
@@ -43,6 +42,7 @@ from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import parse
+from stillhook.winches.circuits.tables import Motor
 
 FINE, ENDS = 1e-4, 1e-3
 """How well ln Y_4 is found within a profile, and the end of an interval, over the last step towards it."""
@@ -117,14 +117,14 @@ def correlation(fit: FrictionFit) -> FloatArray:
     return np.asarray(fit.covariance / np.outer(sd, sd))
 
 
-def shift_by_motor(points: Points, fit: FrictionFit, names: tuple[str, ...], matrix: FloatArray) -> FloatArray:
+def shift_by_motor(points: Points, fit: FrictionFit, of: Motor, names: Sequence[str], matrix: FloatArray) -> FloatArray:
     """Shape (k,): by how much the uncertainty of the motor's loss moves the free parameters (standard errors, SI).
 
-    Parameters: names and covariance matrix of the motor's own parameters X_1 to X_5. A wrong motor loss is not scatter:
+    Parameters: names and covariance matrix of the parameters of the motor's loss. A wrong motor loss is not scatter:
     it shifts the system friction at every point alike, so no number of points averages it out. To first order.
     """
     fitted_points = points.fitted()
-    moved = _whitened(fit, motor_columns(fitted_points)[:, [X_NAMES.index(n) for n in names]])
+    moved = _whitened(fit, motor_columns(fitted_points, of, names))
     G = fit.covariance @ _whitened(fit, jacobian(fitted_points, fit.y, fit.names)).T @ moved
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", G, matrix, G), 0.0)))
 

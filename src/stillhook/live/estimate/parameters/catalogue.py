@@ -26,6 +26,10 @@ NOT_PROVEN = "its interval is not shown to hold yet (docs/validation/adaptation.
 Errors = Callable[[Accuracies], Mapping[str, tuple[str, float]]]
 
 
+def _nothing(total: FloatArray) -> Mapping[str, Nuisance]:
+    return {}
+
+
 class Parameter(NamedTuple):
     """What is followed, by which balance, and what its steps may be."""
 
@@ -37,16 +41,16 @@ class Parameter(NamedTuple):
     by: tuple[str, ...]  # columns that explain it, the parameter's first
     value: Callable[[float], float]  # parameter of the first coefficient
     errors: Errors  # limit of error of what is explained from each source, in a column
-    limited: Callable[[FloatArray], Mapping[str, Nuisance]]  # what may be beside them, by the sums of the columns
-    open: Mapping[str, float]  # what the balance leaves open whatever the rows say, as a combination
-    with_time: tuple[str, ...]  # columns whose coefficient drifts with time,
-    with_speed: tuple[str, ...]  # and with the speed of the half wave, across a step
     plausible: tuple[float, float]  # least and most that a winch can have
     least: float  # step that raises an alarm
     floor: float  # scatter between half waves that is taken at least
-    structural: float  # what the form of the law leaves at least
     meaning: str
     cause: str  # of a step
+    structural: float = 0.0  # what the form of the law leaves at least
+    limited: Callable[[FloatArray], Mapping[str, Nuisance]] = _nothing  # beside them, by the sums of the columns
+    open: Mapping[str, float] = {}  # what the balance leaves open whatever the rows say, as a combination
+    with_time: tuple[str, ...] = ()  # columns whose coefficient drifts with time,
+    with_speed: tuple[str, ...] = ()  # and with the speed of the half wave, across a step
 
     @property
     def x(self) -> list[int]:
@@ -103,10 +107,6 @@ def _leakage_nuisances(total: FloatArray) -> Mapping[str, Nuisance]:
     return {"slip": Nuisance(slip, SLIP_TAKEN), **leak_shapes(total)}
 
 
-def _nothing(total: FloatArray) -> Mapping[str, Nuisance]:
-    return {}
-
-
 def _delay(name: str, least: float, what: str) -> Parameter:
     return Parameter(
         name=name,
@@ -117,10 +117,6 @@ def _delay(name: str, least: float, what: str) -> Parameter:
         by=("rate", "setting", "one"),
         value=_later,
         errors=lambda a: {},
-        limited=_nothing,
-        open={},
-        with_time=(),
-        with_speed=(),
         plausible=(-0.05, 0.5),
         least=least,
         floor=0.1 * least,
@@ -148,11 +144,9 @@ PARAMETERS: tuple[Parameter, ...] = (
         limited=_leakage_nuisances,
         open={"pumps": UNCLOSED},
         with_time=("leak",),
-        with_speed=(),
         plausible=(0.2, 5.0),
         least=0.2,
         floor=0.05,
-        structural=0.0,
         meaning="leakage of the active circuit over the crane file's",
         cause="worn pumps or motors, an open valve, or warm oil",
     ),
@@ -168,11 +162,9 @@ PARAMETERS: tuple[Parameter, ...] = (
         limited=_leakage_nuisances,
         open={"pumps": UNCLOSED},
         with_time=("leak",),
-        with_speed=(),
         plausible=(-0.15, 0.15),
         least=0.005,
         floor=0.001,
-        structural=0.0,
         meaning="what the motors' displacement is above its reading, part of the full one",
         cause="sensor or control of the motors' displacement, or encoder: speed and displacement have one product",
     ),
@@ -190,14 +182,11 @@ PARAMETERS: tuple[Parameter, ...] = (
             "make_up": ("make_up", a.make_up),
             "R_piston": ("piston", a.R_piston),
         },
-        limited=_nothing,
-        open={},
         with_time=("gas",),
         with_speed=("gas",),
         plausible=(0.5, 1.5),
         least=0.08,
         floor=0.02,
-        structural=0.0,
         meaning="charge of gas over the crane file's, with its exponent and temperature",
         cause="a vessel shut off, gas lost, or oil above the piston",
     ),

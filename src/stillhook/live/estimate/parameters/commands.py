@@ -14,6 +14,8 @@ LONGEST_STEP = 0.01
 """Longest step of the integration [s]: a third of the control's time constant."""
 SETTLING = 3.0
 """Time constants of the PLC's filter after which its unknown start has faded."""
+SAME_TIME = 1e-6
+"""Difference of two times that are the same but for their rounding [s]."""
 LONGEST_HOLE = 1.0
 """Hole in the rows after which the setting is taken to be the command [s]."""
 
@@ -25,11 +27,17 @@ class Setting:
         self.servo = servo
         self._alpha = self._rate = 0.0
         self._t, self._u = np.nan, 0.0
+        self._before = np.empty((2, 0))
 
     def follow(self, t: FloatArray, command: FloatArray) -> FloatArray:
         """Settings at times t [s] under the commands, both (n,); a command holds until the next one."""
         out = np.empty(len(t))
         servo = self.servo
+        if servo.dead_time > 0.0 and len(t):
+            rows = np.concatenate([self._before, [t, command]], axis=1)
+            at = np.searchsorted(rows[0], t - servo.dead_time + SAME_TIME, side="right")
+            command = rows[1][np.maximum(at - 1, 0)]
+            self._before = rows[:, rows[0] >= t[-1] - 2.0 * servo.dead_time]
         for i, (now, u) in enumerate(zip(t.tolist(), np.nan_to_num(command).tolist(), strict=True)):
             span = now - self._t
             if not span <= LONGEST_HOLE:  # the first row, or after a hole

@@ -43,10 +43,11 @@ from stillhook.plan.assessments.interface import PlanState
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.tiers.other_vessel import hook_on_deck
 from stillhook.plan.tiers.time_domain.cells import Cells
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState
 from stillhook.spec.lift.joining import STANDS
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.phase import APART, Phase, PhaseKind
 
 OK, NOT_OK, NOT_ASSESSED, NOT_APPLICABLE = "ok", "not-ok", "not-assessed", "does-not-apply"
 TWIN, CLOSED_FORM, FREQUENCY = "twin", "closed-form", "frequency"
@@ -131,10 +132,12 @@ class Work:
         return result
 
     def fastest(self, phase: Phase) -> list[SeaState]:
-        """The `FASTEST` seas of the limit in which the tip moves fastest."""
+        """The `FASTEST` seas of the limit in which the tip moves fastest, at a deck against that."""
         at = self.plan.tip_of(phase)
         seas = Seas(*(np.array(column) for column in zip(*self.seas, strict=True)))
         v = forcing_at(self.plan, seas, at.x, at.y).deviation(1)
+        if phase.kind in APART:
+            v = hook_on_deck(self.plan, phase, seas)[1]
         return [self.seas[int(i)] for i in np.argsort(-v)[:FASTEST]]
 
     def judge(self, wanted: Sequence[Request], progress: Progress | None = None) -> None:
@@ -238,9 +241,9 @@ STAND = tuple(f.key for f in FAILURES if f.stands)
 
 
 def too_fast(cases: Sequence[Mapping[str, Any]], limit: float) -> list[float]:
-    """Heights [m] from which runs in which the winch comes to its brake touch down faster than a limit [m/s]; where
-    another rule is passed sooner, from there."""
-    rows = [row for case in cases if case["key"] in STAND for row in case["rows"]]
+    """Heights [m] from which runs in which the winch comes to its brake touch the seabed faster than a limit [m/s];
+    where another rule is passed sooner, from there."""
+    rows = [row for case in cases if case["key"] in STAND for row in case["rows"] if "at_deck" not in row]
     fast = [row for row in rows if row["v_landed"] is not None and row["v_landed"] > limit]
     return [row["Hs"] if row["Hs_from"] is None else row["Hs_from"] for row in fast]
 

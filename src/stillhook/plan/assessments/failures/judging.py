@@ -16,7 +16,7 @@ from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import limited, utilisation
 from stillhook.plan.tiers.time_domain.lowering import BLOCK
 from stillhook.plan.tiers.time_domain.measures import least_at_rest
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.phase import APART, Phase, PhaseKind
 from stillhook.statistics.extremes import gumbel
 
 LOADS = ("F_top_max", "DAF", "sling_ratio", "snap_load")
@@ -50,8 +50,8 @@ def rules_of_failure(plan: LiftPlan, phase: Phase) -> tuple[Limited, ...]:
 def quantities(plan: LiftPlan, each: Request, numbers: Numbers) -> dict[str, FloatArray]:
     """Quantity -> its value of every run (n,). A load that landed has slack slings as it should. Touch-down is that of
     the runs where the winch stands afterwards; where it goes on, wrongly, the largest downward speed of a load that
-    hangs counts as well: it may land at any moment. What waves take of the sling tension of the high weight case is
-    taken of that of the low one."""
+    hangs counts as well: it may land at any moment. At a deck it is the fastest of all touches. What waves take of the
+    sling tension of the high weight case is taken of that of the low one."""
     phase = plan.phase(each.phase)
     result = {"F_top_max": numbers["F_w_max"], "DAF": numbers["DAF"]}
     landed = np.isfinite(numbers["v_landed"])
@@ -59,6 +59,8 @@ def quantities(plan: LiftPlan, each: Request, numbers: Numbers) -> dict[str, Flo
         goes_on = each.failure in BY_KEY and not BY_KEY[each.failure].stands
         v = np.nan_to_num(numbers["v_landed"])
         result[TOUCH_DOWN] = np.fmax(v, -numbers["v_load_min"]) if goes_on else v
+    if phase.kind in APART:
+        result[TOUCH_DOWN] = np.nan_to_num(numbers["v_hit_max"])
     rest, low = least_at_rest(plan, phase), least_at_rest(plan.low or plan, phase)
     result["sling_ratio"] = np.where(landed, 1.0, 1.0 - (rest - numbers["F_sling_min"]) / low)
     result["snap_load"] = np.where(landed, 0.0, numbers["snap"])
@@ -154,7 +156,7 @@ def row_of(plan: LiftPlan, runs: FailureRuns, each: Request) -> dict[str, Any]:
         x = x[np.isfinite(x)]
         return float(of(x)) if len(x) else None
 
-    fastest = most("v_load_min", np.nanmin)
+    fastest, at_deck = most("v_load_min", np.nanmin), plan.phase(each.phase).kind in APART
     return {
         "Tp": each.sea.Tp,
         "beta": each.sea.beta,
@@ -169,7 +171,8 @@ def row_of(plan: LiftPlan, runs: FailureRuns, each: Request) -> dict[str, Any]:
         "slack_time": most("sling_slack_time"),
         "load_pp": most("load_pp"),
         "v_down": None if fastest is None else -fastest,
-        "v_landed": most("v_landed"),
+        **({"at_deck": True} if at_deck else {}),
+        "v_landed": most("v_hit_max" if at_deck else "v_landed"),
         "n_landed": int(np.isfinite(numbers["v_landed"]).sum()),
         "z_min": most("z_load_min", np.nanmin),
     }

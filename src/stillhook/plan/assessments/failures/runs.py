@@ -31,7 +31,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
     winch_of,
 )
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
+from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind, WinchMode
 
 MOMENTS, TRAINS = 32, 4
 """Moments at which a failure begins, and wave trains that they are of."""
@@ -56,6 +56,7 @@ NUMBERS = (
     "v_load_max",
     "z_load_min",
     "v_landed",
+    "v_hit_max",
     "sling_slack_time",
 )
 """Numbers of a run after the failure."""
@@ -185,11 +186,19 @@ def begun(plan: LiftPlan, cells: Cells, phase: Phase, winch: Winch, each: Reques
 
 
 def moments(phase: Phase, course: Course, Tp: float) -> FloatArray:
-    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage or a landing;
-    elsewhere over a period of the waves, each train at phases between those of the others."""
+    """Times after `SETTLE` at which the failure begins (MOMENTS,) [s]: over the way of a passage, of a landing and at a
+    deck; elsewhere over a period of the waves, each train at phases between those of the others."""
     if _over_way(phase):
-        return np.asarray((np.arange(MOMENTS) + 0.5) / MOMENTS * course.counted)
+        begin = off_deck_from(phase, course, Tp)
+        return np.asarray(begin + (np.arange(MOMENTS) + 0.5) / MOMENTS * (course.counted - begin))
     return np.asarray(BEFORE + Tp * np.arange(MOMENTS) / MOMENTS)
+
+
+def off_deck_from(phase: Phase, course: Course, Tp: float) -> float:
+    """Time from which on failures begin in a phase over its way [s]: of a lift-off a period before the wire is taut."""
+    if phase.kind not in OFF_DECK or phase.z_end is None or phase.z_start is None or not phase.speed:
+        return 0.0
+    return max(course.counted - (phase.z_end - phase.z_start) / phase.speed - Tp, 0.0)
 
 
 def window(phase: Phase, course: Course, Tp: float) -> float:
@@ -198,7 +207,7 @@ def window(phase: Phase, course: Course, Tp: float) -> float:
 
 
 def _over_way(phase: Phase) -> bool:
-    return phase.kind is PhaseKind.LANDING or (phase.kind is PhaseKind.SPLASH and not phase.held)
+    return phase.kind in (PhaseKind.LANDING, *APART) or (phase.kind is PhaseKind.SPLASH and not phase.held)
 
 
 def programme(course: Course, failure: Failure, t: float, Tp: float) -> tuple[Phase, ...]:

@@ -269,7 +269,8 @@ def _not_assessed(of: Facts) -> list[str]:
     lines = [f"Not assessed: {case['title']}." for case in judged if case["verdict"] == "not-assessed"]
     return [
         *lines,
-        "Not assessed: lift-off and set-down, a brake that slips or does not close, failures of two things at once,"
+        "Not assessed: lift-off from and set-down on the vessel's own deck, a brake that slips or does not close,"
+        " failures of two things at once,"
         " water that a payload holds as it is hoisted out.",
     ]
 

@@ -15,6 +15,7 @@ from stillhook.plan.limits import ROUNDING, Limits, limited, utilisation
 from stillhook.plan.result import grouped
 from stillhook.plan.table import APART, BY_FREQUENCY, BY_RULE, BY_RUNS, ENDS, TIERS, End
 from stillhook.sea.spectra.spectrum import highest_sea
+from stillhook.spec.lift.phase import APART as DECKS
 from stillhook.spec.lift.phase import PhaseKind
 
 WELL_INSIDE = 0.85
@@ -145,7 +146,8 @@ def _ends(Hs: FloatArray, at: BoolArray) -> list[float | None]:
 def _reason(state: PlanState, low: int, high: int, phase: str, rule: str) -> str:
     """Code of why it counts as it does, or the reason of the plan file."""
     if low == CLOSED_FORM:
-        return "wave-zone" if state.plan.phase(phase).kind is PhaseKind.SPLASH else "one-period"
+        kind = state.plan.phase(phase).kind
+        return "wave-zone" if kind is PhaseKind.SPLASH else "worst-instant" if kind in DECKS else "one-period"
     return state.plan.reconciled.get((phase, rule), "lower") if high == BY_RUNS else "lower"
 
 

@@ -67,8 +67,10 @@ OF_STAGE = (
     "power_time",
     "stroke_time",
 )
-"""Numbers that are kept of the phase that counts, where the winch type has them; in addition `v_landed` of the whole
-run, the speed of the first touch: it may come before its phase is over."""
+"""Numbers that are kept of the phase that counts, where the winch type has them; in addition of the whole run
+`v_landed`, the speed of the first touch, which may come before its phase is over, `v_hit`, that of the fastest, and off
+a deck `v_again`, that of the fastest second hit, 0 without one, and `z_clear`, the least height over it, NaN where deck
+and payload never came closer again."""
 
 ROD_AT_END = "rod_end_time"
 """Time with the rod of a passive heave compensator at either end of its stroke in the phase that counts [s]."""
@@ -94,6 +96,9 @@ def run_numbers(
         numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ends], axis=0)
     if intervals is not None and max(intervals, default=0) > 0:
         numbers |= _peaks(data, each, max(intervals))
+    nothing = np.full(len(counts), np.nan)
+    again, clear = (data[name].values if name in data else nothing for name in ("v_second_hit_max", "z_clear_min"))
+    numbers |= {"v_hit": data["v_hit_max"].values, "v_again": np.nan_to_num(again), "z_clear": clear}
     return numbers | {"v_landed": data["v_landed"].values}
 
 

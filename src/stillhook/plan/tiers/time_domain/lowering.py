@@ -11,11 +11,14 @@ import numpy as np
 
 from stillhook.engine.arguments import substeps
 from stillhook.engine.lowering.case import lift_step
+from stillhook.engine.lowering.checks import DECK_LIMIT
 from stillhook.engine.lowering.run import longest_step
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.errors import PlanError
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.physics.scalar import G
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.tiers.other_vessel import hook_on_deck, largest
 from stillhook.plan.tiers.situations import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
@@ -23,15 +26,25 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes, decay
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.deck import MOST_SLACK, Deck
 from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering
-from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
+from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind, WinchMode
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
-KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
-"""Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start,
-which no lowering has: they are covered by the other tiers."""
+KINDS = (
+    PhaseKind.LIFT_OFF_BARGE,
+    PhaseKind.IN_AIR,
+    PhaseKind.SPLASH,
+    PhaseKind.LOWERING,
+    PhaseKind.DEEP,
+    PhaseKind.STAND_OFF,
+    PhaseKind.LANDING,
+    PhaseKind.SET_DOWN_PLATFORM,
+)
+"""Phases that the twin runs. Lift-off from and set-down on the vessel's own deck move with it, and a lift-off from the
+seabed needs soil under the load at the start, which no lowering has: they are covered by the other tiers."""
 SETTLE = 60.0
 """Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load
 comes to its swing (its drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
@@ -50,6 +63,10 @@ HANGS, THROUGH = 3.0, 1.0
 """Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion
 count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
+SETTLEMENT = 2e-3
+"""Settlement of a deck under the payload [m] (assumed): stiff, for a soft one helps the wire to take up the load."""
+ABOVE_DECK = 15.0
+"""Time for which a payload that was lifted off a deck hangs over it [s]: a long wave, which may reach it still."""
 STEP = 10e-3
 """Step that is enough for the numbers of a phase [s] (docs/validation/step-size.md)."""
 SAMPLING = 20e-3
@@ -125,6 +142,8 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
             " heights."
         )
     mode = _mode(phase, winch)
+    if phase.kind in APART:
+        return _at_deck(plan, phase, mode, start, end)
     if phase.kind is PhaseKind.LANDING:
         return _landing(plan, phase, mode, start)
     if phase.held or start == end:
@@ -206,6 +225,47 @@ def _passage(phase: Phase, mode: WinchMode, start: float, end: float) -> Course:
     return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, times, times, max(start, end))
 
 
+def _at_deck(plan: LiftPlan, phase: Phase, mode: WinchMode, start: float, end: float) -> Course:
+    """Off a deck at hoisting speed, the wire slack before; or onto it, and on until the wire is as slack as the payload
+    hung above it. A run lifts off, or sets down, at an instant of its own: once in a phase."""
+    v, still = _speed(phase), _driven(mode, 0.0, time=f"{SETTLE!r} s")
+    if phase.kind in OFF_DECK:
+        counted = (end - start + slack_on_deck(plan, phase)) / v + v / plan.hanging(start).winch.ramp
+        hoist, over = _driven(mode, -v, depth=f"{-end!r} m"), _driven(mode, 0.0, time=f"{ABOVE_DECK!r} s")
+        return Course(
+            start, (still, hoist, over), SETTLE + 1.1 * counted + ABOVE_DECK + ROOM, counted, 1, 1.0, 1.0, end
+        )
+    height = min(start - end, max(HANGS, APPROACH * v))
+    counted, z = (height + HANGS) / v, end + height
+    lower = _driven(mode, v, time=f"{counted!r} s")
+    return Course(z, (still, lower), SETTLE + counted + ROOM, counted, 1, 1.0, 1.0, z)
+
+
+@remembered
+def slack_on_deck(plan: LiftPlan, phase: Phase) -> float:
+    """How much longer than taut the wire is before a lift-off [m]: for the joystick to be at the hoisting speed as the
+    load is taken up, and for no wave of the table to take it up before."""
+    way = _speed(phase) ** 2 / (2.0 * plan.hanging(phase.z_start or 0.0).winch.ramp)
+    z = largest(hook_on_deck(plan, phase, plan.environment.table()), BLOCK)[0]
+    return min(way + max(float(np.nanmax(z)), HANGS), MOST_SLACK)
+
+
+def deck_of(plan: LiftPlan, phase: Phase) -> Deck | None:
+    """The deck of a phase at rest; None where it has none that moves otherwise than the vessel."""
+    if phase.kind not in APART:
+        return None
+    off = phase.kind in OFF_DECK
+    z, slack = (phase.z_start, slack_on_deck(plan, phase)) if off else (phase.z_end, None)
+    return Deck.model_validate(
+        {
+            "height": f"{z!r} m",
+            "settlement": f"{SETTLEMENT!r} m",
+            "slack": None if slack is None else f"{slack!r} m",
+            "followed": phase.follows_deck,
+        }
+    )
+
+
 def _landing(plan: LiftPlan, phase: Phase, mode: WinchMode, start: float) -> Course:
     """The last metres, and the touch-down, from the stand-off where the landing has one: the winch rests there before
     with what its control and its friction make of that. Without compensation the load first hangs, which counts, and
@@ -246,8 +306,8 @@ def _speed(phase: Phase) -> float:
 
 
 def step_of(plan: LiftPlan) -> float:
-    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed need a shorter
-    one at an end of any phase, or what they need where that is shorter still."""
+    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end, the seabed or a deck need a
+    shorter one at an end of any phase, or what they need where that is shorter still."""
     phases = [phase for phase in plan.phases if phase.kind in KINDS]
     out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.z_start, p.z_end) if z is not None}
     cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]
@@ -258,6 +318,8 @@ def step_of(plan: LiftPlan) -> float:
         if Alternative.PHC in plan.alternatives:
             linked = plan.under(Alternative.PHC).hanging(max(z, -plan.depth + CLOSE), plan.tip_of(phase).z)
             longest = min(longest, longest_step(plan.crane, linked))
+    if any(phase.kind in APART for phase in phases):
+        longest = min(longest, DECK_LIMIT * math.sqrt(SETTLEMENT / G))
     t_cycle = plan.crane.control.t_cycle
     step = t_cycle / substeps(t_cycle, STEP)
     return step if step <= longest else t_cycle / substeps(t_cycle, lift_step(longest))
@@ -272,6 +334,7 @@ def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Low
             "duration": course.duration,
             "controller": mode,
             "wire": DeepWire(nodes=nodes_of(plan, phase)),
+            "deck": deck_of(plan, phase),
         }
     )
 
@@ -307,7 +370,10 @@ def in_sea(
     at = plan.tip_of(phase)
     sea = plan.environment.sea(*spot)
     water = phase.held or in_waves(plan, sea, course)
-    return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH)
+    unit = None if winch.controller is None and winch.left == 1.0 else plan.unit
+    other = plan.against.other if plan.against is not None and phase.on_other_vessel else None
+    place = plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH
+    return InSea(calm, sea, seed, *place, other=other, unit=unit)
 
 
 def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:

@@ -16,8 +16,11 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.time_domain.cells import PEAKS, ROD_AT_END, Runs
 from stillhook.plan.tiers.time_domain.lowering import Course, Winch
-from stillhook.spec.lift.phase import Phase, PhaseKind
+from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind
 from stillhook.statistics.extremes import MPM
+
+AT_DECK = ("F_top_max", "DAF", "v_landed", "v_second_hit_max")
+"""Quantities that runs at a deck determine."""
 
 
 class Statistic(Enum):
@@ -94,9 +97,11 @@ def measures(
         return Measure(x, q=q, times=times, length=course.counted, factor=factor, offset=offset)
 
     whole = 1.0 / winch.left
-    result = {
-        "F_top_max": top("F_w_max", "F_top_max", course.swings),
-        "DAF": top("DAF", "DAF", course.swings),
+    result = {"F_top_max": top("F_w_max", "F_top_max", course.swings), "DAF": top("DAF", "DAF", course.swings)}
+    if phase.kind in APART:
+        hit = "v_again" if phase.kind in OFF_DECK else "v_hit"
+        return result | {name: top(hit, name) for name in AT_DECK if name not in result}
+    result |= {
         "load_pp": top("load_pp", "load_pp", course.swings),
         "s_tip_pp": top("s_tip_pp", "s_tip_pp", factor=whole),
         "v_tip_max": top("v_tip_max", "v_tip_max", factor=whole),

@@ -16,7 +16,7 @@ from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain.crossings import Feature
 from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS, Curve, CurveLimits
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
-from stillhook.spec.lift.phase import Phase
+from stillhook.spec.lift.phase import APART, Phase
 
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
@@ -30,6 +30,9 @@ much (docs/explanation/limits-by-runs.md)."""
 HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR = 1.5, 0.9
 """The same of a payload that is held in the wave zone: the closed form looks at one wave, and half an hour has more.
 Limits by runs were 0.69 to 1.2 times the closed form's (docs/explanation/limits-by-runs.md)."""
+DECK_UNDERESTIMATE_FACTOR, DECK_FIRST_GUESS_FACTOR = 1.5, 1.3
+"""The same at a deck, of the closed form: it takes the worst instant of half an hour, which a run hardly meets, and a
+compensated winch leaves less or more than the fifth that it assumes."""
 PILOTS = 4
 """Periods whose limits are looked for first, in the middle direction: by how much the prediction is off there corrects
 it elsewhere."""
@@ -172,6 +175,8 @@ def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
         return 1.0, 1.0
     if phase.held:
         return HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR
+    if phase.kind in APART:
+        return DECK_UNDERESTIMATE_FACTOR, DECK_FIRST_GUESS_FACTOR
     return UNDERESTIMATE_FACTOR[tier], FIRST_GUESS_FACTOR[tier]
 
 

@@ -47,7 +47,7 @@ from stillhook.plan.tiers.time_domain.levels import (
     used_of,
 )
 from stillhook.plan.tiers.time_domain.lowering import KINDS, Winch, winch_of
-from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
+from stillhook.plan.tiers.time_domain.measures import AT_DECK, Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
     FEW_CELLS,
@@ -68,6 +68,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     runs_for,
     usual_runs,
 )
+from stillhook.spec.lift.phase import APART, Phase
 from stillhook.statistics.smooth_field import DRAWS
 
 
@@ -116,6 +117,8 @@ class Work:
                         old = self.others.get((alternative, column), math.inf)
                         self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
                         continue
+                    if phase.kind in APART:
+                        self._closed_alone(phase, alternative, column)
                     under, factor = prediction_factors(phase, tier)
                     floor, first_guess = (0.0 if tier is None else guess / under), guess * factor
                     line = LimitSearch(
@@ -131,6 +134,16 @@ class Work:
                     group.append(line)
                     self.phases.setdefault((phase.name, alternative), []).append(line)
                 self.lines += group
+
+    def _closed_alone(self, phase: Phase, alternative: Alternative, column: Column) -> None:
+        """Limits at a deck that the closed form alone determines bound a column, as those of phases that are not
+        run."""
+        known = [
+            self.predicted.get((phase.name, alternative, each.rule.key), {}).get(column, math.inf)
+            for each in limited(self.plan, phase, alternative)
+            if each.rule.quantity not in AT_DECK
+        ]
+        self.others[alternative, column] = min([self.others.get((alternative, column), math.inf), *known])
 
     def round(self) -> bool:
         """Start what may govern, run what is wanted, and say whether anything is left to do."""

@@ -378,9 +378,9 @@ def _reason(work: Work, phase: Phase) -> Cause:
     lines = [line for line in work.lines if line.phase is phase]
     run = [line for line in lines if line.started]
     if not lines:
-        return cause("no-deck" if phase.kind in APART else "no-ground", kind=str(phase.kind))
+        return cause("no-ground", kind=str(phase.kind))
     if len(run) == len(lines):
         return cause("run-everywhere")
-    tier = Tier.CLOSED_FORM if phase.kind is PhaseKind.SPLASH else Tier.FREQUENCY
+    tier = Tier.CLOSED_FORM if phase.kind in (PhaseKind.SPLASH, *APART) else Tier.FREQUENCY
     factor = prediction_factors(phase, tier)[0]
     return cause("run-in-part" if run else "not-run", n=len(run), of=len(lines), factor=factor)

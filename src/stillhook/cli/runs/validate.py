@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,7 @@ from stillhook.cli.groups import VERBOSE
 from stillhook.cli.parser import Json, Out, announce, present, refuse, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import Answer, answer_of, print_document, progress_bar
+from stillhook.report.terminal import Answer, Line, answer_of, print_document, progress_bar
 from stillhook.units import number, quote
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def validate(
     step = certified if result.passed else "correct what is refuted or not shown: --steps N prints the tables of a step"
     more = "every criterion, load cases, steps, what is not judged"
     brief = lambda: answer_of(summary(result), step or "--out FOLDER, for report, figures and certificate", more)
-    present(to_dict(result), in_full, brief=brief, json=json)
+    present(to_dict(result), brief=brief, json=json, show=in_full)
     if out is not None:
         from stillhook.validate.certificate.certificate import save_validation
 
@@ -145,7 +146,7 @@ def certificate(
     read = load_certificate(file)
     step, document = f"stillhook certificate {file} --check", read.summary()
     brief = lambda: answer_of(document, step, "every criterion, signature")
-    present(read.data, lambda: print_document(document), brief=brief, json=json)
+    present(read.data, brief=brief, json=json, show=lambda: print_document(document))
     raise typer.Exit(0 if read.passed else 1)
 
 
@@ -157,45 +158,27 @@ def _checked(file: Path, campaign: Path | None, *, quick: bool, json: bool) -> b
     read = load_certificate(file)
     with progress_bar("checking") as bar:
         result = check(file, read, campaign=campaign, quick=quick, progress=bar)
-    present(result.to_dict(), lambda: _say(result), brief=lambda: _brief_check(file, result), json=json)
+    present(result.to_dict(), brief=lambda: _answer_of_check(file, result), json=json)
     return bool(result.holds)
 
 
-def _brief_check(file: Path, result: Check) -> Answer:
+def _answer_of_check(file: Path, result: Check) -> Answer:
     """Whether it holds, and the first of what changed, is missing or differs."""
-    found = {"changed": result.changed, "missing": result.missing, "otherwise": result.lines}
-    lines = [f"{title}: {line}" for title, of in found.items() for line in of]
-    if result.certificate.data["synthetic"]:
-        lines.insert(0, "SYNTHETIC: a certificate of simulated logs, not of a real crane")
-    if result.computed:
-        same = "identical to the byte" if result.same_bytes else "not identical to the byte"
-        lines.insert(0, f"Recomputed from the logs: {same}.")
-    return Answer(f"{file}", [result.verdict, *lines], more="signature, largest difference, PDF")
-
-
-def _say(result: Check) -> None:
     from stillhook.spec.validity import UNSIGNED
 
-    wrapped(result.verdict)
+    lines: list[Line] = [result.verdict]
+    if result.computed:
+        same = "identical to the byte" if result.same_bytes else "not identical to the byte; no number differs"
+        if result.where and not result.same_bytes:
+            most = number(100.0 * result.largest, 2)
+            same = f"not identical to the byte; numbers differ by up to {most} % ({result.where})"
+        lines.append(f"Recomputed from the logs: {same}.")
     if result.certificate.data["synthetic"]:
-        wrapped("SYNTHETIC: a certificate of simulated logs, not of a real crane")
-    for title, lines in (("changed", result.changed), ("missing", result.missing), ("otherwise", result.lines)):
-        for line in lines:
-            wrapped(f"{title}: {line}", "  ")
-    wrapped(UNSIGNED)
-    if not result.computed:
-        return
-    if result.same_bytes:
-        print("recomputed: identical to the byte")
-    elif result.where:
-        print(
-            f"recomputed: not identical to the byte; numbers differ by up to {number(100.0 * result.largest, 2)} %"
-            f" ({result.where})"
-        )
-    else:
-        print("recomputed: not identical to the byte; no number differs")
-    if result.same_pdf is not None and result.same_bytes:
-        print(
-            "PDF in the same folder:"
-            f" {'the same to the byte' if result.same_pdf else 'not the same: edited, or set with other libraries'}"
-        )
+        lines.append("SYNTHETIC: a certificate of simulated logs, not of a real crane")
+    found = {"changed": result.changed, "missing": result.missing, "otherwise": result.lines}
+    lines += [f"{title}: {line}" for title, of in found.items() for line in of]
+    if result.computed and result.same_pdf is not None and result.same_bytes:
+        same = "the same to the byte" if result.same_pdf else "not the same: edited, or set with other libraries"
+        lines.append(partial(wrapped, f"PDF in the same folder: {same}"))
+    lines.append(partial(wrapped, UNSIGNED))
+    return Answer(f"{file}", lines, more="signature, PDF")
