@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from tests.export.plc.cases import CLOSED, block_of
 
-from stillhook import Scenario, load_crane
+from stillhook import Scenario, load_crane, simulate
+from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty, draws
 from stillhook.control.plant import Hydraulics, PlantParameters
-from stillhook.engine.pack.winch import motor_speed_max, pack
+from stillhook.engine.pack.winch import motor_speed_max, pack, plant_parameters, set_up_for
 from stillhook.errors import SpecError
 from stillhook.export.plc.text import structured_text
-from stillhook.library import cranes
+from stillhook.library import changed, cranes
 from stillhook.physics.scalar import G
 from stillhook.winches.checks import check_result
 from stillhook.winches.load_path.load import shaft_inertia_without_wire
@@ -54,6 +56,43 @@ def test_hydraulics_are_those_of_the_winch_and_nothing_where_it_has_none(name):
         assert circuit.i_C_h == plant.i_C_h
     if kind == "active-passive":
         assert (plant.D_pm, plant.Q_pp) == (params.passive.settings.D_m_max, params.passive.settings.Q_p_max)
+
+
+FRICTION = 0.2
+"""Part by which the known friction is off that of a run: layer, displacement and pressures differ from what it holds
+at."""
+
+
+def test_known_friction_is_near_that_of_a_run_that_does_not_know_of_it():
+    crane = load_crane("nov-250t")
+    run = simulate(
+        crane, Scenario(load="125 t", s_w="100 m", tip="sine 1 m 10 s", mode="ns", duration="60 s"), series=True
+    )
+    f, omega, T_f = plant_parameters(crane), np.abs(run.omega_m.values), np.abs(run.T_f.values)
+    known = f.T_dry + f.T_stick * np.exp(-omega * f.i_omega_stick) + f.B * omega
+    turning = omega > 10.0
+    assert abs(np.mean(known[turning]) / np.mean(T_f[turning]) - 1.0) < FRICTION
+    assert f.T_stick > 0.0
+    assert f.B > 0.0
+    assert plant_parameters(load_crane("nov-100t-electric")).T_dry == 0.0
+
+
+def test_a_plc_that_was_set_up_for_another_crane_knows_the_numbers_of_that_one():
+    crane = load_crane("nov-250t")
+    worn = changed(crane, {"active": {"C_leak": "1 L/min/bar"}})
+    case = Scenario(load="100 t", s_w="50 m", mode="ssc")
+    params = pack(set_up_for(worn, crane), case).params
+    assert params.plc.plant == plant_parameters(crane) != plant_parameters(worn)
+    assert params.active == pack(worn, case).params.active
+
+
+def test_in_every_draw_the_plc_knows_the_crane_that_it_was_set_up_for():
+    crane, case = load_crane("nov-250t"), Scenario(load="100 t", s_w="50 m", mode="ssc")
+    table = draws(Uncertainty.default(), 4)
+    for drawn, of in Drawing(crane, case, table.columns).pairs(table.values):
+        params = pack(drawn, of).params
+        assert params.plc.plant == plant_parameters(crane)
+        assert params.active.pumps != pack(crane, case).params.active.pumps
 
 
 def test_a_plc_has_them_as_constants_with_their_meaning():

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
+from stillhook.control.plant import PlantParameters
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
@@ -77,6 +78,10 @@ class Control(Spec):
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
     guard: GuardTable | None = Field(default=None, description="guard before the controller")
+
+    known: PlantParameters | None = Field(
+        default=None, exclude=True, description="numbers of the crane that its PLC was set up for; none: its own"
+    )
 
     @property
     def feedforward_lead(self) -> float:

@@ -284,6 +284,9 @@ class Undeclared(Protocol):
             D_pm=p.motor.D_total if p else 0.0,
             Q_pp=p.pump.D_total * p.pump.omega_p if p else 0.0,
             i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus) if a else 0.0,
+            G_leak=a.C_leak if a else 0.0,
+            omega_np=a.pump.servo.omega_n if a else 0.0,
+            zeta_p=a.pump.servo.zeta if a else 0.0,
         )
 
     @staticmethod

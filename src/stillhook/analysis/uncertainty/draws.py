@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Dis
 from stillhook.base.arrays import FloatArray, copied
 from stillhook.base.choice import nearest
 from stillhook.engine.pack.settings import ASSUMED
-from stillhook.engine.pack.winch import gains
+from stillhook.engine.pack.winch import gains, set_up_for
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed, load_friction, load_losses, set_toml
@@ -127,13 +127,14 @@ class Drawing:
         return ASSUMED[path] if value is None else float(value)
 
     def pairs(self, draws: FloatArray) -> Iterator[Pair]:
-        """Crane and scenario of every draw. Untouched parts are those of the crane itself; nothing is checked (see
-        `checked`)."""
+        """Crane and scenario of every draw. Untouched parts are those of the crane itself, which the PLC is set up
+        for in every draw; nothing is checked (see `checked`)."""
         values = self.values(draws)
         of_crane = nested((p, v.tolist()) for p, v in values.items() if not p.startswith(CASE))
         of_case = nested((p.removeprefix(CASE), v.tolist()) for p, v in values.items() if p.startswith(CASE))
         for i in range(len(draws)):
-            yield _copy(self.crane, of_crane, i), _copy(self.case, of_case, i)
+            crane = set_up_for(_copy(self.crane, of_crane, i), self.crane) if of_crane else self.crane
+            yield crane, _copy(self.case, of_case, i)
 
     def checked(self, draw: FloatArray, label: str) -> Pair:
         """Crane and scenario of one draw, shape (columns,), through every check of a crane file; what goes into its

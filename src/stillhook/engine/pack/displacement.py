@@ -12,12 +12,10 @@ import numpy as np
 import scipy
 
 from stillhook.control.commands import DisplacementLimits
+from stillhook.engine.pack.shaft import lost
 from stillhook.physics.friction import SystemFriction, system_friction
-from stillhook.physics.hydraulics.motor_laws import motor_loss
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, DisplacementLimit, effective_inertia
-from stillhook.winches.circuits.losses import loss_fit
-from stillhook.winches.circuits.tables import MotorSet
 from stillhook.winches.interface import OtherMotors
 
 POINTS = 21
@@ -81,11 +79,6 @@ def speed_floor(crane: Crane, T: float) -> float:
     return float(scipy.optimize.brentq(room, alphas[i], alphas[i - 1], xtol=EXACT))
 
 
-def _lost(motor: MotorSet, omega: float, alpha: float, dp: float) -> float:
-    """Torque that a set of motors loses [N m]."""
-    return float(motor.count * motor_loss(omega, alpha * motor.D_max, dp, loss_fit(motor)))
-
-
 def torque_needed(crane: Crane, friction: SystemFriction, T: float) -> float:
     """Torque that the active motors need with full pumps to hoist steadily, at a torque T of the load at the shaft
     [N m]: what others do not hold of it, and the friction of all motors and gears [N m]."""
@@ -97,9 +90,9 @@ def torque_needed(crane: Crane, friction: SystemFriction, T: float) -> float:
     def needed(alpha: float) -> float:
         omega = Q / (max(alpha, least) * active.D_total)
         carried = sum(x.alpha * x.motor.D_total * (x.dp - x.R * x.alpha * x.motor.D_total * omega) for x in others)
-        lost = _lost(active, omega, alpha, dp) + sum(_lost(x.motor, omega, x.alpha, x.dp) for x in others)
+        losses = lost(active, omega, alpha, dp) + sum(lost(x.motor, omega, x.alpha, x.dp) for x in others)
         gears = count * system_friction(omega, T * crane.i_hD, friction)
-        return float(max(T - carried, 0.0) + lost + gears)
+        return float(max(T - carried, 0.0) + losses + gears)
 
     def spare(alpha: float) -> float:
         return alpha * active.D_total * dp - needed(alpha)

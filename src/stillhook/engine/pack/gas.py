@@ -1,4 +1,5 @@
-"""Coefficients of the accumulator gas: polytropic, or nitrogen along its isentrope from a property library."""
+"""An accumulator, and the coefficients of its gas: polytropic, or nitrogen along its isentrope from a property
+library."""
 
 import functools
 
@@ -7,9 +8,11 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from stillhook.errors import SpecError
+from stillhook.physics.hydraulics import accumulator
 from stillhook.physics.hydraulics.accumulator import Gas, polytropic_ratio
+from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.units import show
-from stillhook.winches.circuits.tables import Accumulator, GasModel
+from stillhook.winches.circuits.tables import Accumulator, GasModel, Line
 
 POINTS = 24
 DEGREE = 7
@@ -19,6 +22,36 @@ less than the 0.2 bar that the default step may cost."""
 COLDEST, HOTTEST = 200.0, 500.0
 """Gas temperatures at mid stroke that are expected [K]: above the critical point by far, within the equation of
 state."""
+HELD = 1.0e4
+"""Size of the accumulator whose pressure is constant, over that of the crane: cubic metres of oil then move it by
+hundredths of a bar."""
+
+
+def accumulator_record(
+    table: Accumulator, line: Line, gas_held: bool, circuit: str, gas_factor: float = 1.0
+) -> accumulator.Accumulator:
+    """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure is constant; circuit:
+    name of its table; gas_factor: charge over that of the table [-]."""
+    acc = charged(table, gas_factor)
+    if gas_held:
+        gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
+        acc = acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
+    return accumulator.Accumulator(
+        V_stroke=acc.V_stroke,
+        i_half=2.0 / acc.V_stroke,
+        i_C=1.0 / capacitance(line.V, line.bulk_modulus),
+        i_beta=1.0 / line.bulk_modulus,
+        R=acc.R_piston,
+        C_leak=acc.C_leak,
+        gas=gas_record(acc, circuit),
+    )
+
+
+def charged(table: Accumulator, factor: float) -> Accumulator:
+    """An accumulator whose gas has a factor times its charge."""
+    if factor == 1.0:
+        return table
+    return table.model_copy(update={"gas": table.gas.model_copy(update={"p_0": factor * table.gas.p_0})})
 
 
 def gas_record(acc: Accumulator, circuit: str = "passive") -> Gas:

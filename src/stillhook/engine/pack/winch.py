@@ -12,12 +12,12 @@ from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.displacement import displacement_limits
-from stillhook.engine.pack.gas import gas_record
+from stillhook.engine.pack.gas import accumulator_record, charged, gas_record
+from stillhook.engine.pack.shaft import shaft_friction, wire_EA
 from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
-from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import Motors
 from stillhook.physics.hydraulics.motor_laws import FITTED
@@ -47,9 +47,6 @@ from stillhook.winches.interface import Parts
 from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Sensors
 
-HELD = 1.0e4
-"""Size of the accumulator whose pressure is constant, over that of the crane: cubic metres of oil then move it by
-hundredths of a bar."""
 FILL_RATE = 15.0
 """Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their
 displacement controls follow. Assumed."""
@@ -206,33 +203,6 @@ def passive_record(crane: Crane, gas_held: bool, gas_factor: float = 1.0) -> Pas
     )
 
 
-def accumulator_record(
-    table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str, gas_factor: float = 1.0
-) -> Accumulator:
-    """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure is constant; circuit:
-    name of its table; gas_factor: charge over that of the table [-]."""
-    acc = _charged(table, gas_factor)
-    if gas_held:
-        gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
-        acc = acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
-    return Accumulator(
-        V_stroke=acc.V_stroke,
-        i_half=2.0 / acc.V_stroke,
-        i_C=1.0 / capacitance(line.V, line.bulk_modulus),
-        i_beta=1.0 / line.bulk_modulus,
-        R=acc.R_piston,
-        C_leak=acc.C_leak,
-        gas=gas_record(acc, circuit),
-    )
-
-
-def _charged(table: circuits.Accumulator, factor: float) -> circuits.Accumulator:
-    """An accumulator whose gas has a factor times its charge."""
-    if factor == 1.0:
-        return table
-    return table.model_copy(update={"gas": table.gas.model_copy(update={"p_0": factor * table.gas.p_0})})
-
-
 def drum_record(crane: Crane) -> Drum:
     """The drum as the kernels read it; L_full is the wire on the full drum (square stacked)."""
     d, n, d_w = crane.drum.d, crane.drum.layers, crane.wire.d
@@ -280,14 +250,13 @@ def friction_record(s: spec.SystemFriction) -> SystemFriction:
 def _hoist(crane: Crane, case: Scenario) -> Hoist:
     w, f = crane.wire, crane.friction
     load = load_record(crane, case)
-    EA = w.E * w.fill * math.pi / 4.0 * w.d**2
     n_motors = sum(m.count for m in crane.motors)
     sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
     regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
     return Hoist(
         drum=drum_record(crane),
         inertia=inertia_record(crane),
-        wire=Wire(EA=EA, L_0=w.L_0, mu=w.mass_per_length, zeta=w.zeta),
+        wire=Wire(EA=wire_EA(w), L_0=w.L_0, mu=w.mass_per_length, zeta=w.zeta),
         load=load,
         friction=friction_record(f.system),
         bristle=Bristle(
@@ -344,7 +313,9 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
 
 
 def plant_parameters(crane: Crane) -> PlantParameters:
-    """What controllers may know of a crane."""
+    """What controllers may know of a crane: its numbers, or those of the crane that its PLC was set up for."""
+    if crane.control.known is not None:
+        return crane.control.known
     drum, inertia, h = drum_record(crane), inertia_record(crane), crane.plant.type.hydraulics(crane)
     return PlantParameters(
         **{name: float(value) for name, value in h._asdict().items()},
@@ -355,10 +326,20 @@ def plant_parameters(crane: Crane) -> PlantParameters:
         layers=drum.layers,
         turns=drum.turns,
         m_wire=drum.m_wire,
+        EA=wire_EA(crane.wire),
+        L_0=crane.wire.L_0,
         SWL=crane.SWL * G,
         m_hook=crane.hook_mass,
         J=inertia.J_motor + inertia.J_gear + inertia.J_drum * inertia.i_i2,
+        **shaft_friction(crane, friction_record(crane.friction.system))._asdict(),
     )
+
+
+def set_up_for(crane: Crane, other: Crane) -> Crane:
+    """The crane with a PLC that was set up for another: controllers know the other's numbers, as those of data sheets
+    from which a machine differs."""
+    known = crane.control.model_copy(update={"known": plant_parameters(other)})
+    return crane.model_copy(update={"control": known})
 
 
 def power_most(crane: Crane) -> float:
@@ -454,7 +435,7 @@ def parts_of(
         sensors=sensors,
         active=active_record,
         passive=functools.partial(passive_record, gas_factor=gas_factor),
-        gas=lambda table: gas_record(_charged(table, gas_factor)),
+        gas=lambda table: gas_record(charged(table, gas_factor)),
         accumulator=functools.partial(accumulator_record, gas_factor=gas_factor),
     )
 

@@ -15,6 +15,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
+from stillhook.engine.pack.shaft import wire_EA
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import LiftError
@@ -42,9 +43,8 @@ class Duty:
         """The crane with a wire of stiffness k [N/m] and damping ratio zeta: the change of tension is then
         known."""
         w = crane.wire
-        EA = w.E * w.fill * math.pi / 4.0 * w.d**2
         return crane.model_copy(
-            update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / EA, "zeta": zeta})}
+            update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / wire_EA(w), "zeta": zeta})}
         )
 
     def scenario(
