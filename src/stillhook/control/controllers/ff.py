@@ -76,10 +76,14 @@ class Memory(NamedTuple):
     Q_f: float = 0.0  # flow that pumps give and motors do not take, filtered [m^3/s]
     p_f: float = 0.0  # pressure difference, filtered [Pa]
     w: float = 0.0  # weight of what was learned [-]; then weighted sums
-    x: float = 0.0  # of known friction [N m] and measured one
+    x: float = 0.0  # of `frictions` x, z and measured friction y [N m]
+    z: float = 0.0
     y: float = 0.0
     xx: float = 0.0
+    xz: float = 0.0
+    zz: float = 0.0
     xy: float = 0.0
+    zy: float = 0.0
     yy: float = 0.0
     p: float = 0.0  # the same of pressure [Pa], its rate and the flow
     d: float = 0.0
@@ -95,14 +99,23 @@ with_command = replace(Memory, "u_p", "trust")
 
 
 @scalar
-def friction(omega, omega_0, plant):
-    r"""Known friction at the motor shaft, against the motion, its reversal rounded [N m].
+def frictions(omega, omega_0, plant):
+    r"""The two parts of the known friction at the motor shaft, against the motion, the reversal rounded: level with
+    rise, and what falls off with the speed, over its known share of the level [N m].
 
-    .. math:: T_f = \tanh(\omega/\omega_0)\,(T_{dry} + T_{stick} e^{-|\omega| i_{stick}}) + B \omega
+    .. math:: x = \tanh(\omega/\omega_0)\,T_{dry} + B \omega, \quad
+        z = \tanh(\omega/\omega_0)\,T_{dry}\,e^{-|\omega| i_{stick}}
     """
     E = exp(-2.0 * clip(abs(omega) / omega_0, 0.0, 20.0))
-    dry = plant.T_dry + plant.T_stick * exp(-abs(omega) * plant.i_omega_stick)
-    return copysign((1.0 - E) / (1.0 + E), omega) * dry + plant.B * omega
+    T = copysign((1.0 - E) / (1.0 + E), omega) * plant.T_dry
+    return T + plant.B * omega, T * exp(-abs(omega) * plant.i_omega_stick)
+
+
+@scalar
+def friction(omega, omega_0, k, k_stick, plant):
+    """Friction at the motor shaft by learned shares [N m]."""
+    x, z = frictions(omega, omega_0, plant)
+    return k * x + k_stick * z
 
 
 @scalar
@@ -124,33 +137,23 @@ def ramp(x, least, enough):
 
 
 @scalar
-def regressed(m):
-    """Share of the known friction, and the part of the measured torque's variance that it explains [-].
-
-    Least squares with an intercept, which takes drift and offset of pressures and load cell; few or no reversals leave
-    the known share 1.
-    """
-    i_w = 1.0 / fmax(m.w, 1e-6)
-    var_x, cov = m.xx * i_w - m.x * m.x * i_w * i_w, m.xy * i_w - m.x * m.y * i_w * i_w
-    var_y = m.yy * i_w - m.y * m.y * i_w * i_w
-    ridge = RIDGE * m.xx * i_w + 1e-3
-    return (cov + ridge) / (var_x + ridge), cov * abs(cov) / fmax(var_x * var_y, 1e-3)
+def least_squares(w, x, z, y, xx, xz, zz, xy, zy, r_x, r_z, a_0, b_0):
+    """a and b of y = a x + b z + intercept, by weighted sums; the intercept takes drift and offset of pressures and
+    load cell. r_x, r_z variances of x and z to which the known a_0 and b_0 count as measured: where x and z do not
+    change, a and b are those."""
+    c_xx, c_xz, c_zz = xx / w - x * x / (w * w) + r_x, xz / w - x * z / (w * w), zz / w - z * z / (w * w) + r_z
+    c_xy, c_zy = xy / w - x * y / (w * w) + r_x * a_0, zy / w - z * y / (w * w) + r_z * b_0
+    det = c_xx * c_zz - c_xz * c_xz
+    return (c_xy * c_zz - c_zy * c_xz) / det, (c_zy * c_xx - c_xy * c_xz) / det
 
 
 @scalar
-def leakage_and_capacitance(m, plant):
-    """Leakage [m^3/s/Pa] and capacitance [m^3/Pa] of the circuit, by least squares of the flow that motors do not take
-    on pressure and its rate, with an intercept and a ridge towards the known ones; within 0.2 to 4 and 0.5 to 2 of
-    them."""
-    G, V = plant.G_leak, 1.0 / fmax(plant.i_C_h, 1.0)
-    i_w = 1.0 / fmax(m.w, 1e-6)
-    r_p, r_d = P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE
-    pp, dd = m.pp * i_w - m.p * m.p * i_w * i_w + r_p, m.dd * i_w - m.d * m.d * i_w * i_w + r_d
-    pd = m.pd * i_w - m.p * m.d * i_w * i_w
-    pq, dq = m.pq * i_w - m.p * m.q * i_w * i_w + r_p * G, m.dq * i_w - m.d * m.q * i_w * i_w + r_d * V
-    det = pp * dd - pd * pd
-    C = (pq * dd - dq * pd) / det
-    return clip(C, 0.2 * G, 4.0 * G), clip((dq * pp - pq * pd) / det, 0.5 * V, 2.0 * V)
+def explained(m, w, a, b):
+    """Part of the variance of the measured friction that a x + b z explains [-]."""
+    x, y = a * m.x + b * m.z, m.y
+    var_y = m.yy / w - y * y / (w * w)
+    error = (a * a * m.xx + 2.0 * a * b * m.xz + b * b * m.zz - 2.0 * (a * m.xy + b * m.zy) + m.yy) / w
+    return 1.0 - (error - (x - y) * (x - y) / (w * w)) / fmax(var_y, 1e-3)
 
 
 @scalar
@@ -162,7 +165,7 @@ def lag_of_oil(plant):
 
 
 @scalar
-def pump_command(omega, omega_dot, omega_ddot, alpha, alpha_dot, dp_load, k, C, V, tau_r, plant):
+def pump_command(omega, omega_dot, omega_ddot, alpha, alpha_dot, dp_load, k, k_stick, C, V, tau_r, plant):
     r"""Stroke of the pumps with which the motors have the wanted speed omega [rad/s], times the flow at full stroke
     [m^3/s].
 
@@ -178,9 +181,13 @@ def pump_command(omega, omega_dot, omega_ddot, alpha, alpha_dot, dp_load, k, C, 
     omega_0 = sqrt(OMEGA_0 * OMEGA_0 + tau_r * tau_r * omega_dot * omega_dot)
     later, before = omega + h * (omega_dot + 0.5 * h * omega_ddot), omega - h * (omega_dot - 0.5 * h * omega_ddot)
     least = plant.D_m * ALPHA_LEAST
-    p = (plant.J * omega_dot + k * friction(omega, omega_0, plant)) / D
-    p_1 = (plant.J * (omega_dot + h * omega_ddot) + k * friction(later, omega_0, plant)) / fmax(D + h * D_dot, least)
-    p_0 = (plant.J * (omega_dot - h * omega_ddot) + k * friction(before, omega_0, plant)) / fmax(D - h * D_dot, least)
+    p = (plant.J * omega_dot + friction(omega, omega_0, k, k_stick, plant)) / D
+    p_1 = (plant.J * (omega_dot + h * omega_ddot) + friction(later, omega_0, k, k_stick, plant)) / fmax(
+        D + h * D_dot, least
+    )
+    p_0 = (plant.J * (omega_dot - h * omega_ddot) + friction(before, omega_0, k, k_stick, plant)) / fmax(
+        D - h * D_dot, least
+    )
     p_dot, p_ddot = (p_1 - p_0) / (2.0 * h), (p_1 - 2.0 * p + p_0) / (h * h)
     Q = D * omega + C * (dp_load + p) + V * p_dot
     Q_dot = D * omega_dot + D_dot * omega + C * p_dot + V * p_ddot
@@ -218,7 +225,7 @@ def cycle(r, plc, s, m):
     teaches = moves and abs(m.u_p) < 1.0 and y.dp != m.dp and begun > 0.0
     add = h / (s.tau_k + h)
     keep, more = (1.0 - add, add if teaches else 0.0) if moves else (1.0, 0.0)
-    x = friction(y.omega_m, OMEGA_0, plant)
+    x, z = frictions(y.omega_m, OMEGA_0, plant)
     T_f = (y.dp - y.dp_load) * D_now - plant.J * omega_dot
     omega_2 = plant.omega_np * plant.omega_np
     alpha_p_dot = (m.alpha_p_dot + h * omega_2 * (m.u_p - m.alpha_p)) / (
@@ -246,9 +253,13 @@ def cycle(r, plc, s, m):
         p_f=p_f,
         w=weighted(m.w, 1.0, keep, more),
         x=weighted(m.x, x, keep, more),
+        z=weighted(m.z, z, keep, more),
         y=weighted(m.y, T_f, keep, more),
         xx=weighted(m.xx, x * x, keep, more),
+        xz=weighted(m.xz, x * z, keep, more),
+        zz=weighted(m.zz, z * z, keep, more),
         xy=weighted(m.xy, x * T_f, keep, more),
+        zy=weighted(m.zy, z * T_f, keep, more),
         yy=weighted(m.yy, T_f * T_f, keep, more),
         p=weighted(m.p, p_f, keep, more),
         d=weighted(m.d, d_f, keep, more),
@@ -259,10 +270,16 @@ def cycle(r, plc, s, m):
         pq=weighted(m.pq, p_f * Q_f, keep, more),
         dq=weighted(m.dq, d_f * Q_f, keep, more),
     )
-    k, explained = regressed(n)
-    C, V = leakage_and_capacitance(n, plant)
+    w = fmax(n.w, 1e-6)
+    T_2, G, i_C = fmax(plant.T_dry * plant.T_dry, 1.0), plant.G_leak, fmax(plant.i_C_h, 1.0)
+    k_known = plant.T_stick / fmax(plant.T_dry, 1.0)
+    k, k_stick = least_squares(w, n.x, n.z, n.y, n.xx, n.xz, n.zz, n.xy, n.zy, RIDGE * T_2, RIDGE * T_2, 1.0, k_known)
+    r_2 = explained(n, w, k, k_stick)
+    r_p, r_d = P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE
+    C, V = least_squares(w, n.p, n.d, n.q, n.pp, n.pd, n.dd, n.pq, n.dq, r_p, r_d, G, 1.0 / i_C)
+    C, V = clip(C, 0.2 * G, 4.0 * G), clip(V, 0.5 / i_C, 2.0 / i_C)
     within = ramp(k, 0.0, 0.1) * (1.0 - ramp(k, 0.9 * s.k_most, s.k_most))
-    wanted = ramp(n.w, W_LEAST, W_ENOUGH) * ramp(explained, R_LEAST, R_ENOUGH) * within if known else 0.0
+    wanted = ramp(n.w, W_LEAST, W_ENOUGH) * ramp(r_2, R_LEAST, R_ENOUGH) * within if known else 0.0
     trust = low_pass(m.trust, wanted, TAU_TRUST, h)
 
     # what is commanded
@@ -281,6 +298,7 @@ def cycle(r, plc, s, m):
         alpha_dot,
         dp_load,
         clip(k, 0.0, s.k_most),
+        clip(k_stick, 0.0, s.k_most),
         C,
         V,
         s.tau_r,
