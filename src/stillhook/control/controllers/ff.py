@@ -40,6 +40,8 @@ R_LEAST, R_ENOUGH = 0.3, 0.6
 """Share of the variance of the measured torque that friction must explain for some and for full trust [-]."""
 W_LEAST, W_ENOUGH = 0.2, 0.4
 """The same of the memory's weight [-]: 22 % and 51 % of its time."""
+T_FROZEN = 1.0
+"""Time after which a pressure that stays the same counts as lost [s]."""
 ALPHA_LEAST = 0.05
 """Displacement below which nothing is divided by it [-]."""
 
@@ -49,7 +51,7 @@ class Settings(NamedTuple):
 
     tau_k: Annotated[float, Setting("time", "30 s", "memory of what is learned of the plant", least=5.0, most=3600.0)]
     tau_r: Annotated[
-        float, Setting("time", "50 ms", "time in which friction reverses", search=(0.02, 0.15), least=1e-3, most=1.0)
+        float, Setting("time", "70 ms", "time in which friction reverses", search=(0.02, 0.15), least=1e-3, most=1.0)
     ]
     tau_load: Annotated[
         float, Setting("time", "10 s", "mean of the load cell for the load's part of leakage", least=1.0, most=3600.0)
@@ -62,15 +64,16 @@ class Memory(NamedTuple):
 
     begun: float = 0.0  # 1 after the first cycle [-]
     trust: float = 0.0  # part of the law that is in force, the rest is SSC [-]
-    a_tip: float = 0.0  # signals of the cycle before
+    u_p: float = 0.0  # command of the cycle before, within its limits [-]
+    a_tip: float = 0.0  # signals of the cycle before, as in `Sensed`
     alpha_m: float = 0.0
     omega_m: float = 0.0
     dp: float = 0.0
+    stood: float = 0.0  # time for which dp has not changed [s]
     j_tip: float = 0.0  # their rates, filtered [m/s^3]
     alpha_dot: float = 0.0  # [1/s]
     omega_dot: float = 0.0  # [rad/s^2]
     F_mean: float = 0.0  # slow mean of the load cell [N]
-    u_p: float = 0.0  # command of the cycle before, within its limits [-]
     alpha_p: float = 0.0  # stroke of the pumps by a model of their controls [-]
     alpha_p_dot: float = 0.0  # [1/s]
     Q_f: float = 0.0  # flow that pumps give and motors do not take, filtered [m^3/s]
@@ -93,6 +96,16 @@ class Memory(NamedTuple):
     dd: float = 0.0
     pq: float = 0.0
     dq: float = 0.0
+
+
+class Wanted(NamedTuple):
+    """Motion of the motors that is wanted."""
+
+    omega: float  # speed, hoisting positive [rad/s]
+    omega_dot: float  # [rad/s^2]
+    omega_ddot: float  # [rad/s^3]
+    alpha: float  # displacement [-]
+    alpha_dot: float  # [1/s]
 
 
 with_command = replace(Memory, "u_p", "trust")
@@ -119,9 +132,9 @@ def friction(omega, omega_0, k, k_stick, plant):
 
 
 @scalar
-def weighted(held, x, keep, more):
-    """A weighted sum that forgets: keep of what it held, and more of x."""
-    return keep * held + more * x
+def forgetting(held, a, b, x):
+    """A weighted sum that forgets a part a of what it held and takes a part b of x."""
+    return (1.0 - a) * held + b * x
 
 
 @scalar
@@ -165,151 +178,155 @@ def lag_of_oil(plant):
 
 
 @scalar
-def pump_command(omega, omega_dot, omega_ddot, alpha, alpha_dot, dp_load, k, k_stick, C, V, tau_r, plant):
-    r"""Stroke of the pumps with which the motors have the wanted speed omega [rad/s], times the flow at full stroke
-    [m^3/s].
+def shaft_pressure(t, motion, omega_0, k, k_stick, plant):
+    r"""Pressure difference that inertia and friction take, a time t from now [Pa].
 
-    .. math:: p = \frac{J \dot\omega + k T_f(\omega)}{D_m \alpha_m}, \quad
-        Q = D_m \alpha_m \omega + C (p_{load} + p) + V \dot p, \quad
+    .. math:: p = \frac{J \dot\omega + T_f(\omega)}{D_m \alpha_m}
+    """
+    omega = motion.omega + t * (motion.omega_dot + 0.5 * t * motion.omega_ddot)
+    T = plant.J * (motion.omega_dot + t * motion.omega_ddot) + friction(omega, omega_0, k, k_stick, plant)
+    return T / (fmax(plant.D_m, 1e-9) * fmax(motion.alpha + t * motion.alpha_dot, ALPHA_LEAST))
+
+
+@scalar
+def pump_flow(motion, dp_load, k, k_stick, C, V, tau_r, plant):
+    r"""Stroke of the pumps with which the motors have the wanted motion, times the flow at full stroke [m^3/s].
+
+    .. math:: Q = D_m \alpha_m \omega + C (p_{load} + p) + V \dot p, \quad
         u\,Q_p = Q + \frac{2 \zeta_p}{\omega_{np}} \dot Q + \frac{1}{\omega_{np}^2} \ddot Q
 
-    Rates of p by central differences over T_STEP, in which omega goes on by its rates; of the second rate of Q what
-    pressure adds is left out. Friction reverses over OMEGA_0, or over what omega changes by in tau_r.
+    Rates of p by central differences over T_STEP; of the second rate of Q what pressure adds is left out. Friction
+    reverses over OMEGA_0, or over what omega changes by in tau_r.
     """
-    h, D = T_STEP, plant.D_m * alpha
-    D_dot = plant.D_m * alpha_dot
+    D, D_dot, omega, omega_dot = plant.D_m * motion.alpha, plant.D_m * motion.alpha_dot, motion.omega, motion.omega_dot
     omega_0 = sqrt(OMEGA_0 * OMEGA_0 + tau_r * tau_r * omega_dot * omega_dot)
-    later, before = omega + h * (omega_dot + 0.5 * h * omega_ddot), omega - h * (omega_dot - 0.5 * h * omega_ddot)
-    least = plant.D_m * ALPHA_LEAST
-    p = (plant.J * omega_dot + friction(omega, omega_0, k, k_stick, plant)) / D
-    p_1 = (plant.J * (omega_dot + h * omega_ddot) + friction(later, omega_0, k, k_stick, plant)) / fmax(
-        D + h * D_dot, least
-    )
-    p_0 = (plant.J * (omega_dot - h * omega_ddot) + friction(before, omega_0, k, k_stick, plant)) / fmax(
-        D - h * D_dot, least
-    )
-    p_dot, p_ddot = (p_1 - p_0) / (2.0 * h), (p_1 - 2.0 * p + p_0) / (h * h)
+    before = shaft_pressure(-T_STEP, motion, omega_0, k, k_stick, plant)
+    p = shaft_pressure(0.0, motion, omega_0, k, k_stick, plant)
+    later = shaft_pressure(T_STEP, motion, omega_0, k, k_stick, plant)
+    p_dot, p_ddot = (later - before) / (2.0 * T_STEP), (later - 2.0 * p + before) / (T_STEP * T_STEP)
     Q = D * omega + C * (dp_load + p) + V * p_dot
     Q_dot = D * omega_dot + D_dot * omega + C * p_dot + V * p_ddot
-    Q_ddot = D * omega_ddot + 2.0 * D_dot * omega_dot
-    i_np = 1.0 / plant.omega_np
-    return Q + 2.0 * plant.zeta_p * i_np * Q_dot + i_np * i_np * Q_ddot
+    Q_ddot = D * motion.omega_ddot + 2.0 * D_dot * omega_dot
+    i_np = 1.0 / fmax(plant.omega_np, 1.0)
+    return Q + i_np * (2.0 * plant.zeta_p * Q_dot + i_np * Q_ddot)
+
+
+@scalar
+def learn(y, plc, s, m):
+    """What is remembered of a cycle y: rates of signals, a model of the pumps' strokes, and while the shaft turns the
+    sums of both regressions. The pumps at their limit and a pressure that stands for T_FROZEN teach nothing, and what
+    was learned fades.
+
+    Measured friction: (dp - dp_load) D_m alpha_m - J domega/dt [N m]; flow that the motors do not take:
+    Q_p alpha_p - D_m alpha_m omega_m [m^3/s], alpha_p by a step of the pumps' controls (backward Euler).
+    """
+    plant, h, begun, omega_np = plc.plant, plc.t_cycle, m.begun, plc.plant.omega_np
+    omega_dot = rate(m.omega_dot, m.omega_m, y.omega_m, begun, h)
+    alpha_p_dot = (m.alpha_p_dot + h * omega_np * omega_np * (m.u_p - m.alpha_p)) / (
+        1.0 + h * omega_np * (2.0 * plant.zeta_p + h * omega_np)
+    )
+    alpha_p = m.alpha_p + h * alpha_p_dot
+    p_f = low_pass(m.p_f, y.dp, TAU_Q, h) if begun > 0.0 else y.dp
+    Q_f = low_pass(m.Q_f, plant.Q_p * y.f_pump * alpha_p - plant.D_m * y.alpha_m * y.omega_m, TAU_Q, h)
+    d_f = begun * (p_f - m.p_f) / h
+    x, z = frictions(y.omega_m, OMEGA_0, plant)
+    T_f = (y.dp - y.dp_load) * plant.D_m * y.alpha_m - plant.J * omega_dot
+    stood = m.stood + h if y.dp == m.dp else 0.0
+    a = h / (s.tau_k + h) if abs(y.omega_m) > OMEGA_TEACH else 0.0
+    b = a if abs(m.u_p) < 1.0 and stood < T_FROZEN else 0.0
+    return Memory(
+        begun=1.0,
+        trust=m.trust,
+        u_p=m.u_p,
+        a_tip=y.a_tip,
+        alpha_m=y.alpha_m,
+        omega_m=y.omega_m,
+        dp=y.dp,
+        stood=stood,
+        j_tip=rate(m.j_tip, m.a_tip, y.a_tip, begun, h),
+        alpha_dot=rate(m.alpha_dot, m.alpha_m, y.alpha_m, begun, h),
+        omega_dot=omega_dot,
+        F_mean=low_pass(m.F_mean, y.F, s.tau_load, h) if begun > 0.0 else y.F,
+        alpha_p=alpha_p,
+        alpha_p_dot=alpha_p_dot,
+        Q_f=Q_f,
+        p_f=p_f,
+        w=forgetting(m.w, a, b, 1.0),
+        x=forgetting(m.x, a, b, x),
+        z=forgetting(m.z, a, b, z),
+        y=forgetting(m.y, a, b, T_f),
+        xx=forgetting(m.xx, a, b, x * x),
+        xz=forgetting(m.xz, a, b, x * z),
+        zz=forgetting(m.zz, a, b, z * z),
+        xy=forgetting(m.xy, a, b, x * T_f),
+        zy=forgetting(m.zy, a, b, z * T_f),
+        yy=forgetting(m.yy, a, b, T_f * T_f),
+        p=forgetting(m.p, a, b, p_f),
+        d=forgetting(m.d, a, b, d_f),
+        q=forgetting(m.q, a, b, Q_f),
+        pp=forgetting(m.pp, a, b, p_f * p_f),
+        pd=forgetting(m.pd, a, b, p_f * d_f),
+        dd=forgetting(m.dd, a, b, d_f * d_f),
+        pq=forgetting(m.pq, a, b, p_f * Q_f),
+        dq=forgetting(m.dq, a, b, d_f * Q_f),
+    )
+
+
+@scalar
+def learned(m, plant, k_most):
+    """Shares k and k_stick of the known friction [-], leakage C [m^3/s/Pa] and capacitance V [m^3/Pa], all within their
+    bounds, and the trust that they deserve [-]."""
+    w, T = fmax(m.w, 1e-6), fmax(plant.T_dry, 1.0)
+    r_T, r_p, r_d = RIDGE * T * T, P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE
+    G, V_0 = plant.G_leak, 1.0 / fmax(plant.i_C_h, 1.0)
+    k, k_stick = least_squares(w, m.x, m.z, m.y, m.xx, m.xz, m.zz, m.xy, m.zy, r_T, r_T, 1.0, plant.T_stick / T)
+    C, V = least_squares(w, m.p, m.d, m.q, m.pp, m.pd, m.dd, m.pq, m.dq, r_p, r_d, G, V_0)
+    within = ramp(k, 0.0, 0.1) * (1.0 - ramp(k, 0.9 * k_most, k_most))
+    sound = ramp(explained(m, w, k, k_stick), R_LEAST, R_ENOUGH) * ramp(m.w, W_LEAST, W_ENOUGH) * within
+    trust = sound if plant.omega_np > 0.0 and plant.D_m > 0.0 and plant.Q_p > 0.0 else 0.0
+    k, k_stick = clip(k, 0.0, k_most), clip(k_stick, 0.0, k_most)
+    return k, k_stick, clip(C, 0.2 * G, 4.0 * G), clip(V, 0.5 * V_0, 2.0 * V_0), trust
 
 
 @scalar
 def cycle(r, plc, s, m):
     r"""Demand of one PLC cycle, and what it remembers.
 
-    .. math:: u_p = u_{SSC} + \gamma\,(u - K_p e_c - u_{SSC})
+    .. math:: u_p = u_{SSC} + \gamma\,(u - K_p e_c / f_{pump} - u_{SSC})
 
-    u of `pump_command`, gamma the trust: 0 where the crane file has no closed circuit, until half of the memory is
-    full, where friction does not explain the measured torque, and where its share is at its bound. Learned are, while
-    the shaft turns, the pressures change and the pumps are within their limits, `regressed` from
-    (dp - dp_load) D_m alpha_m - J domega/dt and `leakage_and_capacitance` from Q_p alpha_p - D_m alpha_m omega_m.
+    u of `pump_flow` over the flow of the pumps that run. gamma, the trust, is 0 where the crane has no closed circuit,
+    until a part of the memory is full, where friction does not explain what is measured, and where its share is at a
+    bound; it follows with TAU_TRUST. Motors as under SSC.
 
-    Leads: the crane's, t_lead and t_lead_ff, as for strong SSC. What they have for the oil is taken off, and off that
-    of the feedback half a cycle and the computing time; that of the feedforward is not shorter than these.
+    Leads: t_lead and t_lead_ff of the crane, as for strong SSC. What they have for the oil is taken off, and off that
+    of the feedback half a cycle and the computing time, which that of the feedforward has at least.
+
+    The load's part of leakage goes by a slow mean of the load cell: by its present value the load's swing on its wire
+    would lose the damping that leakage gives it.
     """
     y, plant, h = r.y, plc.plant, plc.t_cycle
-    known = plant.omega_np > 0.0 and plant.D_m > 0.0 and plant.Q_p > 0.0
-    begun = m.begun
-    j_tip = rate(m.j_tip, m.a_tip, y.a_tip, begun, h)
-    alpha_dot = rate(m.alpha_dot, m.alpha_m, y.alpha_m, begun, h)
-    omega_dot = rate(m.omega_dot, m.omega_m, y.omega_m, begun, h)
-    F_mean = low_pass(m.F_mean, y.F, s.tau_load, h) if begun > 0.0 else y.F
-    r_w = 0.5 * plant.d_max / (y.K_wire * plant.i_hD)
-    D_now = fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
+    n = learn(y, plc, s, m)
+    k, k_stick, C, V, sound = learned(n, plant, s.k_most)
+    trust = low_pass(m.trust, sound, TAU_TRUST, h)
 
-    # what is learned
-    moves = abs(y.omega_m) > OMEGA_TEACH
-    teaches = moves and abs(m.u_p) < 1.0 and y.dp != m.dp and begun > 0.0
-    add = h / (s.tau_k + h)
-    keep, more = (1.0 - add, add if teaches else 0.0) if moves else (1.0, 0.0)
-    x, z = frictions(y.omega_m, OMEGA_0, plant)
-    T_f = (y.dp - y.dp_load) * D_now - plant.J * omega_dot
-    omega_2 = plant.omega_np * plant.omega_np
-    alpha_p_dot = (m.alpha_p_dot + h * omega_2 * (m.u_p - m.alpha_p)) / (
-        1.0 + 2.0 * h * plant.zeta_p * plant.omega_np + h * h * omega_2
-    )
-    alpha_p = m.alpha_p + h * alpha_p_dot
-    Q_f = low_pass(m.Q_f, plant.Q_p * y.f_pump * alpha_p - plant.D_m * y.alpha_m * y.omega_m, TAU_Q, h)
-    p_f = low_pass(m.p_f, y.dp, TAU_Q, h) if begun > 0.0 else y.dp
-    d_f = begun * (p_f - m.p_f) / h
-    n = Memory(
-        begun=1.0,
-        trust=m.trust,
-        a_tip=y.a_tip,
-        alpha_m=y.alpha_m,
-        omega_m=y.omega_m,
-        dp=y.dp,
-        j_tip=j_tip,
-        alpha_dot=alpha_dot,
-        omega_dot=omega_dot,
-        F_mean=F_mean,
-        u_p=m.u_p,
-        alpha_p=alpha_p,
-        alpha_p_dot=alpha_p_dot,
-        Q_f=Q_f,
-        p_f=p_f,
-        w=weighted(m.w, 1.0, keep, more),
-        x=weighted(m.x, x, keep, more),
-        z=weighted(m.z, z, keep, more),
-        y=weighted(m.y, T_f, keep, more),
-        xx=weighted(m.xx, x * x, keep, more),
-        xz=weighted(m.xz, x * z, keep, more),
-        zz=weighted(m.zz, z * z, keep, more),
-        xy=weighted(m.xy, x * T_f, keep, more),
-        zy=weighted(m.zy, z * T_f, keep, more),
-        yy=weighted(m.yy, T_f * T_f, keep, more),
-        p=weighted(m.p, p_f, keep, more),
-        d=weighted(m.d, d_f, keep, more),
-        q=weighted(m.q, Q_f, keep, more),
-        pp=weighted(m.pp, p_f * p_f, keep, more),
-        pd=weighted(m.pd, p_f * d_f, keep, more),
-        dd=weighted(m.dd, d_f * d_f, keep, more),
-        pq=weighted(m.pq, p_f * Q_f, keep, more),
-        dq=weighted(m.dq, d_f * Q_f, keep, more),
-    )
-    w = fmax(n.w, 1e-6)
-    T_2, G, i_C = fmax(plant.T_dry * plant.T_dry, 1.0), plant.G_leak, fmax(plant.i_C_h, 1.0)
-    k_known = plant.T_stick / fmax(plant.T_dry, 1.0)
-    k, k_stick = least_squares(w, n.x, n.z, n.y, n.xx, n.xz, n.zz, n.xy, n.zy, RIDGE * T_2, RIDGE * T_2, 1.0, k_known)
-    r_2 = explained(n, w, k, k_stick)
-    r_p, r_d = P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE
-    C, V = least_squares(w, n.p, n.d, n.q, n.pp, n.pd, n.dd, n.pq, n.dq, r_p, r_d, G, 1.0 / i_C)
-    C, V = clip(C, 0.2 * G, 4.0 * G), clip(V, 0.5 / i_C, 2.0 / i_C)
-    within = ramp(k, 0.0, 0.1) * (1.0 - ramp(k, 0.9 * s.k_most, s.k_most))
-    wanted = ramp(n.w, W_LEAST, W_ENOUGH) * ramp(r_2, R_LEAST, R_ENOUGH) * within if known else 0.0
-    trust = low_pass(m.trust, wanted, TAU_TRUST, h)
-
-    # what is commanded
-    late = plc.t_compute + 0.5 * h
-    oil = lag_of_oil(plant)
+    late, oil = plc.t_compute + 0.5 * h, lag_of_oil(plant)
     t_ff, t_fb = fmax(plc.t_lead_ff - oil, late), fmax(plc.t_lead - oil - late, 0.0)
+    r_w = 0.5 * plant.d_max / (y.K_wire * plant.i_hD)
     v = y.v_tip - plc.t_lead_ff * y.a_tip
-    omega = -(v + t_ff * y.a_tip - y.v_op) / r_w
-    dp_load = y.dp_load + (F_mean - y.F) * r_w / D_now
-    alpha = fmax(y.alpha_m + t_ff * alpha_dot, ALPHA_LEAST)
-    Q = pump_command(
-        omega,
-        -(y.a_tip + t_ff * j_tip) / r_w,
-        -j_tip / r_w,
-        alpha,
-        alpha_dot,
-        dp_load,
-        clip(k, 0.0, s.k_most),
-        clip(k_stick, 0.0, s.k_most),
-        C,
-        V,
-        s.tau_r,
-        plant,
-    )
     e_c = r.e_c + (t_fb - plc.t_lead) * (v + 0.5 * (t_fb + plc.t_lead) * y.a_tip)
-    u_plant = (Q / plant.Q_p + feedback(e_c, plc.gains)) / y.f_pump
-    u_ssc = r.u_ff + r.u_fb
-    u_p = u_ssc + trust * (u_plant - u_ssc) if known else u_ssc
-    k_red, alpha_min = (
-        reduction_linear(r.u_ff, plc.motors.u_thr),
-        displacement_min_moving(r.F, y.a_tip, y.K_wire, plc.motors),
+    motion = Wanted(
+        omega=-(v + t_ff * y.a_tip - y.v_op) / r_w,
+        omega_dot=-(y.a_tip + t_ff * n.j_tip) / r_w,
+        omega_ddot=-n.j_tip / r_w,
+        alpha=fmax(y.alpha_m + t_ff * n.alpha_dot, ALPHA_LEAST),
+        alpha_dot=n.alpha_dot,
     )
-    return Demand(u_p, displacement_ssc(k_red, alpha_min)), with_command(n, clip(u_p, -1.0, 1.0), trust)
+    dp_load = y.dp_load + (n.F_mean - y.F) * r_w / fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
+    Q = pump_flow(motion, dp_load, k, k_stick, C, V, s.tau_r, plant)
+    u_ssc = r.u_ff + r.u_fb
+    u_plant = (Q / fmax(plant.Q_p, 1e-9) + feedback(e_c, plc.gains)) / y.f_pump
+    u_p = u_ssc + trust * (u_plant - u_ssc)
+    motors = plc.motors
+    alpha_min = displacement_min_moving(r.F, y.a_tip, y.K_wire, motors)
+    u_m = displacement_ssc(reduction_linear(r.u_ff, motors.u_thr), alpha_min)
+    return Demand(u_p, u_m), with_command(n, clip(u_p, -1.0, 1.0), trust)
