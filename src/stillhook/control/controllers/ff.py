@@ -234,6 +234,7 @@ def learn(y, plc, s, m):
         1.0 + h * omega_np * (2.0 * plant.zeta_p + h * omega_np)
     )
     alpha_p = m.alpha_p + h * alpha_p_dot
+    F_mean = low_pass(m.F_mean, y.F, s.tau_load, h) if begun > 0.0 else y.F
     p_f = low_pass(m.p_f, y.dp, TAU_Q, h) if begun > 0.0 else y.dp
     Q_f = low_pass(m.Q_f, plant.Q_p * y.f_pump * alpha_p - plant.D_m * y.alpha_m * y.omega_m, TAU_Q, h)
     d_f = begun * (p_f - m.p_f) / h
@@ -254,7 +255,7 @@ def learn(y, plc, s, m):
         j_tip=rate(m.j_tip, m.a_tip, y.a_tip, begun, h),
         alpha_dot=rate(m.alpha_dot, m.alpha_m, y.alpha_m, begun, h),
         omega_dot=omega_dot,
-        F_mean=low_pass(m.F_mean, y.F, s.tau_load, h) if begun > 0.0 else y.F,
+        F_mean=F_mean,
         alpha_p=alpha_p,
         alpha_p_dot=alpha_p_dot,
         Q_f=Q_f,
