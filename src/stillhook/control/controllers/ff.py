@@ -233,7 +233,7 @@ def pump_flow(motion, dp_load, k, k_stick, C, V, tau_r, plant):
 @scalar
 def learn(y, plc, s, m):
     """What is remembered of a cycle y: rates of signals, a model of the pumps' strokes, and while the shaft turns the
-    sums of both regressions. The pumps at their limit and a pressure that stands for T_FROZEN teach nothing, and what
+    sums of both regressions. The pumps at their limit and a pressure that is the same for T_FROZEN teach nothing, and what
     was learned fades.
 
     Measured friction: (dp - dp_load) D_m alpha_m - J domega/dt [N m]; flow that the motors do not take:
