@@ -2,7 +2,7 @@ r"""Feedforward by the plant (FF): what friction, inertia, leakage and oil take 
 with the share of the known friction, leakage and capacitance of the oil learned from pressures and motor speed.
 
 Sources: feedforward by a plant and inverse of an actuator are textbook control (Åström and Hägglund, Advanced PID
-Control, 2006, section 5); least squares with exponential forgetting as in Ljung, System Identification, 1999, section
+Control, 2006, chapter 5); least squares with exponential forgetting as in Ljung, System Identification, 1999, section
 11.2. What is put together here, its trust and its numbers are our own.
 """
 
@@ -28,13 +28,13 @@ TAU_D = 0.03
 """Low-pass of differences of measured signals [s]."""
 TAU_Q = 0.1
 """Low-pass of the flows, and of the pressure, that leakage and oil are learned from [s]."""
-P_RIDGE, P_DOT_RIDGE = 0.04, 0.14
-"""Deviation of pressure over P_UNIT [-] and of its rate [1/s] to which the known leakage and capacitance count as
-measured."""
 P_UNIT = 1.0e7
 """Unit of the pressures in sums [Pa]: all that is remembered is then of like size."""
+P_RIDGE, P_DOT_RIDGE = 0.04, 0.14
+"""Deviation of pressure over P_UNIT [-] and of its rate [1/s] as of which leakage and capacitance follow measurements
+more than the crane file."""
 RIDGE = 0.005
-"""The same for friction, over the known one, squared [-]."""
+"""The same for friction over its known level, a variance [-]."""
 T_STEP = 0.02
 """Step of the differences by which wanted pressures are differentiated [s]."""
 TAU_TRUST = 5.0
@@ -233,8 +233,8 @@ def pump_flow(motion, dp_load, k, k_stick, C, V, tau_r, plant):
 @scalar
 def learn(y, plc, s, m):
     """What is remembered of a cycle y: rates of signals, a model of the pumps' strokes, and while the shaft turns the
-    sums of both regressions. The pumps at their limit and a pressure that is the same for T_FROZEN teach nothing, and what
-    was learned fades.
+    sums of both regressions. The pumps at their limit and a pressure that is the same for T_FROZEN teach nothing, and
+    what was learned fades.
 
     Measured friction: (dp - dp_load) D_m alpha_m - J domega/dt [N m]; flow that the motors do not take:
     Q_p alpha_p - D_m alpha_m omega_m [m^3/s], alpha_p by a step of the pumps' controls (backward Euler).
