@@ -28,8 +28,11 @@ TAU_D = 0.03
 """Low-pass of differences of measured signals [s]."""
 TAU_Q = 0.1
 """Low-pass of the flows, and of the pressure, that leakage and oil are learned from [s]."""
-P_RIDGE, P_DOT_RIDGE = 4.0e5, 1.4e6
-"""Deviation of pressure [Pa] and of its rate [Pa/s] to which the known leakage and capacitance count as measured."""
+P_RIDGE, P_DOT_RIDGE = 0.04, 0.14
+"""Deviation of pressure over P_UNIT [-] and of its rate [1/s] to which the known leakage and capacitance count as
+measured."""
+P_UNIT = 1.0e7
+"""Unit of the pressures in sums [Pa]: all that is remembered is then of like size."""
 RIDGE = 0.005
 """The same for friction, over the known one, squared [-]."""
 T_STEP = 0.02
@@ -40,6 +43,8 @@ R_LEAST, R_ENOUGH = 0.3, 0.6
 """Share of the variance of the measured torque that friction must explain for some and for full trust [-]."""
 W_LEAST, W_ENOUGH = 0.2, 0.4
 """The same of the memory's weight [-]: 22 % and 51 % of its time."""
+AT_REST = 100.0
+"""Times by which the memory is longer while nothing is learned for want of motion [-]."""
 T_FROZEN = 1.0
 """Time after which a pressure that stays the same counts as lost [s]."""
 ALPHA_LEAST = 0.05
@@ -73,13 +78,13 @@ class Memory(NamedTuple):
     j_tip: float = 0.0  # their rates, filtered [m/s^3]
     alpha_dot: float = 0.0  # [1/s]
     omega_dot: float = 0.0  # [rad/s^2]
-    F_mean: float = 0.0  # slow mean of the load cell [N]
+    F_mean: float = 0.0  # slow mean of the load cell, over the SWL [-]
     alpha_p: float = 0.0  # stroke of the pumps by a model of their controls [-]
     alpha_p_dot: float = 0.0  # [1/s]
-    Q_f: float = 0.0  # flow that pumps give and motors do not take, filtered [m^3/s]
-    p_f: float = 0.0  # pressure difference, filtered [Pa]
+    Q_f: float = 0.0  # flow that pumps give and motors do not take, filtered, over full flow [-]
+    p_f: float = 0.0  # pressure difference, filtered, over P_UNIT [-]
     w: float = 0.0  # weight of what was learned [-]; then weighted sums
-    x: float = 0.0  # of `frictions` x, z and measured friction y [N m]
+    x: float = 0.0  # of `frictions` x, z and of measured friction y over T_dry [-]
     z: float = 0.0
     y: float = 0.0
     xx: float = 0.0
@@ -88,7 +93,7 @@ class Memory(NamedTuple):
     xy: float = 0.0
     zy: float = 0.0
     yy: float = 0.0
-    p: float = 0.0  # the same of pressure [Pa], its rate and the flow
+    p: float = 0.0  # the same of p_f [-], its rate d [1/s] and the flow q [-]
     d: float = 0.0
     q: float = 0.0
     pp: float = 0.0
@@ -121,22 +126,28 @@ def exp_falling(x):
 
 @scalar
 def frictions(omega, omega_0, plant):
-    r"""The two parts of the known friction at the motor shaft, against the motion, the reversal rounded: level with
-    rise, and what falls off with the speed, over its known share of the level [N m].
+    r"""The two parts of the known friction at the motor shaft over its level T_dry, against the motion, the reversal
+    rounded: level with rise, and what falls off with the speed [-].
 
-    .. math:: x = S\,T_{dry} + B \omega, \quad z = S\,T_{dry}\,e^{-|\omega| i_{stick}}, \quad
+    .. math:: x = S + B \omega / T_{dry}, \quad z = S\,e^{-|\omega| i_{stick}}, \quad
         S = \tfrac12 \sigma (3 - \sigma^2), \quad \sigma = \frac{2 \omega}{3 \omega_0} \ \text{within} \pm 1
     """
     sigma = clip(omega / (1.5 * omega_0), -1.0, 1.0)
-    T = 0.5 * sigma * (3.0 - sigma * sigma) * plant.T_dry
-    return T + plant.B * omega, T * exp_falling(abs(omega) * plant.i_omega_stick)
+    S = 0.5 * sigma * (3.0 - sigma * sigma)
+    return S + plant.B * omega / level(plant), S * exp_falling(abs(omega) * plant.i_omega_stick)
+
+
+@scalar
+def level(plant):
+    """Known level of friction, never 0 [N m]."""
+    return fmax(plant.T_dry, 1.0)
 
 
 @scalar
 def friction(omega, omega_0, k, k_stick, plant):
     """Friction at the motor shaft by learned shares [N m]."""
     x, z = frictions(omega, omega_0, plant)
-    return k * x + k_stick * z
+    return (k * x + k_stick * z) * level(plant)
 
 
 @scalar
@@ -171,10 +182,10 @@ def least_squares(w, x, z, y, xx, xz, zz, xy, zy, r_x, r_z, a_0, b_0):
 @scalar
 def explained(m, w, a, b):
     """Part of the variance of the measured friction that a x + b z explains [-]."""
-    x, y = a * m.x + b * m.z, m.y
-    var_y = m.yy / w - y * y / (w * w)
     error = (a * a * m.xx + 2.0 * a * b * m.xz + b * b * m.zz - 2.0 * (a * m.xy + b * m.zy) + m.yy) / w
-    return 1.0 - (error - (x - y) * (x - y) / (w * w)) / fmax(var_y, 1e-3)
+    mean = (a * m.x + b * m.z - m.y) / w
+    var_y = m.yy / w - m.y * m.y / (w * w)
+    return (var_y - error + mean * mean) / (var_y + RIDGE)
 
 
 @scalar
@@ -234,15 +245,16 @@ def learn(y, plc, s, m):
         1.0 + h * omega_np * (2.0 * plant.zeta_p + h * omega_np)
     )
     alpha_p = m.alpha_p + h * alpha_p_dot
-    F_mean = low_pass(m.F_mean, y.F, s.tau_load, h) if begun > 0.0 else y.F
-    p_f = low_pass(m.p_f, y.dp, TAU_Q, h) if begun > 0.0 else y.dp
-    Q_f = low_pass(m.Q_f, plant.Q_p * y.f_pump * alpha_p - plant.D_m * y.alpha_m * y.omega_m, TAU_Q, h)
+    p, F = y.dp / P_UNIT, y.F / fmax(plant.SWL, 1.0)
+    p_f = p + begun * (low_pass(m.p_f, p, TAU_Q, h) - p)
+    Q_f = low_pass(m.Q_f, y.f_pump * alpha_p - plant.D_m * y.alpha_m * y.omega_m / fmax(plant.Q_p, 1e-9), TAU_Q, h)
     d_f = begun * (p_f - m.p_f) / h
     x, z = frictions(y.omega_m, OMEGA_0, plant)
-    T_f = (y.dp - y.dp_load) * plant.D_m * y.alpha_m - plant.J * omega_dot
+    T_f = ((y.dp - y.dp_load) * plant.D_m * y.alpha_m - plant.J * omega_dot) / level(plant)
     stood = m.stood + h if y.dp == m.dp else 0.0
-    a = h / (s.tau_k + h) if abs(y.omega_m) > OMEGA_TEACH else 0.0
-    b = a if abs(m.u_p) < 1.0 and stood < T_FROZEN else 0.0
+    moves = abs(y.omega_m) > OMEGA_TEACH
+    a = h / (s.tau_k * (1.0 if moves else AT_REST) + h)
+    b = a if moves and abs(m.u_p) < 1.0 and stood < T_FROZEN else 0.0
     return Memory(
         begun=1.0,
         trust=m.trust,
@@ -255,7 +267,7 @@ def learn(y, plc, s, m):
         j_tip=rate(m.j_tip, m.a_tip, y.a_tip, begun, h),
         alpha_dot=rate(m.alpha_dot, m.alpha_m, y.alpha_m, begun, h),
         omega_dot=omega_dot,
-        F_mean=F_mean,
+        F_mean=F + begun * (low_pass(m.F_mean, F, s.tau_load, h) - F),
         alpha_p=alpha_p,
         alpha_p_dot=alpha_p_dot,
         Q_f=Q_f,
@@ -285,16 +297,17 @@ def learn(y, plc, s, m):
 def learned(m, plant, k_most):
     """Shares k and k_stick of the known friction [-], leakage C [m^3/s/Pa] and capacitance V [m^3/Pa], all within their
     bounds, and the trust that they deserve [-]."""
-    w, T = fmax(m.w, 1e-6), fmax(plant.T_dry, 1.0)
-    r_T, r_p, r_d = RIDGE * T * T, P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE
-    G, V_0 = plant.G_leak, 1.0 / fmax(plant.i_C_h, 1.0)
-    k, k_stick = least_squares(w, m.x, m.z, m.y, m.xx, m.xz, m.zz, m.xy, m.zy, r_T, r_T, 1.0, plant.T_stick / T)
-    C, V = least_squares(w, m.p, m.d, m.q, m.pp, m.pd, m.dd, m.pq, m.dq, r_p, r_d, G, V_0)
+    w, G, V_0 = fmax(m.w, 1e-6), plant.G_leak, 1.0 / fmax(plant.i_C_h, 1.0)
+    r_p, r_d, unit = P_RIDGE * P_RIDGE, P_DOT_RIDGE * P_DOT_RIDGE, fmax(plant.Q_p, 1e-9) / P_UNIT
+    k, k_stick = least_squares(
+        w, m.x, m.z, m.y, m.xx, m.xz, m.zz, m.xy, m.zy, RIDGE, RIDGE, 1.0, plant.T_stick / level(plant)
+    )
+    c, v = least_squares(w, m.p, m.d, m.q, m.pp, m.pd, m.dd, m.pq, m.dq, r_p, r_d, G / unit, V_0 / unit)
     within = ramp(k, 0.0, 0.1) * (1.0 - ramp(k, 0.9 * k_most, k_most))
     sound = ramp(explained(m, w, k, k_stick), R_LEAST, R_ENOUGH) * ramp(m.w, W_LEAST, W_ENOUGH) * within
     trust = sound if plant.omega_np > 0.0 and plant.D_m > 0.0 and plant.Q_p > 0.0 else 0.0
     k, k_stick = clip(k, 0.0, k_most), clip(k_stick, 0.0, k_most)
-    return k, k_stick, clip(C, 0.2 * G, 4.0 * G), clip(V, 0.5 * V_0, 2.0 * V_0), trust
+    return k, k_stick, clip(c * unit, 0.2 * G, 4.0 * G), clip(v * unit, 0.5 * V_0, 2.0 * V_0), trust
 
 
 @scalar
@@ -330,7 +343,7 @@ def cycle(r, plc, s, m):
         alpha=fmax(y.alpha_m + t_ff * n.alpha_dot, ALPHA_LEAST),
         alpha_dot=n.alpha_dot,
     )
-    dp_load = y.dp_load + (n.F_mean - y.F) * r_w / fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
+    dp_load = y.dp_load + (n.F_mean * plant.SWL - y.F) * r_w / fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
     Q = pump_flow(motion, dp_load, k, k_stick, C, V, s.tau_r, plant)
     u_ssc = r.u_ff + r.u_fb
     u_plant = (Q / fmax(plant.Q_p, 1e-9) + feedback(e_c, plc.gains)) / y.f_pump
