@@ -15,13 +15,13 @@ from stillhook.control.controllers import ssc, ssc_optimal
 from stillhook.control.controllers.ssc_optimal import Memory, Settings
 from stillhook.control.interface import Reading, Sensed
 from stillhook.control.plant import PlantParameters
-from stillhook.engine.pack.winch import pack
+from stillhook.engine.pack.winch import pack, set_up_for
 from stillhook.library import changed
 
 STRONG = {"K_p": "0.5 1/m", "t_lead": "60 ms"}
 HEAVY = "sine 0.8 m 9.7 s + sine 1.2 m 11.9 s + sine 0.9 m 14.3 s"
 SENSORS = {"delay": "20 ms", "seed": 5, "s_tip": {"noise": "2 mm"}, "v_tip": {"noise": "3 mm/s"}}
-DEFAULT = Settings(w_Q=0.3, w_s=0.0, u_most=0.9, t_ahead=0.3, k_rate=0.7)
+DEFAULT = Settings(w_Q=0.3, w_s=0.0, u_most=0.9, t_ahead=0.3, k_rate=0.7, k_load=0.7)
 
 
 def crane(**own: Any) -> Any:
@@ -116,15 +116,39 @@ def test_a_displacement_that_moves_does_not_reach_the_wire():
     assert followed < 0.8 * float(simulate(crane(), case("ssc")).e_c_pp)
 
 
-def test_cost_of_travel_takes_travel():
-    travel = []
-    for w_s in ("0 s", "1 s", "5 s"):
-        run = simulate(crane(w_s=w_s), case(), series=True)
-        travel.append(float(np.abs(np.diff(run.alpha_m.values[run.time.values > 60.0])).sum()))
+def travel_and_pressure(signal: str, **own: Any) -> tuple[float, float]:
+    run = simulate(crane(**own), case(), series=True)
+    return float(np.abs(np.diff(run[signal].values[run.time.values > 60.0])).sum()), float(run.p_max)
+
+
+def test_cost_of_travel_takes_travel_of_the_motors():
+    travel = [travel_and_pressure("alpha_m", w_s=w_s)[0] for w_s in ("0 s", "1 s", "5 s")]
     assert travel[0] > travel[1] > travel[2]
 
 
-def test_cost_of_flow_takes_power_of_the_pumps_and_costs_pressure():
-    little, much = (simulate(crane(w_Q=w), case()) for w in (0.0, 1.0))
-    assert float(much.P_hpu_max) < float(little.P_hpu_max)
-    assert float(much.p_max) > float(little.p_max)
+def test_cost_of_flow_takes_travel_of_the_pumps_and_costs_pressure():
+    (little, p_little), (much, p_much) = (travel_and_pressure("alpha_p", w_Q=w_Q) for w_Q in (0.0, 1.0))
+    assert much < 0.9 * little
+    assert p_much > p_little
+
+
+def test_the_pre_load_is_the_oil_between_both_signs_of_dry_friction():
+    """A reversal at half displacement pumps the volume by which one line rises from -T to T at the motors."""
+    plant, h, m, volume = PLC.plant, PLC.t_cycle, Memory(), 0.0
+    only = DEFAULT._replace(k_load=1.0, k_rate=0.0)
+    y = Sensed._make([0.0] * len(Sensed._fields))._replace(mode=1.0, f_pump=1.0, alpha_m=0.5, K_wire=1.2, F=1e6)
+    for v in (0.3,) * 200 + (-0.3,) * 500:
+        demand, m = ssc_optimal.cycle(Reading(y=y._replace(v_tip=v), e_c=0.0, F=1e6, u_ff=0.0, u_fb=0.0), PLC, only, m)
+        volume += demand.u_p * plant.Q_p * h
+    rise = volume * plant.i_C_h
+    assert rise * plant.D_m * 0.5 == pytest.approx(2.0 * plant.T_dry, rel=1e-6)
+
+
+@pytest.mark.parametrize("Y_6", [2.3e-6, 7.6e-6, 1.5e-5])
+def test_the_pre_load_takes_error_and_pressure_where_friction_is_not_what_the_file_says(Y_6):
+    tip = "sine 0.3 m 7.3 s + sine 0.25 m 9.1 s"
+    known = [crane(k_load=k) for k in (0.7, 0.0)]
+    machines = [set_up_for(changed(k, {"friction": {"system": {"Y_6": Y_6}}}), k) for k in known]
+    loaded, not_loaded = (simulate(machine, case(tip=tip)) for machine in machines)
+    assert float(loaded.e_c_pp) < float(not_loaded.e_c_pp)
+    assert float(loaded.p_max) < float(not_loaded.p_max)

@@ -1,5 +1,5 @@
 r"""Semi-secondary control whose displacement is the optimum of a cost of pressure, flow and travel, with pumps that
-follow the displacement's rate.
+follow the displacement's rate and pre-load the oil against stick-slip where the motion reverses.
 
 Source: own; the smallest displacement is that of Moslatt 2020 eq. 2.11. Differs from eqs 2.9 and 2.10, which reduce the
 motors with the pump command beyond a threshold, whatever the pressure and whatever the displacement that has been
@@ -28,6 +28,10 @@ ALPHA_LEAST = 0.05
 """Displacement below which nothing is divided by it [-]."""
 TAU_D = 0.03
 """Low-pass of the rate of the measured displacement [s]."""
+V_REVERSAL = 0.02
+"""Wire speed over which friction reverses [m/s]."""
+TAU_LOAD = 0.1
+"""Time in which the oil of a reversal is pumped [s]."""
 
 
 class Settings(NamedTuple):
@@ -44,6 +48,10 @@ class Settings(NamedTuple):
     k_rate: Annotated[
         float, Setting("", 0.7, "part of the displacement's rate that pumps follow", search=(0.3, 1.0), most=1.5)
     ]
+    k_load: Annotated[
+        float,
+        Setting("", 0.7, "part of the known friction that reversals are pre-loaded by", search=(0.0, 1.0), most=1.0),
+    ]
 
 
 class Memory(NamedTuple):
@@ -53,6 +61,7 @@ class Memory(NamedTuple):
     u_m: float = 1.0  # demand of the cycle before [-]
     alpha_m: float = 1.0  # displacement that was measured in it [-]
     alpha_dot: float = 0.0  # its rate, filtered [1/s]
+    sigma: float = 0.0  # direction of the motion, filtered [-]
 
 
 @scalar
@@ -102,11 +111,23 @@ def optimal_displacement(U, p_1, U_leak, before, s, t_cycle):
 
 
 @scalar
+def pre_load(sigma_dot, alpha_m, y, plant):
+    r"""Pump command that fills the oil to the other sign of the known dry friction, while the motion reverses [-].
+
+    .. math:: u = \frac{T_{dry}}{D_m \alpha_m} \frac{\dot\sigma}{i_C Q_p}
+
+    Its volume is that by which line A, line B held by the boost pump, goes from one friction pressure to the other.
+    """
+    V = plant.T_dry / (fmax(plant.D_m, 1e-9) * alpha_m * fmax(plant.i_C_h, 1.0))
+    return V * sigma_dot / fmax(plant.Q_p * y.f_pump, 1e-9)
+
+
+@scalar
 def cycle(r, plc, s, m):
     r"""Demand of one PLC cycle, and what it remembers.
 
-    .. math:: u_p = u_{ff} \left(1 + k_{rate}\,t\,\frac{\dot\alpha_m}{\alpha_m}\right) + u_{fb}, \quad
-        t = \frac{K_2}{K_1} + t_{lead,ff}
+    .. math:: u_p = u_{ff} \left(1 + k_{rate}\,t\,\frac{\dot\alpha_m}{\alpha_m}\right) + u_{fb}
+        + k_{load} u_{load}, \quad t = \frac{K_2}{K_1} + t_{lead,ff}
 
     u_ff has the displacement as factor: pumps that follow it late let a moving displacement through to the wire. Flow
     and pressure are those of the tip's motion now, and t_ahead later. Without known motors (D_m = 0) it is SSC.
@@ -124,5 +145,8 @@ def cycle(r, plc, s, m):
     best = clip(optimal_displacement(U, p_1, U_leak, m.u_m, s, h), fmax(least, ALPHA_LEAST), 1.0)
     u_m = best if known > 0.5 else displacement_ssc(reduction_linear(r.u_ff, motors.u_thr), least)
     t = known * s.k_rate * (gains.K_2 / fmax(gains.K_1, 1e-9) + plc.t_lead_ff)
-    u_p = r.u_ff * (1.0 + t * alpha_dot / alpha_m) + r.u_fb
-    return Demand(u_p, u_m), Memory(1.0, fmax(u_m, ALPHA_LEAST), alpha_m, alpha_dot)
+    direction = clip((y.v_op - y.v_tip) / V_REVERSAL, -1.0, 1.0)
+    sigma = low_pass(m.sigma, direction, TAU_LOAD, h) if m.begun > 0.5 else direction
+    u_load = s.k_load * pre_load(m.begun * (sigma - m.sigma) / h, alpha_m, y, plant)
+    u_p = r.u_ff * (1.0 + t * alpha_dot / alpha_m) + r.u_fb + u_load
+    return Demand(u_p, u_m), Memory(1.0, fmax(u_m, ALPHA_LEAST), alpha_m, alpha_dot, sigma)
