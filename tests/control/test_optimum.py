@@ -122,7 +122,7 @@ def travel_and_pressure(signal: str, **own: Any) -> tuple[float, float]:
 
 
 def test_cost_of_travel_takes_travel_of_the_motors():
-    travel = [travel_and_pressure("alpha_m", w_s=w_s)[0] for w_s in ("0 s", "1 s", "5 s")]
+    travel = [travel_and_pressure("alpha_m", w_Q=0.3, w_s=w_s)[0] for w_s in ("0 s", "1 s", "5 s")]
     assert travel[0] > travel[1] > travel[2]
 
 

@@ -37,7 +37,7 @@ TAU_LOAD = 0.1
 class Settings(NamedTuple):
     """Table `[control.ssc_optimal]` of a crane file."""
 
-    w_Q: Annotated[float, Setting("", 0.3, "cost of full flow, that of 350 bar being 1", search=(0.0, 1.0), most=100.0)]
+    w_Q: Annotated[float, Setting("", 0.0, "cost of full flow, that of 350 bar being 1", search=(0.0, 1.0), most=100.0)]
     w_s: Annotated[float, Setting("time", "0 s", "cost of the motors' travel", search=(0.0, 5.0), most=3600.0)]
     u_most: Annotated[
         float, Setting("", 0.9, "largest share of the pumps' flow", search=(0.75, 0.95), least=0.1, most=1.0)
