@@ -1,60 +1,81 @@
-"""SSC with a tension loop: beside the compensation of the tip the winch gives way to the load's swing on a long wire."""
+"""SSC with a tension loop: on a long wire the winch gives way to the load's swing, as a damper at the top would."""
 
 from typing import Annotated, NamedTuple
 
 from stillhook.control.commands import displacement_min_moving, displacement_ssc, reduction_linear
 from stillhook.control.interface import Demand, Setting
 from stillhook.control.plc import low_pass
-from stillhook.physics.scalar import G, clip, fmax, fmin, scalar, sqrt
+from stillhook.physics.scalar import G, clip, fmax, scalar, sqrt
 
 NAME = "rope"
 LABEL = "SSC with tension loop"
-TITLE = "SSC with a tension loop that damps the load on a long wire"
+TITLE = "SSC with a tension loop, which damps the load on a long wire"
 ORDER = 8
 USES = ("u_thr", "alpha_min", "alpha_swl")
 
 IN_WATER = 0.87
 """Weight of steel in sea water over that in air [-]: 1 - 1025/7850."""
+WANDER = 0.002
+"""Standard deviation of the wire's slow wander that noise of the load cell may make [m]; what it may cost where the
+load hardly moves. Chosen."""
 
 
 class Settings(NamedTuple):
     """Table `[control.rope]` of a crane file."""
 
-    K_c: Annotated[float, Setting("", 4.0, "c over stiffness of the wire times lag of the loop", least=2.0, most=100.0)]
-    tau_f: Annotated[float, Setting("time", "0.2 s", "low-pass of the load cell in the loop", least=0.05, most=2.0)]
-    T_ret: Annotated[float, Setting("time", "20 s", "in which wire given way returns", least=5.0, most=300.0)]
-    tau_s: Annotated[float, Setting("time", "20 s", "over which the mean of the load is taken", least=5.0, most=300.0)]
-    share: Annotated[float, Setting("", 0.2, "deviation over weight of the load from which it fades out", most=1.0)]
+    K_c: Annotated[float, Setting("", 4.0, "c over wire stiffness times lag of the loop", least=2.5, most=100.0)]
+    tau_f: Annotated[float, Setting("time", "0.2 s", "low-pass of the load cell in the loop", least=0.05, most=1.0)]
+    T_ret: Annotated[
+        float,
+        Setting("time", "12 s", "time in which given wire returns, and of the mean load", least=5.0, most=300.0),
+    ]
+    noise: Annotated[float, Setting("", 0.002, "noise of the load cell over the SWL, standard deviation", most=0.1)]
+    share: Annotated[
+        float, Setting("", 0.2, "deviation over weight of the load, above which the loop fades out", most=1.0)
+    ]
     v_max: Annotated[float, Setting("speed", "0.2 m/s", "largest speed of giving way", most=2.0)]
-    x_max: Annotated[float, Setting("length", "0.5 m", "most wire given way", most=5.0)]
+    x_max: Annotated[float, Setting("length", "0.5 m", "most wire that is given", most=5.0)]
 
 
 class Memory(NamedTuple):
     """What it carries from cycle to cycle."""
 
-    t: float = 0.0  # time over which the mean is taken so far [s]
-    F: float = 0.0  # load without the wire's weight, low-pass filtered [N]
+    begun: float = 0.0  # 1 after the first cycle, which starts the filters [-]
+    F: float = 0.0  # load cell less the wire's weight, low-pass filtered [N]
     F_s: float = 0.0  # its slow mean [N]
-    x: float = 0.0  # wire given way, paid out positive [m]
+    x: float = 0.0  # wire given, paid out positive [m]
 
 
 @scalar
 def cycle(r, plc, s, m):
+    r"""SSC, and the wire x that gives way to the deviation of the load from its mean.
+
+    .. math:: \dot x = g\,\frac{F - F_s}{c} - \frac{x}{T_{ret}}, \quad
+        u_p = u_{ff} + u_{fb} - \frac{K_1 \dot x K_{wire} \alpha_m + K_p x}{f_{pump}}
+    .. math:: c = \max\left(K_c\,\tau\,\frac{EA}{s_w + L_0},\ \sqrt{EA\,m_{wire}},\
+        \frac{\sigma_F}{x_n}\sqrt{\tfrac14 t_{cycle} T_{ret}}\right)
+
+    F load cell less the wire's weight in water, behind tau_f; F_s its mean over T_ret [N]; c damping [N s/m]: stable
+    with the loop's lag tau = t_cycle / 2 + t_compute + tau_f + 2 zeta_p / omega_np [s], no softer than the wave
+    impedance of the wire, and so stiff that noise sigma_F of the load cell moves the wire by no more than x_n =
+    `WANDER`. g falls from 1 to 0 as abs(F - F_s) goes from `share` of F_s to twice that: landing, slack, splash. K_p x
+    moves the reference along. A winch whose pumps' lag is not known (omega_np 0) is left with SSC.
+    Source: own; the displacement is that of SSC. With a spring k and a mass m the damping ratio is sqrt(k m) / (2 c).
+    """
     y, h, plant = r.y, plc.t_cycle, plc.plant
     F_y = y.F - IN_WATER * G * plant.m_wire * y.s_w
-    t = fmin(m.t + h, s.tau_s)
-    F = low_pass(m.F, F_y, s.tau_f, h) if m.t > 0.0 else F_y
-    F_s = m.F_s + (F - m.F_s) * h / t
-    dF = F - F_s
-    tau = 0.5 * h + plc.t_compute + s.tau_f + 2.0 * plant.zeta_p / fmax(plant.omega_np, 1.0)
-    c = fmax(s.K_c * tau * plant.EA / fmax(y.s_w + plant.L_0, 1.0), sqrt(plant.EA * plant.m_wire))
+    begun = m.begun > 0.5
+    F = low_pass(m.F, F_y, s.tau_f, h) if begun else F_y
+    F_s = low_pass(m.F_s, F, s.T_ret, h) if begun else F_y
+    known = plant.omega_np > 0.0
+    tau = 0.5 * h + plc.t_compute + s.tau_f + 2.0 * plant.zeta_p / (plant.omega_np if known else 1.0)
+    c_noise = s.noise * plant.SWL / WANDER * sqrt(0.25 * h * s.T_ret)
+    c = fmax(fmax(s.K_c * tau * plant.EA / (y.s_w + plant.L_0), sqrt(plant.EA * plant.m_wire)), c_noise)
     full = s.share * fmax(F_s, 0.0)
-    trusted = clip((2.0 * full - abs(dF)) / fmax(full, 1.0), 0.0, 1.0) if plant.omega_np > 0.0 else 0.0
-    v = clip(trusted * dF / c, -s.v_max, s.v_max)
-    x = clip((m.x + h * v) / (1.0 + h / s.T_ret), -s.x_max, s.x_max)
-    v_x = (x - m.x) / h
-    u = -(plc.gains.K_1 * v_x * y.K_wire * y.alpha_m + plc.gains.K_p * x) / y.f_pump
-    u_m = displacement_ssc(
-        reduction_linear(r.u_ff, plc.motors.u_thr), displacement_min_moving(r.F, y.a_tip, y.K_wire, plc.motors)
-    )
-    return Demand(r.u_ff + r.u_fb + u, u_m), Memory(t, F, F_s, x)
+    g = clip((2.0 * full - abs(F - F_s)) / fmax(full, 1.0), 0.0, 1.0) if known else 0.0
+    x = m.x + h * clip(g * (F - F_s) / c, -s.v_max, s.v_max)
+    x = clip(x / (1.0 + h / s.T_ret), -s.x_max, s.x_max)
+    u_x = -(plc.gains.K_1 * (x - m.x) / h * y.K_wire * y.alpha_m + plc.gains.K_p * x) / y.f_pump
+    alpha_min = displacement_min_moving(r.F, y.a_tip, y.K_wire, plc.motors)
+    u_m = displacement_ssc(reduction_linear(r.u_ff, plc.motors.u_thr), alpha_min)
+    return Demand(r.u_ff + r.u_fb + u_x, u_m), Memory(1.0, F, F_s, x)
