@@ -26,7 +26,7 @@ and its drag changes. Chosen."""
 class Settings(NamedTuple):
     """Table `[control.rope]` of a crane file."""
 
-    K_c: Annotated[float, Setting("", 2.0, "c over wire stiffness times lag of the loop", least=0.5, most=100.0)]
+    K_c: Annotated[float, Setting("", 2.5, "c over wire stiffness times lag of the loop", least=0.5, most=100.0)]
     tau_f: Annotated[float, Setting("time", "0.5 s", "low-pass of the load cell in the loop", least=0.05, most=1.0)]
     T_ret: Annotated[
         float,
