@@ -34,7 +34,7 @@ class Settings(NamedTuple):
     ]
     noise: Annotated[float, Setting("", 0.002, "noise of the load cell over the SWL, standard deviation", most=0.1)]
     share: Annotated[
-        float, Setting("", 0.2, "deviation over weight of the load, above which the loop fades out", most=1.0)
+        float, Setting("", 0.1, "deviation over weight of the load, above which the loop fades out", most=1.0)
     ]
     v_max: Annotated[float, Setting("speed", "0.2 m/s", "largest speed of giving way", most=2.0)]
     x_max: Annotated[float, Setting("length", "0.5 m", "most wire that is given", most=5.0)]
@@ -75,7 +75,7 @@ def cycle(r, plc, s, m):
     tau = 0.5 * h + plc.t_compute + s.tau_f + 2.0 * plant.zeta_p / (plant.omega_np if known else 1.0)
     c_noise = s.noise * plant.SWL / WANDER * sqrt(0.25 * h * s.T_ret)
     c = fmax(fmax(s.K_c * tau * plant.EA / (y.s_w + plant.L_0), 2.0 * sqrt(plant.EA * plant.m_wire)), c_noise)
-    full = s.share * fmax(F_s, 0.0)
+    full = s.share * fmax(F_s - 2.0 * G * plant.m_hook, 0.0)
     g = clip((2.0 * full - abs(F - F_s)) / fmax(full, 1.0), 0.0, 1.0) if known else 0.0
     v_s = low_pass(m.v_s, y.v_op, 0.5 * s.T_ret, h) if begun else y.v_op
     g = g * clip(2.0 - abs(y.v_op - v_s) / STEADY, 0.0, 1.0)
