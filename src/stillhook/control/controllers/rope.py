@@ -18,6 +18,9 @@ IN_WATER = 0.87
 WANDER = 0.002
 """Standard deviation of the wire's slow wander that noise of the load cell may make [m]; what it may cost where the
 load hardly moves. Chosen."""
+LEAST = 0.03
+"""Damping ratio that the load's weight alone lets the loop add, below which it is off [-], on above 1.5 times that: a
+light load on a short wire, where there is nothing to damp. Chosen."""
 STEADY = 0.01
 """Difference of the operator's speed from its slow mean above which the loop fades out [m/s]: the load is accelerated
 and its drag changes. Chosen."""
@@ -62,8 +65,10 @@ def cycle(r, plc, s, m):
     F load cell less the wire's weight in water, behind tau_f; F_s its mean over T_ret [N]; c damping [N s/m]: stable
     with the loop's lag tau = t_cycle / 2 + t_compute + tau_f + 2 zeta_p / omega_np [s], no softer than twice the wave
     impedance of the wire, and so stiff that noise sigma_F of the load cell moves the wire by no more than x_n =
-    `WANDER`. g falls from 1 to 0 as abs(F - F_s) goes from `share` of F_s to twice that: landing, slack, splash. K_p x
-    moves the reference along. A winch whose pumps' lag is not known (omega_np 0) is left with SSC.
+    `WANDER`. g falls from 1 to 0 as abs(F - F_s) goes from `share` of the load's weight to twice that (landing,
+    slack, splash), as the operator's speed leaves its mean by `STEADY` to twice that, and where the load's weight alone
+    gives a damping ratio of 1.5 to once `LEAST`. K_p x moves the reference along: the wire that is given
+    stays in e_c. A winch whose pumps' lag is not known (omega_np 0) is left with SSC.
     Source: own; the displacement is that of SSC. With a spring k and a mass m the damping ratio is sqrt(k m) / (2 c).
     """
     y, h, plant = r.y, plc.t_cycle, plc.plant
@@ -74,9 +79,11 @@ def cycle(r, plc, s, m):
     known = plant.omega_np > 0.0
     tau = 0.5 * h + plc.t_compute + s.tau_f + 2.0 * plant.zeta_p / (plant.omega_np if known else 1.0)
     c_noise = s.noise * plant.SWL / WANDER * sqrt(0.25 * h * s.T_ret)
-    c = fmax(fmax(s.K_c * tau * plant.EA / (y.s_w + plant.L_0), 2.0 * sqrt(plant.EA * plant.m_wire)), c_noise)
+    k = plant.EA / (y.s_w + plant.L_0)
+    c = fmax(fmax(s.K_c * tau * k, 2.0 * sqrt(plant.EA * plant.m_wire)), c_noise)
     full = s.share * fmax(F_s - 2.0 * G * plant.m_hook, 0.0)
     g = clip((2.0 * full - abs(F - F_s)) / fmax(full, 1.0), 0.0, 1.0) if known else 0.0
+    g = g * clip(sqrt(k * fmax(F_s, 0.0) / G) / (c * LEAST) - 2.0, 0.0, 1.0)
     v_s = low_pass(m.v_s, y.v_op, 0.5 * s.T_ret, h) if begun else y.v_op
     g = g * clip(2.0 - abs(y.v_op - v_s) / STEADY, 0.0, 1.0)
     x = m.x + h * clip(g * (F - F_s) / c, -s.v_max, s.v_max)
