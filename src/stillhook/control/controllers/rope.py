@@ -1,4 +1,4 @@
-"""SSC with a tension loop: on a long wire the winch gives way to the load's swing, as a damper at the top would."""
+"""SSC with a tension loop: on a long wire the winch yields to the load's swing, as a damper at the top would."""
 
 from typing import Annotated, NamedTuple
 
@@ -16,7 +16,7 @@ USES = ("u_thr", "alpha_min", "alpha_swl")
 IN_WATER = 0.87
 """Weight of steel in sea water over that in air [-]: 1 - 1025/7850."""
 WANDER = 0.002
-"""Standard deviation of the wire's slow wander that noise of the load cell may make [m]; what it may cost where the
+"""Standard deviation of the wire's slow variation that noise of the load cell may make [m]; what it may cost where the
 load hardly moves. Chosen."""
 LEAST = 0.03
 """Damping ratio that the load's weight alone lets the loop add, below which it is off [-], on above 1.5 times that: a
@@ -39,7 +39,7 @@ class Settings(NamedTuple):
     share: Annotated[
         float, Setting("", 0.1, "deviation over weight of the load, above which the loop fades out", most=1.0)
     ]
-    v_max: Annotated[float, Setting("speed", "0.2 m/s", "largest speed of giving way", most=2.0)]
+    v_max: Annotated[float, Setting("speed", "0.2 m/s", "largest speed at which the winch yields", most=2.0)]
     x_max: Annotated[float, Setting("length", "0.5 m", "most wire that is given", most=5.0)]
 
 
@@ -55,7 +55,7 @@ class Memory(NamedTuple):
 
 @scalar
 def cycle(r, plc, s, m):
-    r"""SSC, and the wire x that gives way to the deviation of the load from its mean.
+    r"""SSC, and the wire x that yields to the deviation of the load from its mean.
 
     .. math:: \dot x = g\,\frac{F - F_s}{c} - \frac{x}{T_{ret}}, \quad
         u_p = u_{ff} + u_{fb} - \frac{K_1 \dot x K_{wire} \alpha_m + K_p x}{f_{pump}}
