@@ -281,7 +281,9 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
-    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
+    at = (plc.tick, point.tip, point.geometry, p)
+    laws = plc.driver.control(point.state, memory, plc.laws, *at)[2]  # filters that the first cycle starts are at rest
+    before = (point.state, memory, laws, *at)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
     remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in plc.carried]

@@ -1,0 +1,141 @@
+"""The tension loop damps the load on a long wire, and is SSC where it has nothing to give."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook import Profile, Scenario, load_crane, load_lift, simulate
+from stillhook.analysis.loop_stability.governing import place_limits
+from stillhook.analysis.loop_stability.places import Place
+from stillhook.control.controllers.rope import WANDER
+from stillhook.library import changed
+from stillhook.spec.scenario import Mode
+
+LIFT = """name = "hold"
+crane = "deep-250t"
+payload = "{payload}"
+start_depth = "{depth} m"
+[sensors]
+seed = 5
+noise_F = "{noise} kN"
+[tip]
+height = "36 m"
+motion = "sine 0.5 m {T} s"
+[water]
+depth = "{bottom} m"
+[rigging]
+height = "12 m"
+[wire]
+nodes = 20
+"""
+HOLD = '[[phase]]\nname = "hold"\nmode = "{mode}"\ntime = "160 s"\n'
+DOWN = """[[phase]]
+name = "stop"
+mode = "ahc"
+time = "40 s"
+[[phase]]
+name = "landing"
+mode = "landing"
+speed = "9 m/min"
+tension = "150 kN"
+time = "20 s"
+"""
+SETTLED = 100.0
+"""Time after which the load of a hold is looked at [s]: several natural periods of load and wire."""
+
+
+def lift(
+    path: Path, controller: str, phases: str, *, depth=2000, T=6, payload="suction-anchor-85t", noise=0, above=200
+):
+    text = LIFT.format(payload=payload, depth=depth, T=T, noise=noise, bottom=depth + above) + phases
+    (path / "lift.toml").write_text(f'controller = "{controller}"\n{text}', encoding="utf-8")
+    file = load_lift(path / "lift.toml")
+    return simulate(file.crane, file.lift, series=True)
+
+
+def motion(path: Path, controller: str, mode: str = "ahc", **of) -> float:
+    """Standard deviation of the load [m]."""
+    run = lift(path, controller, HOLD.format(mode=mode), **of)
+    return float(np.std(run.z_load.values.ravel()[run.time.values > SETTLED]))
+
+
+@pytest.mark.parametrize(
+    ("payload", "depth", "T", "most"),
+    [
+        ("suction-anchor-85t", 2000, 8, 0.3),
+        ("ventilated-box-30t", 2000, 5, 0.3),
+        ("template-120t", 3000, 8, 0.3),
+        ("manifold-60t", 2000, 6, 0.3),
+        ("suction-anchor-85t", 300, 10, 1.0),
+        ("spool-20t", 1000, 12, 1.0),
+    ],
+)
+def test_the_load_near_resonance_is_stiller_than_under_a_still_wire(tmp_path, payload, depth, T, most):
+    of = {"depth": depth, "T": T, "payload": payload, "noise": 5}
+    damped, ssc = (motion(tmp_path, controller, **of) for controller in ("rope", "ssc"))
+    assert damped < most * ssc
+    assert damped < motion(tmp_path, "ssc", "manual", **of)
+
+
+def test_noise_of_the_load_cell_costs_no_more_than_the_wander_that_is_allowed(tmp_path):
+    """5 s is quicker than this load on 3,000 m of wire: it hardly moves, and the loop has nothing to damp."""
+    damped, ssc = (motion(tmp_path, controller, depth=3000, T=5, noise=5) for controller in ("rope", "ssc"))
+    assert damped < ssc + WANDER
+
+
+def test_the_load_lands_no_faster_than_with_ssc_and_is_not_lifted_again(tmp_path):
+    """The fastest of several landings: each meets another part of the swing that the start of the lowering leaves."""
+    worst = {}
+    for controller in ("rope", "ssc"):
+        of = {"payload": "manifold-60t", "depth": 3000, "T": 9}
+        runs = [lift(tmp_path, controller, DOWN, above=above, **of) for above in (4.0, 4.4, 4.8, 5.2)]
+        worst[controller] = max(float(run.v_hit_max.item()) for run in runs)
+        for run in runs:
+            after = run.time.values > float(run.t_landed.item()) + 10.0
+            assert np.min(run.F_bottom.values.ravel()[after]) > 0.0
+    assert worst["rope"] < worst["ssc"]
+
+
+def test_a_change_of_mode_is_without_a_bump():
+    """Half way through a heave from manual mode, and then to SSC while wire is given."""
+    steps = {}
+    for controller in ("rope", "ssc"):
+        case = Scenario(
+            load="100 t",
+            s_w="2000 m",
+            tip="sine 1 m 9 s",
+            mode="manual",
+            modes=(("31 s", controller), ("50 s", "ssc")),
+            duration="70 s",
+            warm_up="0 s",
+        )
+        run = simulate(load_crane("deep-250t"), case)
+        steps[controller] = float(np.max(np.abs(np.diff(run.u_p.values.ravel()))))
+    assert steps["rope"] < 1.1 * steps["ssc"]
+
+
+@pytest.mark.parametrize("s_w", [200.0, 1000.0])
+def test_the_linear_loop_has_the_tension_loop_which_lets_the_position_gain_be_larger(s_w):
+    ssc, rope = (place_limits(load_crane("deep-250t"), Mode(m), [Place(120e3, s_w, 0.5)])[0] for m in ("ssc", "rope"))
+    assert rope.gains.high > 1.2 * ssc.gains.high
+    assert rope.loop is not None
+    assert np.max(np.abs(rope.loop.closed_poles(0.16))) < 1.0
+
+
+@pytest.mark.parametrize(("K_c", "stable"), [(2.0, False), (2.8, True)])
+def test_the_twin_swings_where_the_linear_tension_loop_is_unstable_and_only_there(K_c, stable):
+    """A filter of 50 ms on 200 m of wire: the oil's resonance limits the loop, at ten times less damping than shipped.
+    The limits of speed and load are taken away, so that a swing grows."""
+    of_loop = {"K_c": K_c, "noise": 0.0, "tau_f": "50 ms", "v_max": "2 m/s", "share": 1.0}
+    crane = changed(load_crane("deep-250t"), {"control": {"rope": of_loop}})
+    (at,) = place_limits(crane, Mode("rope"), [Place(120e3, 200.0, 0.5)])
+    assert at.loop is not None
+    assert bool(np.max(np.abs(at.loop.closed_poles(crane.control.K_p))) < 1.0) is stable
+    tip = Profile([("0 s", "0 m/s"), ("5 s", "0.5 m/s"), ("90 s", "0.5 m/s"), ("95 s", "0 m/s")])
+    case = Scenario(load="120 t", s_w="180 m", tip=tip, mode="rope", duration="70 s", warm_up="0 s", ramp="0 s")
+    run = simulate(crane, case)
+    late = run.v_w.values.ravel()[run.time.values > 55.0]
+    assert bool(np.std(late) < 0.01) is stable
