@@ -24,7 +24,9 @@ from stillhook.control.plant import PlantParameters
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
+from stillhook.physics.tip_prediction import T_MOST
 from stillhook.spec.guard import GuardTable
+from stillhook.spec.prediction import PredictionTable
 from stillhook.spec.settings import SensorTables, optional_tables, settings_table
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
@@ -78,10 +80,21 @@ class Control(Spec):
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
     guard: GuardTable | None = Field(default=None, description="guard before the controller")
+    prediction: PredictionTable | None = Field(default=None, description="prediction of the tip's motion")
 
     known: PlantParameters | None = Field(
         default=None, exclude=True, description="numbers of the crane that its PLC was set up for; none: its own"
     )
+
+    @model_validator(mode="after")
+    def _leads_are_predicted(self) -> Self:
+        most = max(self.t_lead or 0.0, self.feedforward_lead)
+        if self.prediction is not None and most > T_MOST:
+            raise ValueError(
+                f"a lead of {most:g} s is beyond what [control.prediction] predicts, {T_MOST:g} s. Shorten t_lead and"
+                " t_lead_ff, or remove the table."
+            )
+        return self
 
     @property
     def feedforward_lead(self) -> float:
