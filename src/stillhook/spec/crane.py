@@ -24,9 +24,8 @@ from stillhook.control.plant import PlantParameters
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
-from stillhook.physics.tip_prediction import T_MOST
 from stillhook.spec.guard import GuardTable
-from stillhook.spec.prediction import PredictionTable
+from stillhook.spec.prediction import PredictionTable, refuse_longer
 from stillhook.spec.settings import SensorTables, optional_tables, settings_table
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
@@ -88,12 +87,8 @@ class Control(Spec):
 
     @model_validator(mode="after")
     def _leads_are_predicted(self) -> Self:
-        most = max(self.t_lead or 0.0, self.feedforward_lead)
-        if self.prediction is not None and most > T_MOST:
-            raise ValueError(
-                f"a lead of {most:g} s is beyond what [control.prediction] predicts, {T_MOST:g} s. Shorten t_lead and"
-                " t_lead_ff, or remove the table."
-            )
+        if self.prediction is not None:
+            refuse_longer(max(self.t_lead or 0.0, self.feedforward_lead))
         return self
 
     @property

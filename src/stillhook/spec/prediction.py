@@ -8,6 +8,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.physics.tip_prediction import T_MOST
 from stillhook.tables.table import Spec
 
 
@@ -38,3 +39,12 @@ class PredictionTable(Spec):
                 " Give a longer one."
             )
         return self
+
+
+def refuse_longer(lead: float) -> None:
+    """Errors: ValueError where a lead [s] is longer than any that is predicted."""
+    if lead > T_MOST:
+        raise ValueError(
+            f"a lead of {lead:g} s is beyond what [control.prediction] predicts, {T_MOST:g} s. Shorten t_lead and"
+            " t_lead_ff, or remove the table."
+        )
