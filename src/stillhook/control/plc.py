@@ -25,6 +25,7 @@ from stillhook.control.interface import Reading, Sensed
 from stillhook.control.plant import PlantParameters
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar
+from stillhook.physics.tip_prediction import predicted
 
 MANUAL = 0.0
 """Code of the mode without heave compensation; those of the controllers are above it."""
@@ -112,6 +113,7 @@ def low_pass(held, x, tau, t_cycle):
 
 
 with_tip, in_mode, hold = replace(Sensed, "s_tip", "v_tip"), replace(Sensed, "mode"), replace(Memory, "held")
+with_motion = replace(Sensed, "s_tip", "v_tip", "a_tip")
 
 
 @scalar
@@ -124,6 +126,16 @@ def ahead(y, t_lead, t_lead_ff):
     what comes behind the PLC, such as a bus on which commands are late.
     """
     return with_tip(y, y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip), y.v_tip + t_lead_ff * y.a_tip)
+
+
+@scalar
+def foreseen(y, m, s, plc):
+    """The tip's motion as it will be later: the extrapolated one, and in its place the predicted one as far as it is
+    trusted; m memory and s settings of `stillhook.physics.tip_prediction`. The acceleration is that at the time of the
+    speed."""
+    far = ahead(y, plc.t_lead, plc.t_lead_ff)
+    s_tip, v_tip, a_tip = predicted(y.s_tip, far.s_tip, far.v_tip, y.a_tip, m, s, plc.t_lead, plc.t_lead_ff)
+    return with_motion(y, s_tip, v_tip, a_tip)
 
 
 @scalar
@@ -147,7 +159,13 @@ def pump_demand(y, e_c, plc):
 
 @scalar
 def observe(sensed, m, plc):
-    """First part of a cycle: what the controller senses, from what was read and remembered.
+    """First part of a cycle: what the controller senses, from what was read and remembered."""
+    return observed(sensed, ahead(sensed, plc.t_lead, plc.t_lead_ff), m, plc)
+
+
+@scalar
+def observed(sensed, later, m, plc):
+    """As `observe`; later: what was read, with the tip's motion as it will be.
 
     Until the holding brake is open the winch is in manual mode, whatever was chosen.
     """
@@ -156,7 +174,7 @@ def observe(sensed, m, plc):
     missing = sensed.dp_load - sensed.dp
     idle = idle_time(m.idle, stands or (m.brake > 0.0 and sensed.mode == MANUAL and sensed.v_op == 0.0), t_cycle)
     brake = closed_share(m.brake, idle, missing, plc.brake, t_cycle)
-    y = ahead(in_mode(sensed, MANUAL if brake > 0.0 else sensed.mode), plc.t_lead, plc.t_lead_ff)
+    y = in_mode(later, MANUAL if brake > 0.0 else sensed.mode)
     datum = reference_datum(y, m)
     e_c = datum + y.s_tip - y.s_op - y.s_w
     F = low_pass(m.F, y.F, plc.tau_F, t_cycle)

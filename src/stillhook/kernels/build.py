@@ -54,7 +54,7 @@ class Setup(NamedTuple):
     place in the winch's Params and its label of `stillhook.physics.hydraulics.motor_laws`. ports: the lines have
     restrictions, and a series holds the pressures at the ports of pumps and motors. checks:
     `stillhook.control.checks` is before that guard. late: displacement controls follow their commands after a dead
-    time."""
+    time. predicts: the PLC predicts the tip's motion."""
 
     path: tuple[str, ...] = ()
     guarded: bool = False
@@ -63,12 +63,14 @@ class Setup(NamedTuple):
     ports: bool = False
     checks: bool = False
     late: bool = False
+    predicts: bool = False
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
         losses = (f"{place}-{loss}" for place, loss in self.losses)
         flags = {"checked": self.checks, "guarded": self.guarded, "ports": self.ports, "late": self.late}
+        flags["predicts"] = self.predicts
         words = (*(word for word, on in flags.items() if on), *self.path, *losses)
         return "".join(f"{word}-" for word in words)
 
@@ -161,7 +163,9 @@ def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, 
     module = PLANTS[plant]
     drive = getattr(module, "CONTROL", DISPLACEMENT)
     late = tuple(getattr(module, "SERVOS", ())) if setup.late else ()
-    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors, setup.checks, late)
+    laws = control_laws.control_laws(
+        extra_controllers, drive, setup.guarded, setup.sensors, setup.checks, late, setup.predicts
+    )
     below = [ELEMENTS[name] for name in setup.path]
     lowers = len(below) > 1
     path = module.PATH if lowers or not below else below[0]

@@ -16,11 +16,12 @@ from typing import Any, NamedTuple
 from stillhook.control.checks import Checks, concluded, doubts
 from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
 from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, QUANTITIES, Demand, Sensed
-from stillhook.control.plc import ActuatorCommands, command, observe
+from stillhook.control.plc import ActuatorCommands, ahead, command, foreseen, observed
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.control.sensors import Sensor, measured, sensor_named
 from stillhook.kernels.drivers.commands import memory_of
 from stillhook.kernels.lanes import unflatten
+from stillhook.physics import tip_prediction
 from stillhook.physics.records import define, joined, record, replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.records import Tick
@@ -72,20 +73,26 @@ def control_laws(
     sensors: tuple[str, ...] = (),
     checks: bool = False,
     late: tuple[str, ...] = (),
+    predicts: bool = False,
 ) -> ControlLaws:
     """The controllers that every kernel of this kind of drive holds, and those named; guarded: with
     `stillhook.control.guard` around them, and with checks `stillhook.control.checks` before it; sensors: those of the
-    crane, by name; late: commands that displacement controls with a dead time follow."""
+    crane, by name; late: commands that displacement controls with a dead time follow; predicts: the tip's motion is
+    predicted, see `stillhook.physics.tip_prediction`."""
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     behind = [*([("guard", Guard)] if guarded else []), *([("checks", Checks)] if checks else [])]
     delayed = memory_of(late)
-    read = parts_of(sensors) | delayed
-    before = f"{' guarded' * guarded}{' checked' * checks}"
+    foresight = PREDICTION if predicts else {}
+    read = parts_of(sensors) | delayed | foresight
+    before = f"{' guarded' * guarded}{' checked' * checks}{' predicts' * predicts}"
     kind = f"{drive}{before} {' '.join(names)}{' by ' if sensors else ''}{' '.join(sensors)}"
     kind += f" late {' '.join(late)}" if late else ""
     LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **read, **dict(behind))
-    names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observe": observe, "command": command}
+    names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observed": observed, "command": command}
+    names_used |= {"ahead": ahead, "foreseen": foreseen, "followed": tip_prediction.followed}
+    if predicts:
+        names_used["with_prediction"] = replace(LawRecord, "prediction_memory")
     guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
     names_used |= {each.__name__: each for each in guarding}
     if guarded:
@@ -97,7 +104,8 @@ def control_laws(
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
     of_fields = [field for field, _ in behind]
-    cycle = _guarded(laws, _qualities(sensors) if checks else None) if guarded else CYCLE
+    later = FORESEEN if predicts else EXTRAPOLATED
+    cycle = _guarded(laws, _qualities(sensors) if checks else None, later) if guarded else CYCLE.replace(LATER, later)
     source = f"{_demand(laws, [*read, *of_fields], guarded)}\n\n{cycle}"
     define(source, names_used, f"<controllers of {kind}>")
     names_used |= {each: scalar(names_used[each]) for each in ("demand", "checked")}
@@ -105,7 +113,8 @@ def control_laws(
     def blank(settings: dict[str, Any], guard: Guard | None = None, checks: Checks | None = None) -> Any:
         """The record before the first cycle, with the settings of each controller and sensor that has some."""
         values: dict[str, Any] = {"code": -1.0, "guard": guard, "checks": checks, **blank_parts(sensors, settings)}
-        values |= {part: unflatten(cls, itertools.repeat(0.0)) for part, cls in delayed.items()}
+        values |= {part: unflatten(cls, itertools.repeat(0.0)) for part, cls in (delayed | foresight).items()}
+        values |= {"prediction_settings": settings["prediction"]} if predicts else {}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
         names: tuple[str, ...] = LawRecord._fields
@@ -117,20 +126,31 @@ def control_laws(
     return ControlLaws(LawRecord, sensors, checks, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
+PREDICTION = {"prediction_settings": tip_prediction.Settings, "prediction_memory": tip_prediction.Memory}
+"""Fields of what is carried where the tip's motion is predicted."""
+LATER = "later = None"
+EXTRAPOLATED = "later = ahead(sensed, plc.t_lead, plc.t_lead_ff)"
+FORESEEN = """\
+p, s = laws.prediction_memory, laws.prediction_settings
+    p = followed(sensed.v_tip, sensed.a_tip, p, s, plc.t_cycle)
+    laws, later = with_prediction(laws, p), foreseen(sensed, p, s, plc)"""
+"""Lines of a cycle that give the tip's motion as it will be."""
 CYCLE = """\
 def checked(sensed, m, laws, plc):
     return sensed, m, laws
 
 def cycle(sensed, m, laws, plc):
-    o = observe(sensed, m, plc)
+    later = None
+    o = observed(sensed, later, m, plc)
     d, laws = demand(o.r, laws, plc)
     drive, m = command(o, d, m, plc)
     return drive, m, laws
 """
 
 
-def _guarded(laws: list[ControlLaw], qualities: str | None) -> str:
-    """Source of the two parts of a guarded cycle; qualities: of the inputs, where they are checked as well."""
+def _guarded(laws: list[ControlLaw], qualities: str | None, later: str) -> str:
+    """Source of the two parts of a guarded cycle; qualities: of the inputs, where they are checked as well; later: its
+    lines that give the tip's motion as it will be."""
     known = " or ".join(f"is_code(y.mode, {law.code!r})" for law in laws)
     before = "y, quality = sensed, guard.quality"
     after = "return c.y, c.m, with_guard(laws, with_memory(guard, c.g))"
@@ -151,7 +171,8 @@ def checked(sensed, m, laws, plc):
     {after}
 
 def cycle(sensed, m, laws, plc):
-    o = observe(sensed, m, plc)
+    {later}
+    o = observed(sensed, later, m, plc)
     d, laws, wrong = demand(o.r, laws, plc)
     d, g = sound_demand(d, wrong, m, laws.guard.g)
     drive, m = command(o, d, m, plc)

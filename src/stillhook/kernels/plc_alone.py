@@ -10,7 +10,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.guard import Guard
 from stillhook.control.interface import DISPLACEMENT, Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc, memory_before
-from stillhook.control.registry import CONTROLLERS, mode_of_code
+from stillhook.control.registry import mode_of_code
 from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
 from stillhook.kernels.lanes import Array, access, flatten, size, unflatten
@@ -84,8 +84,8 @@ def plc_alone(
     columns = PlcInputs(*(np.asarray(x, dtype=np.float64) for x in seen))
     commands = np.empty((len(p_hp), len(Commands._fields)))
     used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
-    bound = kernel(used)
-    laws = bound.laws.blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
+    bound = kernel(used, predicts="prediction" in settings)
+    laws = bound.laws.blank(dict(settings))
     lane = np.array(flatten(bound.Lane(memory, laws, plc, control)))
     rows = np.column_stack([*columns, p_hp])
     bound.run(lane, rows.reshape(-1), commands.reshape(-1), len(rows))
@@ -138,10 +138,17 @@ with_quality = replace(Guard, "quality", "reset")
 
 
 @functools.cache
-def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False, checks: bool = False) -> Kernel:
+def kernel(
+    names: tuple[str, ...],
+    drive: str = DISPLACEMENT,
+    guarded: bool = False,
+    checks: bool = False,
+    predicts: bool = False,
+) -> Kernel:
     """Cycles with these controllers in addition to those of every kernel of this kind of drive; guarded: for inputs
-    from outside, see `stillhook.control.guard`; with the checks before it, see `stillhook.control.checks`."""
-    laws = control_laws(names, drive, guarded, checks=checks)
+    from outside, see `stillhook.control.guard`; with the checks before it, see `stillhook.control.checks`; predicts as
+    `control_laws` has it."""
+    laws = control_laws(names, drive, guarded, checks=checks, predicts=predicts)
     of = f"{__name__} {laws.Record.__module__}"
     Lane = record("Lane", of, m=Memory, laws=laws.Record, plc=Plc, control=MotorControl)
     load, put = access(Lane, 1).load, access(Lane, 1).store
@@ -165,9 +172,16 @@ def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = Fa
         put_commands(out, 0, drive)
 
     if guarded:
-        run = compiled(_guarded_cycles(laws, Lane), f"plc-{'checked-' * checks}guarded-{drive}{label(names)}")
+        run = compiled(
+            _guarded_cycles(laws, Lane),
+            f"plc-{'predicts-' * predicts}{'checked-' * checks}guarded-{drive}{label(names)}",
+        )
     else:
-        run = compiled(_cycles(laws, Lane), f"plc{label(names)}") if drive == DISPLACEMENT else None
+        run = (
+            compiled(_cycles(laws, Lane), f"plc{'-predicts' * predicts}{label(names)}")
+            if drive == DISPLACEMENT
+            else None
+        )
     return Kernel(laws, Lane, run, begin, once)
 
 

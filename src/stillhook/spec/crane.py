@@ -25,6 +25,7 @@ from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
 from stillhook.spec.guard import GuardTable
+from stillhook.spec.prediction import PredictionTable, refuse_longer
 from stillhook.spec.settings import SensorTables, optional_tables, settings_table
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
@@ -78,10 +79,17 @@ class Control(Spec):
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
     guard: GuardTable | None = Field(default=None, description="guard before the controller")
+    prediction: PredictionTable | None = Field(default=None, description="prediction of the tip's motion")
 
     known: PlantParameters | None = Field(
         default=None, exclude=True, description="numbers of the crane that its PLC was set up for; none: its own"
     )
+
+    @model_validator(mode="after")
+    def _leads_are_predicted(self) -> Self:
+        if self.prediction is not None:
+            refuse_longer(max(self.t_lead or 0.0, self.feedforward_lead))
+        return self
 
     @property
     def feedforward_lead(self) -> float:

@@ -13,6 +13,7 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.engine.pack.displacement import displacement_limits
 from stillhook.engine.pack.gas import accumulator_record, charged, gas_record
+from stillhook.engine.pack.prediction import predicting
 from stillhook.engine.pack.shaft import shaft_friction, wire_EA
 from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import controllers_of_winch
@@ -77,7 +78,15 @@ def kernel_of(crane: Crane, errors: Sequence[str] = (), losses: tuple[tuple[str,
     """`Packed.setup` of a crane with these sensors of a scenario; losses: `losses_of` it, where they are known."""
     on, late = crane.control.guard is not None, any(crane.plant.type.dead_times(crane).values())
     sensors, known = (*sensor_settings(crane.sensors), *errors), losses_of(crane) if losses is None else losses
-    return Setup(guarded=on, sensors=sensors, losses=known, ports=has_ports(crane), checks=on, late=late)
+    return Setup(
+        guarded=on,
+        sensors=sensors,
+        losses=known,
+        ports=has_ports(crane),
+        checks=on,
+        late=late,
+        predicts=crane.control.prediction is not None,
+    )
 
 
 def has_ports(crane: Crane) -> bool:
@@ -420,7 +429,7 @@ def pack(crane: Crane, case: Scenario, *, gas_factor: float = 1.0) -> Packed:
         memory=memory,
         s_w=case.s_w,
         extra_controllers=extra_controllers,
-        settings=settings | sensor_settings(crane.sensors) | errors,
+        settings=settings | sensor_settings(crane.sensors) | errors | predicting(crane),
         setup=kernel_of(crane, tuple(errors), losses),
     )
 

@@ -25,7 +25,7 @@ from stillhook.control.guard import (
 )
 from stillhook.control.interface import Sensed
 from stillhook.control.plant import PlantParameters
-from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
+from stillhook.control.plc import ActuatorCommands, Memory, ahead, command, foreseen, memory_before, observed
 from stillhook.control.registry import MANUAL_MODE, Mode
 from stillhook.engine.pack.guard import check_settings, guard_settings, motor_control
 from stillhook.engine.pack.winch import pack
@@ -33,8 +33,10 @@ from stillhook.errors import StillhookError
 from stillhook.export.plc.program import BOOL, LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
 from stillhook.export.plc.translate import COMPARISON, SUM, Body, Library, Record, Value, paragraphs, scalars
 from stillhook.kernels.c99.expressions import plain
+from stillhook.physics import tip_prediction
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import fields
+from stillhook.physics.tip_prediction import followed
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Scenario
 
@@ -52,6 +54,10 @@ ABOUT_GUARD = (
     "Guard, g_ before the name: inputs that are bad, by their quality input q_, their range or their change, are"
     " replaced; those that stay bad stop the winch: pumps to zero, brake closed, until a rising edge of reset with the"
     " joystick released, mode manual and good inputs. Ranges and times are in settings.guard."
+)
+ABOUT_PREDICTION = (
+    " Prediction, w_ before the name: oscillators that a Kalman filter follows give the tip's motion after the leads."
+    " Its gains in settings.prediction are for the cycle of these settings."
 )
 ABOUT_CHECKS = (
     " Checks, k_ before the name: inputs that contradict each other are in doubt, and counted in the alarm. Limits and"
@@ -97,6 +103,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
     parts = [("plc", type(plc), plc), ("control", MotorControl, control), ("guard", GuardSettings, guard)]
     parts += [("own", law.record, own)] if law.record is not None else []
     parts += [("checks", CheckSettings, checks)] if checks is not None else []
+    prediction = packed.settings.get("prediction")
+    parts += [("prediction", type(prediction), prediction)] if prediction is not None else []
     cls: Any = NamedTuple("Settings", [(name, t) for name, t, _ in parts])  # type: ignore[misc]
     about = f"Settings of {mode.value} on {crane.name}, SI units. Change them here or in the block's input `settings`."
     notes = {PlantParameters: field_notes(PlantParameters)}
@@ -124,7 +132,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
     given = library.reference(cls, settings.name)
     quality = Record(Sensed, {f: Value(v.name, bool) for f, v in zip(Sensed._fields, qualities, strict=True)})
     k = None if checks is None else _variables(CheckMemory, names, "k")
-    memories = Memories(m, g, law_memory, k)
+    w = None if prediction is None else _variables(tip_prediction.Memory, names, "w")
+    memories = Memories(m, g, law_memory, k, w)
     _cycle(body, reading, quality, Value(reset.name, bool), memories, law, given, outputs, first)
     lines = tuple(body.lines)
     used = set(re.findall(r"\w+", "\n".join(lines)))
@@ -145,6 +154,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
             Variable(v.text, LREAL, "", literal(x))
             for (_, v), x in zip(scalars(k), flat(checks_at_start(checks).k), strict=True)
         ]
+    if w is not None:
+        variables_of += [Variable(v.text, LREAL, "", literal(0.0)) for _, v in scalars(w)]
     if law_memory is not None:
         start = law.memory()
         variables_of += [
@@ -152,7 +163,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
             for f, v in law_memory.values.items()
         ]
     title = f"{mode.value}, mode {literal(law.code)}: {law.title}. Mode {literal(0.0)}: {MANUAL_MODE.law.title}."
-    about = ABOUT_GUARD if checks is None else ABOUT_GUARD + ABOUT_CHECKS
+    about = ABOUT_GUARD + (ABOUT_CHECKS if checks is not None else "") + (ABOUT_PREDICTION if w is not None else "")
     rhythm = f"Call it once every {literal(plc.t_cycle)} s. Inputs and outputs are in SI units, hoisting is positive."
     block = Unit(
         library.names.new(PREFIX + law.field),
@@ -189,17 +200,19 @@ def controller_block(crane: Crane, controller: str) -> Block:
         law=law,
         guard=guard,
         checks=checks,
+        prediction=prediction,
     )
 
 
 class Memories(NamedTuple):
-    """What the block remembers: memory of the PLC, of the guard, of the law where it has one, and of the checks where
-    there are any."""
+    """What the block remembers: memory of the PLC, of the guard, of the law where it has one, of the checks where there
+    are any, and of the prediction of the tip's motion."""
 
     m: Record
     g: Record
     law: Record | None
     k: Record | None
+    w: Record | None
 
 
 def _variables(cls: Any, names: Names, prefix: str) -> Record:
@@ -234,7 +247,7 @@ def _cycle(
 ) -> None:
     """Statements of one cycle, in the order of `stillhook.kernels.plc_alone`: the guard, memory before the first one,
     the known displacement, observe, the law in force, command, the limits."""
-    plc, guard, (m, g, law_memory, k) = settings.values["plc"], settings.values["guard"], memories
+    plc, guard, (m, g, law_memory, k, w) = settings.values["plc"], settings.values["guard"], memories
     qualities = Record(Sensed, {f: _number_of(body, v, f"good_{f}") for f, v in quality.values.items()})
     code, b = Value(literal(law.code), float), None
     if k is not None:
@@ -262,7 +275,15 @@ def _cycle(
     body.emit("END_IF;")
     known = body.called(plain(known_displacement), [y["alpha_m"], m.values["u_m"], settings.values["control"]])
     y = y | {"alpha_m": body.kept(known, "alpha_known")}
-    o = body.called(plain(observe), [Record(Sensed, y), m, plc])
+    sensed = Record(Sensed, y)
+    if w is None:
+        later = body.called(plain(ahead), [sensed, plc.values["t_lead"], plc.values["t_lead_ff"]])
+    else:
+        of = settings.values["prediction"]
+        after = body.called(plain(followed), [y["v_tip"], y["a_tip"], w, of, plc.values["t_cycle"]])
+        _assign(body, w, body.kept(after, "after"))
+        later = body.called(plain(foreseen), [sensed, w, of, plc])
+    o = body.called(plain(observed), [sensed, later, m, plc])
     r = o.values["r"]
 
     def manual() -> Any:

@@ -96,6 +96,13 @@ class Block(NamedTuple):
     law: Any
     guard: Any
     checks: CheckSettings | None = None  # of the checks before the guard
+    prediction: Any = None  # of the tip's motion
+
+    @property
+    def own_settings(self) -> dict[str, Any]:
+        """Settings of the controller and of the prediction, by the names under which controllers carry them."""
+        named = {self.controller: self.own, "prediction": self.prediction}
+        return {name: settings for name, settings in named.items() if settings is not None}
 
     @property
     def checks_at_start(self) -> Checks | None:

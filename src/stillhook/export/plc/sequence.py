@@ -33,11 +33,16 @@ class Reference:
     def __init__(self, block: Block, guard: GuardSettings | None = None) -> None:
         self.block = block
         self.kernel = plc_alone.kernel(
-            extra_controllers([block.controller]), block.drive, True, block.checks is not None
+            extra_controllers([block.controller]),
+            block.drive,
+            True,
+            block.checks is not None,
+            block.prediction is not None,
         )
-        own = {block.controller: block.own} if block.own is not None else {}
         self.m = block.memory
-        self.laws = self.kernel.laws.blank(own, guard_at_start(guard or block.guard, block.code), block.checks_at_start)
+        self.laws = self.kernel.laws.blank(
+            block.own_settings, guard_at_start(guard or block.guard, block.code), block.checks_at_start
+        )
         self.first = True
 
     def step(self, seen: Sensed, quality: Sensed = GOOD, reset: float = 0.0) -> Any:

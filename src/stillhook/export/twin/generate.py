@@ -340,7 +340,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     """The PLC alone."""
     winch = ready.winch
     extra = winch.extra_controllers
-    k = plc_alone.kernel(extra, crane.plant.type.control, True, crane.control.guard is not None)
+    k = plc_alone.kernel(extra, crane.plant.type.control, True, crane.control.guard is not None, winch.setup.predicts)
     control, plc = motor_control(winch.params), winch.params.plc
     guard = guard_at_start(guard_settings(crane, plc, control, hosted=True))
     guards = guard_in(crane, winch.params) | {"guard": guard}

@@ -44,11 +44,16 @@ class LibraryController:
 
     def __init__(self, crane: Crane, name: str) -> None:
         block = controller_block(crane, name)
-        own = {block.controller: block.own} if block.own is not None else {}
         self.block = block
         self.t_cycle = block.t_cycle
-        made = kernel(extra_controllers([block.controller]), block.drive, True, block.checks is not None)
-        laws = made.laws.blank(own, guard_at_start(block.guard, block.code), block.checks_at_start)
+        made = kernel(
+            extra_controllers([block.controller]),
+            block.drive,
+            True,
+            block.checks is not None,
+            block.prediction is not None,
+        )
+        laws = made.laws.blank(block.own_settings, guard_at_start(block.guard, block.code), block.checks_at_start)
         self._run = made.run
         self._begin = np.array(flatten(made.Lane(block.memory, laws, block.plc, block.control)))
         self.start()

@@ -11,6 +11,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.commands import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
+from stillhook.engine.pack.prediction import predicting
 from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record
 from stillhook.kernels.plc_alone import Commands, PlcInputs, plc_alone
 from stillhook.physics.hydraulics.swash import MotorControl
@@ -63,7 +64,7 @@ class PlcSegment:
         """Commands of the simulated PLC for these inputs."""
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         modes = {mode_of_code(code) for code in np.unique(self.seen.mode)}
-        settings = controllers_of(crane, modes)[1]
+        settings = controllers_of(crane, modes)[1] | predicting(crane, self.plc.t_cycle)
         return plc_alone(self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings)[0]
 
     def foreseen(self) -> PlcInputs:
