@@ -17,7 +17,7 @@ from stillhook.control.registry import CONTROLLERS, Mode
 SHIPPED = ("ns", "hs", "ssc", "ssc-cubic", "ff", "rope")
 """Shipped controllers that are entries, where they are there."""
 PUBLISHED, REFERENCE = "ssc-published", "strong-ssc"
-"""SSC with the settings of the thesis, which nothing is chosen for; SSC at its best, which all others are measured by."""
+"""SSC with the settings of the crane file, which nothing is chosen for; SSC at its best, by which all are measured."""
 LEADS = "LEADS"
 ENTRY = "ENTRY"
 

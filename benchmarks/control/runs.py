@@ -39,16 +39,17 @@ class Result(NamedTuple):
 
 def machine(crane: Crane, entry: Entry, setting: Setting) -> Crane:
     """The crane under an entry with this setting."""
-    tables = changed(crane, entry.tables) if entry.tables else crane
+    crane = changed(crane, entry.tables) if entry.tables else crane
     if entry.fixed:
-        return tables
-    return changed(tables, {"control": {"t_lead": f"{1e3 * setting.lead:g} ms", "K_p": f"{setting.K_p:g} 1/m"}})
+        return crane
+    return changed(crane, {"control": {"t_lead": f"{1e3 * setting.lead:g} ms", "K_p": f"{setting.K_p:g} 1/m"}})
 
 
-def settings_of(entry: Entry, crane: Crane, size: Course, K_p: float) -> list[Setting]:
-    """The grid of an entry, whose largest gain is K_p [1/m]."""
+def settings_of(entry: Entry, crane: Crane, size: Course) -> list[Setting]:
+    """The grid of an entry."""
     if entry.fixed:
         return [Setting(crane.control.t_lead or 0.0, crane.control.K_p)]
+    K_p = course.largest_gain(changed(crane, entry.tables) if entry.tables else crane, entry.mode)
     return [Setting(*pair) for pair in product(entry.leads or size.leads, (share * K_p for share in size.gains))]
 
 
@@ -75,12 +76,9 @@ def results(
     """All entries, the reference first among those that the others are measured by."""
     crane = load_crane(course.CRANE)
     seas = course.seas(size, ship)
-    K_p = course.largest_gain(crane)
-    grids = {e.name: settings_of(e, crane, size, K_p) for e in entries}
+    grids = {e.name: settings_of(e, crane, size) for e in entries}
     runs = sum(len(grid) for grid in grids.values()) * len(seas)
-    drawn = {
-        e.name: size.plants * len(size.drawn) * (len(grids[e.name]) if e.name == REFERENCE else 1) for e in entries
-    }
+    drawn = {e.name: size.plants * len(size.drawn) * (len(size.leads) if e.name == REFERENCE else 1) for e in entries}
     parts = Parts(progress, {"settings": runs, "scores": 2.0 * len(entries) * len(seas), **drawn})
 
     best = _best(entries, grids, seas, crane, runner, parts("settings"))
@@ -152,9 +150,11 @@ def _on_plants(
     runner: Runner,
     progress: Progress | None,
 ) -> dict[str, FloatArray]:
-    """Error on every drawn plant by sea; of the reference the least over its grid."""
+    """Error on every drawn plant by sea; of the reference the least over its leads."""
     names = [course.name_of(*sea) for sea in size.drawn]
-    tried = {sea: grid if entry.name == REFERENCE else (best[sea],) for sea in names}
+    K_p = max(s.K_p for s in grid)
+    strongest = [s for s in grid if s.K_p == K_p]
+    tried = {sea: strongest if entry.name == REFERENCE else [best[sea]] for sea in names}
     pairs = [
         pair
         for sea in names
