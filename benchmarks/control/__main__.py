@@ -37,14 +37,16 @@ def main() -> None:
     from benchmarks.control import report
     from benchmarks.control.course import FULL, QUICK
     from benchmarks.control.entries import entry, shipped
+    from benchmarks.control.margins import margins
     from benchmarks.control.runs import Runner, results
     from stillhook.errors import StillhookError
     from stillhook.report.terminal import progress_bar
 
     try:
         entries = [*shipped(), *map(entry, given.entry)]
+        size, runner = QUICK if given.quick else FULL, Runner(given.store)
         with progress_bar("benchmark") as bar:
-            found = results(entries, QUICK if given.quick else FULL, Runner(given.store), given.ship, bar)
+            found = report.outcome(results(entries, size, runner, given.ship, bar), margins(entries, size, runner))
     except StillhookError as problem:
         print(problem, file=sys.stderr)
         sys.exit(2)
@@ -52,10 +54,10 @@ def main() -> None:
         print(f"Interrupted. The same command goes on from what is kept in {given.store}.", file=sys.stderr)
         sys.exit(130)
     if given.json:
-        print(json.dumps(report.as_dict(found), indent=2))
+        print(json.dumps(found))
         return
     report.show(found)
-    report.figure(found).savefig(given.out)
+    report.figure(found).savefig(given.out, dpi=90)
     print(f"\n{given.out}")
 
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook import Crane, Recorded, Scenario, read_tip_motion
-from stillhook.analysis.loop_stability.governing import governing
+from stillhook.analysis.loop_stability.governing import Governing, governing
 from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty, draws
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
@@ -128,15 +128,16 @@ def seas(course: Course, ship: Path | None = None) -> dict[str, Scenario]:
     return found
 
 
-def largest_gain(crane: Crane, mode: Mode) -> float:
-    """K_p that leaves the gain margin at both displacements, at every place that decides, with what a controller that
-    learns remembers after a sea [1/m]: rounded down."""
+def places(crane: Crane, mode: Mode, alpha_m: float) -> Governing:
+    """Loops of the linearised plant with the motors at alpha_m [-], at the benchmark's load and wire, with what a
+    controller that learns remembers after a sea; the gain that leaves MARGIN."""
     case = _case("still", QUICK)
-    each = [
-        governing(crane, mode, (MARGIN, 0.0, math.inf), loads=[case.load], wires=[case.s_w], alpha_m=alpha).K_p
-        for alpha in DISPLACEMENTS
-    ]
-    return math.floor(1e3 * min(each)) / 1e3
+    return governing(crane, mode, (MARGIN, 0.0, math.inf), loads=[case.load], wires=[case.s_w], alpha_m=alpha_m)
+
+
+def largest_gain(crane: Crane, mode: Mode) -> float:
+    """K_p that leaves the gain margin at both displacements, at every place that decides [1/m]: rounded down."""
+    return math.floor(1e3 * min(places(crane, mode, alpha).K_p for alpha in DISPLACEMENTS)) / 1e3
 
 
 def plants(crane: Crane, case: Scenario, n: int) -> list[tuple[Crane, Scenario]]:

@@ -16,6 +16,7 @@ from stillhook import Crane, Scenario, load_crane
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.engine.simulate import run_cases
+from stillhook.errors import SpecError
 from stillhook.library import changed
 
 
@@ -50,6 +51,11 @@ def settings_of(entry: Entry, crane: Crane, size: Course) -> list[Setting]:
     if entry.fixed:
         return [Setting(crane.control.t_lead or 0.0, crane.control.K_p)]
     K_p = course.largest_gain(changed(crane, entry.tables) if entry.tables else crane, entry.mode)
+    if K_p == 0.0:
+        raise SpecError(
+            f"{entry.name}: no gain K_p leaves a gain margin of {course.MARGIN:g} at displacements"
+            f" {course.DISPLACEMENTS[0]:g} and {course.DISPLACEMENTS[1]:g}. Feed back less of what the loop moves."
+        )
     return [Setting(*pair) for pair in product(entry.leads or size.leads, (share * K_p for share in size.gains))]
 
 

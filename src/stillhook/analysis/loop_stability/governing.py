@@ -322,7 +322,7 @@ def _closed_circuit_at(
     if point is None or not point.reachable:
         return None
     point = point._replace(params=point.params._replace(hoist=hoist))
-    law_memory = _learned(Keyed(crane, keyed.key[:2]), mode, place.load, place.s_w)
+    law_memory = _learned(Keyed(crane, (*keyed.key[:2], keyed.key[3])), mode, place.load, place.s_w)
     loop = plc_loop(crane, point, mode=mode, delay=delay, law_memory=law_memory)
     return loop, stable_gains(loop)
 
