@@ -41,6 +41,7 @@ def outcome(found: Sequence[Result], margins: Sequence[Margin]) -> Outcome:
             "settings": {sea: s._asdict() for sea, s in r.settings.items()},
             "scores": r.scores,
             "ratios": {sea: [finite(float(f"{x:.4g}")) for x in q] for sea, q in r.ratios.items()},
+            "strict": {sea: [finite(float(f"{x:.4g}")) for x in q] for sea, q in r.strict.items()},
             "margin": {name: x if name == "entry" else finite(x) for name, x in m._asdict().items()},
         }
         for r, m in zip(found, margins, strict=True)
@@ -57,9 +58,10 @@ def mean(entry: Mapping[str, Any], score: str) -> float:
     return float(np.mean([s[score] for s in entry["scores"].values()]))
 
 
-def all_ratios(entry: Mapping[str, Any]) -> FloatArray:
-    """Error on drawn plants over that of the reference, all seas; a run that failed counts as beyond any."""
-    return np.nan_to_num(np.concatenate([np.array(q, float) for q in entry["ratios"].values()]), nan=np.inf)
+def all_ratios(entry: Mapping[str, Any], of: str = "ratios") -> FloatArray:
+    """Error on drawn plants over that of the reference, all seas; a run that failed counts as beyond any. of: "ratios"
+    with the reference's lead of the sea, "strict" with its best lead on each plant."""
+    return np.nan_to_num(np.concatenate([np.array(q, float) for q in entry[of].values()]), nan=np.inf)
 
 
 def scores_table(found: Outcome) -> Rows:
@@ -76,10 +78,14 @@ def plants_table(found: Outcome) -> Rows:
     """Ratio to the reference on drawn plants."""
     rows = []
     for name, e in found.items():
-        q = all_ratios(e)
-        middle, most = np.quantile(q, 0.5), np.quantile(q, 0.95, method="higher")
-        rows.append([name, f"{middle:.2f}", f"{most:.2f}", f"{q.max():.2f}", f"{100.0 * np.mean(q > 1.0):.1f} %"])
-    return ["entry", "median", "95 %", "largest", "above 1.0"], rows
+        cells = []
+        for of in ("ratios", "strict"):
+            q = all_ratios(e, of)
+            middle, most = np.quantile(q, 0.5), np.quantile(q, 0.95, method="higher")
+            cells += [f"{middle:.2f}", f"{most:.2f}", f"{q.max():.2f}", f"{100.0 * np.mean(q > 1.0):.1f} %"]
+        rows.append([name, *cells])
+    columns = ["median", "95 %", "largest", "above 1.0"]
+    return ["entry", *columns, *(f"{name}, strict" for name in columns)], rows
 
 
 def seas_table(found: Outcome) -> Rows:
@@ -165,7 +171,7 @@ def figure(found: Outcome) -> Figure:
     by_sea.grid(axis="y", alpha=0.3)
     by_plant.axvline(1.0, color="black", linewidth=0.8)
     by_plant.set_xscale("log")
-    by_plant.set_xlabel("error on drawn plants over that of strong SSC with the best lead on each [-]")
+    by_plant.set_xlabel("error on drawn plants over that of strong SSC [-]")
     by_plant.set_ylabel("share of plants and seas [%]")
     by_plant.grid(alpha=0.3)
     by_plant.legend(fontsize="small", frameon=False)

@@ -28,14 +28,15 @@ class Setting(NamedTuple):
 
 
 class Result(NamedTuple):
-    """Of an entry: its best setting and its scores by sea; its error on the drawn plants and over that of the
-    reference, by sea, (plants,): NaN of a run that failed."""
+    """Of an entry: its best setting and its scores by sea; on the drawn plants, by sea, (plants,), its error over
+    that of the reference with the lead of the sea, and over that with the best lead on each plant: NaN of a run that
+    failed."""
 
     entry: Entry
     settings: dict[str, Setting]
     scores: dict[str, dict[str, float]]
-    errors: dict[str, FloatArray]
     ratios: dict[str, FloatArray]
+    strict: dict[str, FloatArray]
 
 
 def machine(crane: Crane, entry: Entry, setting: Setting) -> Crane:
@@ -90,15 +91,19 @@ def results(
     best = _best(entries, grids, seas, crane, runner, parts("settings"))
     scores = _scores(entries, best, seas, crane, runner, parts("scores"))
     errors: dict[str, dict[str, FloatArray]] = {}
+    least: dict[str, FloatArray] = {}
     for e in entries:
-        errors[e.name] = _on_plants(e, best[e.name], grids[e.name], seas, crane, size, runner, parts(e.name))
+        found = _on_plants(e, best[e.name], grids[e.name], seas, crane, size, runner, parts(e.name))
+        errors[e.name] = {sea: by[best[e.name][sea]] for sea, by in found.items()}
+        if e.name == REFERENCE:
+            least = {sea: np.fmin.reduce([*by.values()]) for sea, by in found.items()}
     return [
         Result(
             e,
             best[e.name],
             scores[e.name],
-            errors[e.name],
             {sea: x / errors[REFERENCE][sea] for sea, x in errors[e.name].items()},
+            {sea: x / least[sea] for sea, x in errors[e.name].items()},
         )
         for e in entries
     ]
@@ -155,17 +160,20 @@ def _on_plants(
     size: Course,
     runner: Runner,
     progress: Progress | None,
-) -> dict[str, FloatArray]:
-    """Error on every drawn plant by sea; of the reference the least over its leads."""
+) -> dict[str, dict[Setting, FloatArray]]:
+    """Error on every drawn plant by sea and setting: that which is best on the crane file, and of the reference all
+    leads with its largest gain too."""
     names = [course.name_of(*sea) for sea in size.drawn]
     K_p = max(s.K_p for s in grid)
-    strongest = [s for s in grid if s.K_p == K_p]
-    tried = {sea: strongest if entry.name == REFERENCE else [best[sea]] for sea in names}
+    leads = [s for s in grid if s.K_p == K_p and entry.name == REFERENCE]
+    keys = [(sea, setting) for sea in names for setting in dict.fromkeys([best[sea], *leads])]
     pairs = [
         pair
-        for sea in names
-        for setting in tried[sea]
+        for sea, setting in keys
         for pair in course.plants(machine(crane, entry, setting), seas[sea].with_mode(entry.mode), size.plants)
     ]
-    found = iter(runner.errors(pairs, progress).reshape(-1, size.plants))
-    return {sea: np.fmin.reduce([next(found) for _ in tried[sea]]) for sea in names}
+    found = runner.errors(pairs, progress).reshape(-1, size.plants)
+    out: dict[str, dict[Setting, FloatArray]] = {sea: {} for sea in names}
+    for (sea, setting), x in zip(keys, found, strict=True):
+        out[sea][setting] = x
+    return out
