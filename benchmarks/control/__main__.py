@@ -1,6 +1,6 @@
 """The benchmark of controllers: `python -m benchmarks.control [--entry FILE] [--quick] [--json]`.
 
-Minutes on two cores. It may be interrupted: what it ran is kept in --store, and the same command goes on from there.
+Minutes on two cores. It may be interrupted: what it ran is kept in --store, and the same command continues from there.
 """
 
 import argparse
@@ -51,7 +51,7 @@ def main() -> None:
         print(problem, file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:
-        print(f"Interrupted. The same command goes on from what is kept in {given.store}.", file=sys.stderr)
+        print(f"Interrupted. The same command continues from what is kept in {given.store}.", file=sys.stderr)
         sys.exit(130)
     if given.json:
         print(json.dumps(found))

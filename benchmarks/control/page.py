@@ -32,6 +32,7 @@ def compute() -> tuple[Blocks, Any]:
         "ship": ratio.get("measured ship", np.nan),
         "above": float(np.mean(plants > 1.0)),
         "within": float(np.quantile(plants, 0.95, method="higher")),
+        "strict": float(np.mean(report.all_ratios(ff, "strict") > 1.0)),
         "margin": ff["margin"]["gain_margin"],
         "K_p": ff["margin"]["K_p"],
         "K_p_reference": reference["margin"]["K_p"],
