@@ -29,7 +29,7 @@ sys.path[:0] = [folder for folder in map(str, (HERE, HERE.parents[1])) if folder
 import blocks  # noqa: E402
 import computed  # noqa: E402
 
-PARTS = ("batch", "blocks", "causes", "computed", "make", "overview", "quay", "routh")
+PARTS = ("batch", "blocks", "causes", "computed", "make", "overview", "quay", "reduced", "routh")
 """Scripts that are no page."""
 MEASURED = ("bench_staircase",)
 """Pages that need data that are not in the repository: left as they are where those are not at hand."""
