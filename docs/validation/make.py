@@ -37,6 +37,7 @@ ARCHIVED = {
     "adaptation": "trials.adaptation.page",
     "components": "trials.components.page",
     "condition": "trials.condition.page",
+    "controllers_compared": "benchmarks.control.page",
     "friction_coverage": "trials.friction.page",
     "hull_convergence": "trials.hulls.page",
     "independent_crane": "trials.independent_crane.page",

@@ -143,6 +143,7 @@ class Undeclared:
     USUAL: bool = False  # whether it is compared when a user names no controller
     SWL_SHARE: float = 1.0  # part of the SWL that it carries
     COMPENSATES: bool = True  # False where it leaves the tip's motion alone
+    LEARNS: bool = False  # whether stability is that of what it remembers after some minutes in a sea
     DRIVES: tuple[str, ...] = (DISPLACEMENT,)  # kinds of drive that it commands
 
 

@@ -47,6 +47,7 @@ VALUES = {
     "USUAL": FLAG,
     "SWL_SHARE": Rule(lambda value: contract.is_number(value) and 0 < value <= 1, "a number above 0, at most 1"),
     "COMPENSATES": FLAG,
+    "LEARNS": FLAG,
     "DRIVES": contract.names_of((DISPLACEMENT, SPEED), "kinds of drive", least=1),
 }
 """What a module may declare, and what each must be."""
@@ -70,6 +71,7 @@ class ControlLaw:
     usual: bool
     swl_share: float
     compensates: bool
+    learns: bool
     drives: tuple[str, ...]  # kinds of drive that it commands
     file: Path
     shipped: bool
@@ -127,6 +129,7 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
         usual=declared["USUAL"],
         swl_share=declared["SWL_SHARE"],
         compensates=declared["COMPENSATES"],
+        learns=declared["LEARNS"],
         drives=declared["DRIVES"],
         file=contract.file_of(module),
         shipped=shipped,

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linearisation import plc_loop
+from stillhook.analysis.loop_stability.linearisation import learned, plc_loop
 from stillhook.analysis.loop_stability.loops import SampledLoop
 from stillhook.analysis.loop_stability.margins import (
     KEPT,
@@ -297,7 +297,10 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     plc = plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0
     own = own_settings(crane.control, mode.law)
-    seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0, t_lead_ff=0.0) if stands else plc  # type: ignore[arg-type]
+    seen: Any = plc
+    if stands:
+        leads = {} if mode.law.learns else {"t_lead": 0.0, "t_lead_ff": 0.0}
+        seen = plc._replace(gains=None, motors=None, **leads)  # type: ignore[arg-type]
     cut = max(math.floor(at / STEP_PLANT + 1e-9) * STEP_PLANT, STEP_PLANT)
     alpha = cut if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
@@ -319,8 +322,15 @@ def _closed_circuit_at(
     if point is None or not point.reachable:
         return None
     point = point._replace(params=point.params._replace(hoist=hoist))
-    loop = plc_loop(crane, point, mode=mode, delay=delay)
+    law_memory = _learned(Keyed(crane, (*keyed.key[:2], keyed.key[3])), mode, place.load, place.s_w)
+    loop = plc_loop(crane, point, mode=mode, delay=delay, law_memory=law_memory)
     return loop, stable_gains(loop)
+
+
+@functools.lru_cache(maxsize=256)
+def _learned(keyed: Keyed, mode: Mode, load: float, s_w: float) -> tuple[float, ...] | None:
+    """What a controller that learns remembers after a sea at a place; None of any other."""
+    return learned(keyed.machine, mode, load, s_w) if mode.law.learns else None
 
 
 @functools.lru_cache(maxsize=8192)

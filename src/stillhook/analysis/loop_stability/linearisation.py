@@ -34,13 +34,14 @@ from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
 from stillhook.engine.pack.winch import controllers_of, losses_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
+from stillhook.engine.session import Session
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode
+from stillhook.spec.scenario import Mode, Scenario
 from stillhook.winches.circuits.tables import NO_LIMIT
 from stillhook.winches.records import Tip
 
@@ -224,21 +225,43 @@ def plant_loop(linear: Linear) -> ContinuousLoop:
     return balanced(linear.A, B, linear.C[OUTPUTS.index("s_hoisted")])
 
 
+SEA, SEA_TIME, SEA_GAIN = "sine 0.7 m 9 s", 120.0, 0.1
+"""Motion of the tip in which a controller learns, for how long [s], and with which K_p [1/m]."""
+SETTLING = 50
+"""PLC cycles at the point before it is linearised, for filters of what is measured."""
+
+
+def learned(crane: Crane, mode: Mode, load: float, s_w: float) -> tuple[float, ...]:
+    """What a controller remembers after a time in a sea, with a payload [kg] on a wire [m], in the order of its
+    Memory. Of a small K_p, so that it does not depend on the gain that is looked for."""
+    control = crane.control.model_copy(update={"K_p": SEA_GAIN})
+    case = Scenario(load="0 t", s_w="0 m", mode=mode, tip=SEA).model_copy(update={"load": load, "s_w": s_w})
+    session = Session(crane.model_copy(update={"control": control}), case)
+    session.step(cycles=round(SEA_TIME / crane.control.t_cycle))
+    return tuple(session.state(f"{mode.law.field}_memory.{name}") for name in mode.law.memory._fields)
+
+
 def plc_loop(
-    crane: Crane, point: OperatingPoint, *, mode: Mode | str = DEFAULT_MODE, delay: float = 0.0
+    crane: Crane,
+    point: OperatingPoint,
+    *,
+    mode: Mode | str = DEFAULT_MODE,
+    delay: float = 0.0,
+    law_memory: tuple[float, ...] | None = None,
 ) -> SampledLoop:
     """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
 
     These are what the controller remembers of the feedback (an integral part), the motors' law through measured alpha_m
     and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's torque control and make-up.
-    delay [s] is that of the position feedback alone; all commands are the PLC's computing time late, and the dead time
+    law_memory is what the controller remembers, default what it starts from. delay [s] is that of the position feedback
+    alone; all commands are the PLC's computing time late, and the dead time
     of their displacement controls.
     """
     names = [name for name in point.command._fields if name.startswith("u_")]
     return closed_by_plc(
         _plant(point),
-        _control_slopes(_Plc(crane, point, Mode(mode)), crane),
+        _control_slopes(_Plc(crane, point, Mode(mode), law_memory), crane),
         t_cycle=crane.control.t_cycle,
         late=lateness_of(crane, names),
         delay=delay,
@@ -259,11 +282,16 @@ and what the controller remembers."""
 class _Plc:
     """The PLC's cycle about an operating point, with the controller of a mode in force."""
 
-    def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
+    def __init__(
+        self, crane: Crane, point: OperatingPoint, mode: Mode, law_memory: tuple[float, ...] | None = None
+    ) -> None:
         extra_controllers, settings = controllers_of(crane, (mode,))
         self.point, self.tick, self.winch = point, steady_tick(mode, *point.tip), crane.plant.type
         self.driver = driver(crane.plant.value, 1, Setup(losses=losses_of(crane)), extra_controllers)
         self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
+        if law_memory is not None:
+            name = f"{mode.law.field}_memory"
+            self.laws = self.laws._replace(**{name: type(getattr(self.laws, name))(*law_memory)})
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 
     def memory(self, alpha_m: float) -> Memory:
@@ -281,9 +309,12 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
-    at = (plc.tick, point.tip, point.geometry, p)
-    laws = plc.driver.control(point.state, memory, plc.laws, *at)[2]  # filters that the first cycle starts are at rest
-    before = (point.state, memory, laws, *at)
+    if plc.carried:
+        for _ in range(SETTLING):
+            _, _, plc.laws, _ = plc.driver.control(
+                point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p
+            )
+    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
     remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in plc.carried]

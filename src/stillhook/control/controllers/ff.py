@@ -19,6 +19,7 @@ LABEL = "FF"
 TITLE = "feedforward by the plant (FF): friction, leakage and oil learned; motors as under SSC"
 ORDER = 8
 USES = ("u_thr", "alpha_min", "alpha_swl")
+LEARNS = True
 
 OMEGA_0 = 2.0
 """Speed over which friction is taken to reverse, least [rad/s]."""

@@ -1,0 +1,45 @@
+"""Controllers compared: tables of docs/validation/controllers-compared.md from the outcome beside this file, which
+`python -m benchmarks.control --json > benchmarks/control/outcome.json` writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from blocks import Blocks, Table, save
+
+from benchmarks.control import report
+from benchmarks.control.course import MARGIN
+from benchmarks.control.entries import REFERENCE
+
+SCRIPT = "controllers_compared"
+OUTCOME = Path(__file__).with_name("outcome.json")
+LIMIT, ABOVE = 0.6, 0.05
+"""Ratio to strong SSC that was asked for in every irregular sea, and share of drawn plants that may be above 1 [-]."""
+
+
+def compute() -> tuple[Blocks, Any]:
+    found = json.loads(OUTCOME.read_text(encoding="utf-8"))
+    ff, reference = found["ff"], found[REFERENCE]
+    ratio = {sea: s["e_c_pp"] / reference["scores"][sea]["e_c_pp"] for sea, s in ff["scores"].items()}
+    jonswap = [x for sea, x in ratio.items() if sea.startswith("Hs")]
+    plants = report.all_ratios(ff)
+    numbers = {
+        "least": min(jonswap),
+        "most": max(jonswap),
+        "ship": ratio.get("measured ship", np.nan),
+        "above": float(np.mean(plants > 1.0)),
+        "within": float(np.quantile(plants, 0.95, method="higher")),
+        "strict": float(np.mean(report.all_ratios(ff, "strict") > 1.0)),
+        "margin": ff["margin"]["gain_margin"],
+        "K_p": ff["margin"]["K_p"],
+        "K_p_reference": reference["margin"]["K_p"],
+        "MARGIN": MARGIN,
+    }
+    return {"claims": numbers, **{name: Table(*of(found)) for name, of in report.TABLES.items()}}, found
+
+
+def draw(found: report.Outcome) -> None:
+    save(report.figure(found), "controllers-compared.png")
