@@ -31,7 +31,8 @@ from stillhook.library import changed
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.write import toml_value
-from stillhook.spec.crane import Control, Crane
+from stillhook.spec.control import Control
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of
 from stillhook.tables.table import Spec
 from stillhook.units import quote

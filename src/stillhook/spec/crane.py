@@ -4,8 +4,6 @@ A ``Crane`` is read from a file by ``stillhook.library.load_crane``. Its fields 
 floats. Signs: hoisting is positive; A is the hoisting side of the active circuit. Displacement is m^3/rad everywhere.
 Letters follow the thesis (Moslatt 2020); what a number means is in its field's description, which the readable
 crane sheet prints.
-
-Settings of a crane's controllers: those that all share, and a table for each controller with additional ones.
 """
 
 from __future__ import annotations
@@ -20,13 +18,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
-from stillhook.control.plant import PlantParameters
-from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
-from stillhook.spec.guard import GuardTable
-from stillhook.spec.prediction import PredictionTable, refuse_longer
-from stillhook.spec.settings import SensorTables, optional_tables, settings_table
+from stillhook.spec.control import Control, DisplacementLimit
+from stillhook.spec.settings import SensorTables, optional_tables
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
 from stillhook.tables.table import Source as Source
@@ -34,99 +29,6 @@ from stillhook.tables.table import SourceKind as SourceKind
 from stillhook.winches.circuits.tables import ActiveCircuit, PassiveCircuit
 from stillhook.winches.registry import WINCH_TYPES, WinchType
 from stillhook.winches.registry import Plant as Plant
-
-
-class DisplacementLimit(StrEnum):
-    """What SSC's smallest displacement follows from."""
-
-    LOAD = "load"
-    TORQUE = "torque"
-
-
-class Control(Spec):
-    """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
-
-    K_p: u.GainPerLength = Field(ge=0, description="position gain")
-    K_1: u.TimePerLength | None = Field(default=None, gt=0, description="speed feedforward")
-    K_2: u.TimeSquaredPerLength | None = Field(default=None, ge=0, description="acceleration feedforward")
-    u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
-    alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
-    alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
-    alpha_swl: Fraction | None = Field(
-        default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns"
-    )
-    displacement_limit: DisplacementLimit | None = Field(
-        default=None,
-        description='rule of SSC\'s smallest displacement: in proportion to the load ("load", the default), or from'
-        ' torque, permitted pressure and speed limits ("torque")',
-    )
-    p_most: u.Pressure | None = Field(
-        default=None, gt=0, description="highest pressure that the rule by torque allows; default active.relief.p"
-    )
-    t_lead: u.Time | None = Field(
-        default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0"
-    )
-    t_lead_ff: u.Time | None = Field(
-        default=None, ge=0, le=2, description="that time for the feedforward alone; default t_lead"
-    )
-    t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
-    compute_share: Number | None = Field(
-        default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0"
-    )
-    tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
-    t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
-    tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
-    K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
-    B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
-    guard: GuardTable | None = Field(default=None, description="guard before the controller")
-    prediction: PredictionTable | None = Field(default=None, description="prediction of the tip's motion")
-
-    known: PlantParameters | None = Field(
-        default=None, exclude=True, description="numbers of the crane that its PLC was set up for; none: its own"
-    )
-
-    @model_validator(mode="after")
-    def _leads_are_predicted(self) -> Self:
-        if self.prediction is not None:
-            refuse_longer(max(self.t_lead or 0.0, self.feedforward_lead))
-        return self
-
-    @property
-    def feedforward_lead(self) -> float:
-        """Time by which the PLC extrapolates the tip's motion for the feedforward [s]."""
-        lead = self.t_lead if self.t_lead_ff is None else self.t_lead_ff
-        return lead or 0.0
-
-    @property
-    def computing(self) -> float:
-        """Time from reading to writing within a cycle [s]."""
-        return (self.compute_share or 0.0) * self.t_cycle
-
-
-def own_table(control: Control, law: ControlLaw) -> Spec:
-    """The table of a controller's own settings, the default one where the crane file gives none."""
-    table: Spec | None = getattr(control, law.field, None)
-    return CONTROLLER_TABLES[law.field]() if table is None else table
-
-
-def own_settings(control: Control, law: ControlLaw) -> Any:
-    """A controller's Settings record for a crane: what the crane file gives, defaults for the rest; None for a
-    controller that has none."""
-    if law.record is None:
-        return None
-    table = own_table(control, law)
-    return law.record(**{name: float(getattr(table, name)) for name in law.settings})
-
-
-CONTROLLER_TABLES = {law.field: settings_table("Control", law) for law in CONTROLLERS.values() if law.settings}
-"""Tables of controllers with additional settings, by their name in a file: hyphens become underscores."""
-
-for law in CONTROLLERS.values():
-    if law.settings and law.field in Control.model_fields:
-        raise SpecError(f'{law.file.name}: NAME = "{law.name}" is a setting of [control] already. Choose another name.')
-if not TYPE_CHECKING and CONTROLLER_TABLES:
-    Control = create_model("Control", __base__=Control, __doc__=Control.__doc__, **optional_tables(CONTROLLER_TABLES))
-
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire

@@ -48,7 +48,8 @@ from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, own_settings
+from stillhook.spec.control import own_settings
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 
 PAPER_C = 0.95

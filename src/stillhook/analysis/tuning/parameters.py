@@ -19,7 +19,8 @@ from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.engine.pack.settings import with_value
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.errors import StillhookError
-from stillhook.spec.crane import Crane, own_settings, own_table
+from stillhook.spec.control import own_settings, own_table
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.tables.plausible import marks
 from stillhook.units import KINDS, Quantity, show

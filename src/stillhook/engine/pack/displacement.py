@@ -15,7 +15,8 @@ from stillhook.control.commands import DisplacementLimits
 from stillhook.engine.pack.shaft import lost
 from stillhook.physics.friction import SystemFriction, system_friction
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, DisplacementLimit, effective_inertia
+from stillhook.spec.control import DisplacementLimit
+from stillhook.spec.crane import Crane, effective_inertia
 from stillhook.winches.interface import OtherMotors
 
 POINTS = 21

@@ -37,7 +37,8 @@ from stillhook.physics.load_path.drum import (
 from stillhook.physics.records import other_classes
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
-from stillhook.spec.crane import Crane, own_settings
+from stillhook.spec.control import own_settings
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
 from stillhook.spec.sensors import error_settings
 from stillhook.spec.settings import sensor_settings

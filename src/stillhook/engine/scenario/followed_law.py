@@ -9,7 +9,8 @@ from typing import Any
 from stillhook.control.interface import Demand, Reading, Sensed
 from stillhook.control.registry import ControlLaw
 from stillhook.engine.pack.winch import plc_record
-from stillhook.spec.crane import Crane, own_settings
+from stillhook.spec.control import own_settings
+from stillhook.spec.crane import Crane
 
 CYCLE = 0.1
 """PLC cycle with which a law is followed to its steady state, which does not depend on it [s]; shorter for a stiff

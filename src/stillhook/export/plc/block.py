@@ -37,7 +37,8 @@ from stillhook.physics import tip_prediction
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import fields
 from stillhook.physics.tip_prediction import followed
-from stillhook.spec.crane import Crane, own_settings
+from stillhook.spec.control import own_settings
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
