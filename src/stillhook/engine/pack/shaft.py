@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
 
+from stillhook.base.arrays import FloatArray
 from stillhook.control.plant import ShaftFriction
 from stillhook.physics.friction import SystemFriction, system_friction
 from stillhook.physics.hydraulics.motor_laws import motor_loss
@@ -50,5 +50,16 @@ def shaft_friction(crane: Crane, friction: SystemFriction) -> ShaftFriction:
         for w in omega
     ]
     terms = np.stack([np.ones(POINTS), np.exp(-omega * friction.i_Y_4), omega], axis=1)
-    T_dry, T_stick, B = scipy.optimize.nnls(terms, np.array(T_f))[0]
-    return ShaftFriction(float(T_dry), float(T_stick), friction.i_Y_4, float(B))
+    T_dry, T_stick, B = _none_negative(terms, np.array(T_f))
+    return ShaftFriction(T_dry, T_stick, friction.i_Y_4, B)
+
+
+def _none_negative(terms: FloatArray, y: FloatArray) -> list[float]:
+    """Least squares of y by the terms (n, k), those left out whose coefficient would be negative."""
+    kept = np.ones(terms.shape[1], dtype=bool)
+    while True:
+        c = np.zeros(len(kept))
+        c[kept] = np.linalg.lstsq(terms[:, kept], y, rcond=None)[0]
+        if c.min() >= 0.0:
+            return [float(x) for x in c]
+        kept[np.argmin(c)] = False

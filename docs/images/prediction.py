@@ -1,7 +1,7 @@
 """The picture of docs/explanation/prediction.md: control error of nov-250t over the delay of its motion unit, the tip's
 motion extrapolated and predicted, each with the leads that were best for its four seas together.
 
-Run: python docs/validation/prediction.py
+Run: python docs/images/prediction.py
 """
 
 from pathlib import Path
@@ -61,7 +61,7 @@ def main() -> None:
             axes.plot(DELAYS, e[:, i], style, color=f"C{i}", markersize=3, label=f"Hs {Hs:g} m, Tp {Tp:g} s, {kind}")
     axes.set(xlabel="delay of the motion unit [ms]", ylabel="peak-to-peak error [cm]", ylim=(0.0, None))
     axes.legend(fontsize=7, ncols=2)
-    figure.savefig(Path(__file__).parent / "figures" / "prediction.png", dpi=120)
+    figure.savefig(Path(__file__).with_name("prediction.png"), dpi=120)
 
 
 if __name__ == "__main__":
