@@ -22,6 +22,8 @@ from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty, draws
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.runner import Run
+from stillhook.sea.motion.recorded import window_spans
+from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.spec.scenario import Mode
 
 CRANE, LOAD, WIRE = "nov-250t", "100 t", "487 m"
@@ -101,9 +103,7 @@ def jonswap(Hs: float, Tp: float, duration: float, seed: int = 1) -> Recorded:
     JONSWAP spectrum, whose period is longer than the run, the highest Hs of the tip TIP_SHARE of the sea's."""
     period = 2.0 * duration
     f = np.arange(1, int(0.35 * period)) / period
-    width = np.where(f * Tp <= 1.0, 0.07, 0.09)
-    peak = np.exp(-((f * Tp - 1.0) ** 2) / (2.0 * width**2))
-    S = f**-5.0 * np.exp(-1.25 * (f * Tp) ** -4.0) * GAMMA**peak
+    S = Jonswap(Hs, Tp, GAMMA).density(2.0 * np.pi * f)
     amplitude = np.sqrt(2.0 * S / S.sum()) * TIP_SHARE * Hs / 4.0
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, f.size)
     t = np.arange(0.0, duration + 1.0, 0.25)
@@ -159,16 +159,10 @@ def scores_of(run: Run) -> dict[str, float]:
 
     return {
         "e_c_pp": run.row["e_c_pp"],
-        "load_pp": moving_range(series("s_load"), round(WINDOW / run.dt)),
+        "load_pp": float(window_spans(series("s_load"), round(WINDOW / run.dt) + 1).max()),
         "p_max": run.row["p_max"],
         "P_hpu_mean": float(series("P_hpu").mean()),
         "omega_m_max": run.row["omega_m_max"],
         "travel_p": travel("alpha_p"),
         "travel_m": travel("alpha_m"),
     }
-
-
-def moving_range(x: FloatArray, n: int) -> float:
-    """Largest range of x over n + 1 samples in a row, as of e_c_pp."""
-    windows = np.lib.stride_tricks.sliding_window_view(x, min(n + 1, len(x)))
-    return float((windows.max(axis=1) - windows.min(axis=1)).max())

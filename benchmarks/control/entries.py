@@ -1,6 +1,6 @@
 """Entries: a controller, the settings that it runs with, and the leads that are tried.
 
-An entry of somebody else is one file: a controller's module as docs/how-to/add-a-controller.md has it, in which
+An entry of a user is one file: a controller's module as docs/how-to/add-a-controller.md has it, in which
 `ENTRY` may be its tables of a crane file and `LEADS` the leads that are tried [s]; or the TOML file of a controller.
 """
 

@@ -48,7 +48,8 @@ def _margin(entry: Entry, size: Course, runner: Runner) -> Margin:
     ]
     free = entry._replace(fixed=False)
     cranes = [machine(crane, free, Setting(lead, factor * K_p)) for factor in FACTORS]
-    seas = [course.seas(size)[course.name_of(*sea)].with_mode(entry.mode) for sea in size.drawn]
+    by_name = course.seas(size)
+    seas = [by_name[course.name_of(*sea)].with_mode(entry.mode) for sea in size.drawn]
     errors = runner.errors([(c, sea) for sea in seas for c in cranes], None).reshape(len(seas), -1)
     swings = ~(errors < SWINGS * np.fmin.accumulate(errors, axis=1))
     first = [FACTORS[int(np.argmax(row))] if row.any() else math.inf for row in swings]

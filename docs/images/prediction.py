@@ -12,6 +12,7 @@ import numpy as np
 import stillhook
 from stillhook import Scenario
 from stillhook.library import changed
+from stillhook.sea.spectra.parametric import Jonswap
 
 SEAS = ((0.5, 7.0), (1.5, 8.0), (2.5, 10.0), (3.5, 11.0))
 DELAYS = (20, 50, 100, 200, 300)
@@ -25,9 +26,8 @@ LEADS = {
 def tip(Hs: float, Tp: float) -> stillhook.Recorded:
     """Tip motion in a JONSWAP sea, of 0.7 of its height."""
     rng, T = np.random.default_rng(1), 640.0
-    f, fp = np.arange(1, int(0.35 * T)) / T, 1.0 / Tp
-    width = np.where(f <= fp, 0.07, 0.09)
-    S = f**-5.0 * np.exp(-1.25 * (fp / f) ** 4) * 3.3 ** np.exp(-((f - fp) ** 2) / (2.0 * width**2 * fp**2))
+    f = np.arange(1, int(0.35 * T)) / T
+    S = Jonswap(Hs, Tp, 3.3).density(2.0 * np.pi * f)
     a = np.sqrt(2.0 * S / S.sum()) * 0.7 * Hs / 4.0
     t, phase = np.arange(0.0, 320.0, 0.25), rng.uniform(0.0, 2.0 * np.pi, f.size)
     return stillhook.Recorded(t, (a * np.cos(2.0 * np.pi * np.outer(t, f) + phase)).sum(1))

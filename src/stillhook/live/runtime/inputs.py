@@ -139,7 +139,7 @@ class Inputs:
     def partial(self) -> bool:
         """Whether some of the tip's or the vessel's motion was given, but not all of it."""
         given = [jet for jet in JETS if any(name in self._values for name in jet)]
-        return given != self._whole() or (bool(given) and not self._chosen())
+        return given != self._complete() or (bool(given) and not self._chosen())
 
     def motion(self, now: float) -> dict[str, float]:
         """The tip's motion at `now`, or the vessel's, whichever came last; empty where neither was ever given whole."""
@@ -150,12 +150,12 @@ class Inputs:
             of |= zip(jet, carried(Motion(*(sample.value for sample in samples)), age), strict=True)
         return of
 
-    def _whole(self) -> list[tuple[str, ...]]:
+    def _complete(self) -> list[tuple[str, ...]]:
         return [jet for jet in JETS if all(name in self._values for name in jet)]
 
     def _chosen(self) -> list[tuple[str, ...]]:
         """Numbers of the motion that is in force; what it came after is forgotten, and does not go stale."""
-        whole = self._whole()
+        whole = self._complete()
         tip, vessel = whole[: MOTION in whole], whole[MOTION in whole :]
         if not all(name in self._values for name in NEEDED):
             return tip
