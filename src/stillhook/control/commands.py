@@ -158,6 +158,14 @@ def displacement_min_moving(F_load, a, K_wire, settings):
 
 
 @scalar
+def displacement_of_ssc(r, motors):
+    """Displacement that the linear SSC demands, from what a controller senses [-]. Source: Moslatt 2020 eqs 2.9 to
+    2.11."""
+    least = displacement_min_moving(r.F, r.y.a_tip, r.y.K_wire, motors)
+    return displacement_ssc(reduction_linear(r.u_ff, motors.u_thr), least)
+
+
+@scalar
 def displacement_min(F_load, K_wire, settings):
     """The same at a steady wire speed [-]."""
     return displacement_min_moving(F_load, 0.0, K_wire, settings)

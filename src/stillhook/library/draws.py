@@ -100,7 +100,7 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
     return crane
 
 
-def _drawn(draws: Draws, i: int) -> dict[str, float]:
+def _draw(draws: Draws, i: int) -> dict[str, float]:
     return dict(zip(draws.names, map(float, draws.values[i]), strict=True))
 
 
@@ -115,7 +115,7 @@ def _leaves(new: Spec, drawn: Container[str], sources: dict[str, Any], source: s
 
 def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a system friction; label describes the values in its sources."""
-    new = item.system.model_copy(update=_drawn(draws, i))
+    new = item.system.model_copy(update=_draw(draws, i))
     system = _leaves(new, draws.names, dict(item.sources), f"{label} from {item.name}")
     torques = item.evidence.T_d if item.evidence is not None else None
     ends = {} if torques is None else {"T_d_min": f"{torques[0]!r} N m", "T_d_max": f"{torques[1]!r} N m"}
@@ -124,7 +124,7 @@ def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: 
 
 def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError."""
-    drawn, source = _drawn(draws, i), f"{label} from {item.name}"
+    drawn, source = _draw(draws, i), f"{label} from {item.name}"
     motor = item.motor.model_copy(update=loss_fields(item.motor, drawn) if drawn else {})
     known, of_model = (
         {path.removeprefix(place): s for path, s in item.sources.items() if path.startswith(place)}

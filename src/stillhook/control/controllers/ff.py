@@ -8,7 +8,7 @@ Control, 2006, chapter 5); least squares with exponential forgetting as in Ljung
 
 from typing import Annotated, NamedTuple
 
-from stillhook.control.commands import displacement_min_moving, displacement_ssc, feedback, reduction_linear
+from stillhook.control.commands import displacement_of_ssc, feedback
 from stillhook.control.interface import Demand, Setting
 from stillhook.control.plc import low_pass
 from stillhook.physics.records import replace
@@ -39,7 +39,7 @@ RIDGE = 0.005
 T_STEP = 0.02
 """Step of the differences by which wanted pressures are differentiated [s]."""
 TAU_TRUST = 5.0
-"""Time in which the law comes in or goes [s]."""
+"""Time in which the law is blended in or out [s]."""
 R_LEAST, R_ENOUGH = 0.3, 0.6
 """Share of the variance of the measured torque that friction must explain for some and for full trust [-]."""
 W_LEAST, W_ENOUGH = 0.2, 0.4
@@ -349,7 +349,4 @@ def cycle(r, plc, s, m):
     u_ssc = r.u_ff + r.u_fb
     u_plant = (Q / fmax(plant.Q_p, 1e-9) + feedback(e_c, plc.gains)) / y.f_pump
     u_p = u_ssc + trust * (u_plant - u_ssc)
-    motors = plc.motors
-    alpha_min = displacement_min_moving(r.F, y.a_tip, y.K_wire, motors)
-    u_m = displacement_ssc(reduction_linear(r.u_ff, motors.u_thr), alpha_min)
-    return Demand(u_p, u_m), with_command(n, clip(u_p, -1.0, 1.0), trust)
+    return Demand(u_p, displacement_of_ssc(r, plc.motors)), with_command(n, clip(u_p, -1.0, 1.0), trust)

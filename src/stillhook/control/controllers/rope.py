@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from stillhook.control.commands import displacement_min_moving, displacement_ssc, reduction_linear
+from stillhook.control.commands import displacement_of_ssc
 from stillhook.control.interface import Demand, Setting
 from stillhook.control.plc import low_pass
 from stillhook.physics.scalar import G, clip, fmax, scalar, sqrt
@@ -89,6 +89,4 @@ def cycle(r, plc, s, m):
     x = m.x + h * clip(g * (F - F_s) / c, -s.v_max, s.v_max)
     x = clip(x / (1.0 + h / s.T_ret), -s.x_max, s.x_max)
     u_x = -(plc.gains.K_1 * (x - m.x) / h * y.K_wire * y.alpha_m + plc.gains.K_p * x) / y.f_pump
-    alpha_min = displacement_min_moving(r.F, y.a_tip, y.K_wire, plc.motors)
-    u_m = displacement_ssc(reduction_linear(r.u_ff, plc.motors.u_thr), alpha_min)
-    return Demand(r.u_ff + r.u_fb + u_x, u_m), Memory(1.0, F, F_s, v_s, x)
+    return Demand(r.u_ff + r.u_fb + u_x, displacement_of_ssc(r, plc.motors)), Memory(1.0, F, F_s, v_s, x)

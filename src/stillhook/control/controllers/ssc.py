@@ -1,6 +1,6 @@
 """Semi-secondary control (SSC): the motors' displacement falls with the feedforward beyond a threshold."""
 
-from stillhook.control.commands import displacement_min_moving, displacement_ssc, reduction_linear
+from stillhook.control.commands import displacement_of_ssc
 from stillhook.control.interface import Demand
 from stillhook.physics.scalar import scalar
 
@@ -15,6 +15,4 @@ USES = ("u_thr", "alpha_min", "alpha_swl")
 @scalar
 def cycle(r, plc):
     """Source: Moslatt 2020 eqs 2.9 to 2.11."""
-    s = plc.motors
-    u_m = displacement_ssc(reduction_linear(r.u_ff, s.u_thr), displacement_min_moving(r.F, r.y.a_tip, r.y.K_wire, s))
-    return Demand(r.u_ff + r.u_fb, u_m)
+    return Demand(r.u_ff + r.u_fb, displacement_of_ssc(r, plc.motors))
