@@ -60,6 +60,7 @@ class Reading(NamedTuple):
     F: float  # load cell, low-pass filtered [N]
     u_ff: float  # feedforward of the tip's and the operator's speed [-]
     u_fb: float  # feedback -K_p e_c [-]
+    t_a: float = 0.0  # time from now to that of y.a_tip [s]: 0 where it is read, t_lead_ff where it is predicted
 
 
 class Demand(NamedTuple):

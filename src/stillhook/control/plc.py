@@ -131,11 +131,11 @@ def ahead(y, t_lead, t_lead_ff):
 @scalar
 def foreseen(y, m, s, plc):
     """The tip's motion as it will be later: the extrapolated one, and in its place the predicted one as far as it is
-    trusted; m memory and s settings of `stillhook.physics.tip_prediction`. The acceleration is that at the time of the
-    speed."""
+    trusted; m memory and s settings of `stillhook.physics.tip_prediction`. The predicted acceleration is that at the
+    time of the speed: with the motion comes the time from now to that of the acceleration [s]."""
     far = ahead(y, plc.t_lead, plc.t_lead_ff)
-    s_tip, v_tip, a_tip = predicted(y.s_tip, far.s_tip, far.v_tip, y.a_tip, m, s, plc.t_lead, plc.t_lead_ff)
-    return with_motion(y, s_tip, v_tip, a_tip)
+    s_tip, v_tip, a_tip, t_a = predicted(y.s_tip, far.s_tip, far.v_tip, y.a_tip, m, s, plc.t_lead, plc.t_lead_ff)
+    return with_motion(y, s_tip, v_tip, a_tip), t_a
 
 
 @scalar
@@ -160,12 +160,12 @@ def pump_demand(y, e_c, plc):
 @scalar
 def observe(sensed, m, plc):
     """First part of a cycle: what the controller senses, from what was read and remembered."""
-    return observed(sensed, ahead(sensed, plc.t_lead, plc.t_lead_ff), m, plc)
+    return observed(sensed, ahead(sensed, plc.t_lead, plc.t_lead_ff), 0.0, m, plc)
 
 
 @scalar
-def observed(sensed, later, m, plc):
-    """As `observe`; later: what was read, with the tip's motion as it will be.
+def observed(sensed, later, t_a, m, plc):
+    """As `observe`; later: what was read, with the tip's motion as it will be; t_a as in `Reading`.
 
     Until the holding brake is open the winch is in manual mode, whatever was chosen.
     """
@@ -181,7 +181,7 @@ def observed(sensed, later, m, plc):
     p_mean = low_pass(m.p_mean, y.p_hp, plc.tau_p, t_cycle)
     u_ff, u_fb = pump_demand(y, e_c, plc)
     return Observation(
-        r=Reading(y=y, e_c=e_c, F=F, u_ff=u_ff, u_fb=u_fb),
+        r=Reading(y=y, e_c=e_c, F=F, u_ff=u_ff, u_fb=u_fb, t_a=t_a),
         datum=datum,
         p_mean=p_mean,
         brake=brake,

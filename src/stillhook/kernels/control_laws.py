@@ -128,20 +128,21 @@ def control_laws(
 
 PREDICTION = {"prediction_settings": tip_prediction.Settings, "prediction_memory": tip_prediction.Memory}
 """Fields of what is carried where the tip's motion is predicted."""
-LATER = "later = None"
-EXTRAPOLATED = "later = ahead(sensed, plc.t_lead, plc.t_lead_ff)"
+LATER = "later = t_a = None"
+EXTRAPOLATED = "later, t_a = ahead(sensed, plc.t_lead, plc.t_lead_ff), 0.0"
 FORESEEN = """\
 p, s = laws.prediction_memory, laws.prediction_settings
     p = followed(sensed.v_tip, sensed.a_tip, p, s, plc.t_cycle)
-    laws, later = with_prediction(laws, p), foreseen(sensed, p, s, plc)"""
-"""Lines of a cycle that give the tip's motion as it will be."""
+    laws = with_prediction(laws, p)
+    later, t_a = foreseen(sensed, p, s, plc)"""
+"""Lines of a cycle that give the tip's motion as it will be, and the time from now to that of its acceleration."""
 CYCLE = """\
 def checked(sensed, m, laws, plc):
     return sensed, m, laws
 
 def cycle(sensed, m, laws, plc):
-    later = None
-    o = observed(sensed, later, m, plc)
+    later = t_a = None
+    o = observed(sensed, later, t_a, m, plc)
     d, laws = demand(o.r, laws, plc)
     drive, m = command(o, d, m, plc)
     return drive, m, laws
@@ -172,7 +173,7 @@ def checked(sensed, m, laws, plc):
 
 def cycle(sensed, m, laws, plc):
     {later}
-    o = observed(sensed, later, m, plc)
+    o = observed(sensed, later, t_a, m, plc)
     d, laws, wrong = demand(o.r, laws, plc)
     d, g = sound_demand(d, wrong, m, laws.guard.g)
     drive, m = command(o, d, m, plc)

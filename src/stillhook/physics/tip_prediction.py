@@ -172,11 +172,12 @@ def followed(v_tip, a_tip, m, s, t_cycle):
 @scalar
 def predicted(s_now, s_tip, v_tip, a_tip, m, s, t_lead, t_lead_ff):
     """The tip's position after t_lead, speed and acceleration after t_lead_ff [s], in place of the extrapolated ones
-    s_tip, v_tip, a_tip; s_now position that is read; m the memory of `followed` in this cycle. A lead below t_least or
-    above T_MOST is left to the extrapolation."""
+    s_tip, v_tip and the present a_tip, and the time from now to that of the acceleration [s]; s_now position that is
+    read; m the memory of `followed` in this cycle. A lead below t_least or above T_MOST is left to the
+    extrapolation."""
     d = all_of(m, s)
     of_s = m.share if t_lead >= s.t_least and t_lead <= T_MOST else 0.0
     of_v = m.share if t_lead_ff >= s.t_least and t_lead_ff <= T_MOST else 0.0
     s_tip = s_tip + of_s * (s_now + (position(d, t_lead) - d.d_0) - s_tip)
     v_tip = v_tip + of_v * (speed(d, t_lead_ff) - v_tip)
-    return s_tip, v_tip, a_tip + of_v * (acceleration(d, t_lead_ff) - a_tip)
+    return s_tip, v_tip, a_tip + of_v * (acceleration(d, t_lead_ff) - a_tip), of_v * t_lead_ff

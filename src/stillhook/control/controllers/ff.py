@@ -339,7 +339,7 @@ def cycle(r, plc, s, m):
     e_c = r.e_c + (t_fb - plc.t_lead) * (v + 0.5 * (t_fb + plc.t_lead) * y.a_tip)
     motion = Wanted(
         omega=-(v + t_ff * y.a_tip - y.v_op) / r_w,
-        omega_dot=-(y.a_tip + t_ff * n.j_tip) / r_w,
+        omega_dot=-(y.a_tip + (t_ff - r.t_a) * n.j_tip) / r_w,
         omega_ddot=-n.j_tip / r_w,
         alpha=fmax(y.alpha_m + t_ff * n.alpha_dot, ALPHA_LEAST),
         alpha_dot=n.alpha_dot,

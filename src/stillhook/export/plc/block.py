@@ -279,12 +279,13 @@ def _cycle(
     sensed = Record(Sensed, y)
     if w is None:
         later = body.called(plain(ahead), [sensed, plc.values["t_lead"], plc.values["t_lead_ff"]])
+        t_a = Value(literal(0.0), float)
     else:
         of = settings.values["prediction"]
         after = body.called(plain(followed), [y["v_tip"], y["a_tip"], w, of, plc.values["t_cycle"]])
         _assign(body, w, body.kept(after, "after"))
-        later = body.called(plain(foreseen), [sensed, w, of, plc])
-    o = body.called(plain(observed), [sensed, later, m, plc])
+        later, t_a = body.called(plain(foreseen), [sensed, w, of, plc])
+    o = body.called(plain(observed), [sensed, later, t_a, m, plc])
     r = o.values["r"]
 
     def manual() -> Any:
