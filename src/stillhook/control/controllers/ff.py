@@ -341,7 +341,7 @@ def cycle(r, plc, s, m):
         omega=-(v + t_ff * y.a_tip - y.v_op) / r_w,
         omega_dot=-(y.a_tip + (t_ff - r.t_a) * n.j_tip) / r_w,
         omega_ddot=-n.j_tip / r_w,
-        alpha=fmax(y.alpha_m + t_ff * n.alpha_dot, ALPHA_LEAST),
+        alpha=fmax(y.alpha_m + late * n.alpha_dot, ALPHA_LEAST),
         alpha_dot=n.alpha_dot,
     )
     dp_load = y.dp_load + (n.F_mean * plant.SWL - y.F) * r_w / fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
