@@ -55,12 +55,12 @@ class Sensed(NamedTuple):
 class Reading(NamedTuple):
     """What a controller senses in a cycle."""
 
-    y: Sensed  # the tip's position already extrapolated by t_lead, its speed by t_lead_ff
+    y: Sensed  # the tip's motion as it will be: position after t_lead, speed after t_lead_ff, acceleration after t_a
     e_c: float  # control error: wire that is missing against the measured tip [m]
     F: float  # load cell, low-pass filtered [N]
     u_ff: float  # feedforward of the tip's and the operator's speed [-]
     u_fb: float  # feedback -K_p e_c [-]
-    t_a: float = 0.0  # time from now to that of y.a_tip [s]: 0 where it is read, t_lead_ff where it is predicted
+    t_a: float = 0.0  # time of y.a_tip [s]: 0, now, where it is read; t_lead_ff where it is predicted
 
 
 class Demand(NamedTuple):

@@ -322,7 +322,8 @@ def cycle(r, plc, s, m):
     bound; it follows with TAU_TRUST. Motors as under SSC.
 
     Leads: t_lead and t_lead_ff of the crane, as for strong SSC. What they have for the oil is taken off, and off that
-    of the feedback half a cycle and the computing time, which that of the feedforward has at least.
+    of the feedback half a cycle and the computing time, which that of the feedforward has at least. The acceleration
+    may be that of a later time t_a already, and the displacement is measured without the motion unit's lateness.
 
     The load's part of leakage goes by a slow mean of the load cell: by its present value the load's swing on its wire
     would lose the damping that leakage gives it.
@@ -335,10 +336,10 @@ def cycle(r, plc, s, m):
     late, oil = plc.t_compute + 0.5 * h, lag_of_oil(plant)
     t_ff, t_fb = fmax(plc.t_lead_ff - oil, late), fmax(plc.t_lead - oil - late, 0.0)
     r_w = 0.5 * plant.d_max / (y.K_wire * plant.i_hD)
-    v = y.v_tip - plc.t_lead_ff * y.a_tip
-    e_c = r.e_c + (t_fb - plc.t_lead) * (v + 0.5 * (t_fb + plc.t_lead) * y.a_tip)
+    t_mid = 0.5 * (t_fb + plc.t_lead)
+    e_c = r.e_c + (t_fb - plc.t_lead) * (y.v_tip + (t_mid - plc.t_lead_ff) * y.a_tip)
     motion = Wanted(
-        omega=-(v + t_ff * y.a_tip - y.v_op) / r_w,
+        omega=-(y.v_tip + (t_ff - plc.t_lead_ff) * y.a_tip - y.v_op) / r_w,
         omega_dot=-(y.a_tip + (t_ff - r.t_a) * n.j_tip) / r_w,
         omega_ddot=-n.j_tip / r_w,
         alpha=fmax(y.alpha_m + late * n.alpha_dot, ALPHA_LEAST),
