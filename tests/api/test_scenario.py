@@ -15,7 +15,7 @@ BASE = {"load": "80 t", "s_w": "100 m"}
 CRANE = load_crane("nov-250t")
 FIELDS = "name, load, s_w, tip, mode, modes, duration, ramp, warm_up, water, operator, sensors, power_loss, friction, gas_held, commands"
 RECORD = Recorded(np.linspace(0.0, 50.0, 51), np.sin(np.linspace(0.0, 50.0, 51)))
-MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc', 'ssc-cubic', 'position', 'ff', 'rope' or 'ssc-optimal'"
+MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc', 'ssc-cubic', 'position', 'ff', 'rope', 'ssc-optimal' or 'ssc-scheduled'"
 
 
 def refusal(make) -> str:
@@ -86,7 +86,7 @@ def test_the_same_run_in_another_mode():
     assert other == Scenario(**BASE, mode="hs")
     assert (
         refusal(lambda: case.with_mode("fast"))
-        == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic, position, ff, rope, ssc-optimal.'
+        == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic, position, ff, rope, ssc-optimal, ssc-scheduled.'
     )
 
 

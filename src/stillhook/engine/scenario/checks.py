@@ -354,12 +354,20 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     if not modes or not crane.circuits:
         return []
     u_ff = min(gains(crane).K_1 * v * K_wire, 1.0)
-    alpha = min(alpha_wanted(crane, case, K_wire, u_ff, m) for m in modes)
-    K_p, (limit, omega) = crane.control.K_p, marginal_gain(loop_record(crane, alpha, K_wire))
-    if K_p <= limit:
+
+    def over_limit(mode: Mode) -> tuple[float, float]:
+        """Gain with which the mode feeds back at its smallest displacement, over the limit there; the displacement."""
+        alpha = alpha_wanted(crane, case, K_wire, u_ff, mode)
+        law = FollowedLaw(crane, mode.law, load_record(crane, case).W, K_wire=K_wire, alpha_m=alpha)
+        return law.feedback_share * crane.control.K_p / marginal_gain(loop_record(crane, alpha, K_wire))[0], alpha
+
+    most, alpha = max(map(over_limit, modes))
+    if most <= 1.0:
         return []
+    K_p, omega = crane.control.K_p, marginal_gain(loop_record(crane, alpha, K_wire))[1]
+    limit = show(K_p / most, "gain_per_length")
     return [
-        f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop"
+        f"K_p {show(K_p, 'gain_per_length')} is above the {limit} at which the position loop"
         f" is marginally stable (published loop, motors at {alpha:.2f}): expect oscillation at {omega:.3g} rad/s"
         "; the margin of the complete plant on its own wire is that of stillhook stability"
     ]

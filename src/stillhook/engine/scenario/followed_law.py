@@ -23,6 +23,9 @@ WINDOW = 200
 """Cycles over which the error must be constant to be the one that stays."""
 STILL = 1e-4
 """Change over that window, over the error of a proportional law, that counts as standing still [-]."""
+SMALL_SHARE = 2.0**-10
+"""Feedback by which the share that reaches the pumps is found [-]: within a law's limits, and a power of two, so that a
+law that passes it on has exactly 1."""
 LEAST_GAIN = 1e-12
 """In place of a position gain of 0 where it is divided by [1/m]."""
 
@@ -65,6 +68,12 @@ class FollowedLaw:
             return self.law.cycle(reading, *self._shared), None
         demand, memory = self.law.cycle(reading, *self._shared, memory)
         return demand, memory
+
+    @property
+    def feedback_share(self) -> float:
+        """Part of the feedback that it commands the pumps when it comes into force [-]."""
+        (with_feedback, _), (without, _) = (self.after(u, self.start()) for u in (SMALL_SHARE, 0.0))
+        return (with_feedback.u_p - without.u_p) / SMALL_SHARE
 
     def is_proportional(self, u: float) -> bool:
         """Whether it adds a feedback u [-] to the command as it is, and remembers nothing."""
