@@ -1,7 +1,7 @@
 """Compute the trade-off and keep it in outcome.json: `python -m benchmarks.displacement [PART ...]`.
 
-Parts: curves, cranes, plants, heavy, motion; all unless named, and those that are not named stay as they are. Some ten
-minutes on two idle cores.
+Parts: curves, cranes, plants, heavy, calm, motion; all unless named, and those that are not named stay as they are.
+Some ten minutes on two idle cores.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from benchmarks.displacement.points import (
     COSTS,
     FF,
     LEADS,
+    OPTIMAL,
     SHOWN,
     STRONG,
     Point,
@@ -30,18 +31,21 @@ from benchmarks.displacement.points import (
     usual_and_best,
 )
 from benchmarks.displacement.scoring import (
+    CALM_HEIGHTS,
+    CALM_PERIODS,
     HEAVY,
     HEAVY_LOADS,
     HELD_OUT,
     PLANT_SEAS,
     Judged,
+    Seas,
     cases,
     chosen,
     gains,
     judged,
     run,
 )
-from stillhook import Crane, load_crane
+from stillhook import Crane, Scenario, load_crane
 
 OTHERS = ("nov-150t", "nov-165t", "deep-250t", "nov-100t-pure-active")
 PLANTS = 60
@@ -86,15 +90,13 @@ def _on_crane(crane: Crane) -> dict[str, Any]:
 
 
 def plants_part() -> dict[str, Any]:
-    """Error on drawn plants, by sea: of strong SSC with every lead, of the others with the lead of the crane file."""
+    """Error on drawn plants, by sea: of strong SSC with every lead, of the others that of the crane file;
+    displacement by an optimum has the lead of its defaults, whatever its settings."""
     crane = load_crane(course.CRANE)
     tuned = usual_and_best(read(OUTCOME)["curves"])
     shown = [(label, point_of(one)) for label, one in tuned.items()]
-    keys = [
-        (label, point, lead)
-        for label, point in shown
-        for lead in (LEADS if label == STRONG else (tuned[label]["lead"],))
-    ]
+    leads = {label: (tuned["default" if one["family"] == OPTIMAL else label]["lead"],) for label, one in tuned.items()}
+    keys = [(label, point, lead) for label, point in shown for lead in (leads | {STRONG: LEADS})[label]]
     seas = cases(crane, PLANT_SEAS)
     pairs = [
         pair
@@ -113,14 +115,36 @@ def plants_part() -> dict[str, Any]:
 
 def heavy_part() -> dict[str, Any]:
     """Errors and highest pressures, by load and run, where the displacement moves: heavier seas than settings are
-    chosen in. Of strong SSC the best lead of each run, of the others that of the lighter seas."""
+    chosen in."""
     crane, curves = load_crane(course.CRANE), read(OUTCOME)["curves"]
-    tuned = usual_and_best(curves)["tuned"]
     points = [Point(STRONG, "ssc", (("u_thr", u),)) for u in SHOWN] + [Point(FF, FF, (("u_thr", u),)) for u in SHOWN]
-    points += [optimal(), optimal(k_load=0.0), optimal(k_rate=0.0, k_load=0.0), point_of(tuned)]
+    points += [optimal(), optimal(k_load=0.0), optimal(k_rate=0.0, k_load=0.0)]
+    points += [point_of(usual_and_best(curves)["tuned"])]
+    found = _with_kept_leads(crane, points, [case for load in HEAVY_LOADS for case in cases(crane, HEAVY, load)])
+    return {key: {s: [rounded(r[s]) for r in rows] for s in ("e_c_pp", "p_max")} for key, rows in found.items()}
+
+
+def calm_part() -> dict[str, Any]:
+    """Efficiency of the runs in calm seas, by significant height."""
+    crane = load_crane(course.CRANE)
+    points = {label: point_of(one) for label, one in usual_and_best(read(OUTCOME)["curves"]).items()}
+    out: dict[str, Any] = {label: {} for label in points}
+    for Hs in CALM_HEIGHTS:
+        seas = cases(crane, Seas((), tuple((Hs, Tp) for Tp in CALM_PERIODS), HELD_OUT.seeds))
+        found = _with_kept_leads(crane, list(points.values()), seas)
+        for label, point in points.items():
+            out[label][f"{Hs:g}"] = [rounded(r["eta_c"]) for r in found[point.key]]
+    return out
+
+
+def _with_kept_leads(
+    crane: Crane, points: Sequence[Point], scenarios: Sequence[Scenario]
+) -> dict[str, list[dict[str, float]]]:
+    """Scores by run of each point: of strong SSC with the best lead of each run, of the others with the lead that was
+    chosen for their curve, or where they are on none for displacement by an optimum."""
+    curves = read(OUTCOME)["curves"]
     like = {point: curves.get(point.key, curves[optimal().key]) for point in points}
     keys = [(p, lead) for p in points for lead in (LEADS if p.family == STRONG else (like[p]["lead"],))]
-    scenarios = [case for load in HEAVY_LOADS for case in cases(crane, HEAVY, load)]
     machines = {(p, lead): p.on(crane, lead, like[p]["K_p"]) for p, lead in keys}
     found = iter(run([(machines[key], case.with_mode(key[0].law)) for key in keys for case in scenarios]))
     best: dict[str, list[dict[str, float]]] = {}
@@ -128,7 +152,7 @@ def heavy_part() -> dict[str, Any]:
         rows = [next(found) for _ in scenarios]
         before = best.get(point.key, rows)
         best[point.key] = [min(pair, key=lambda r: r["e_c_pp"]) for pair in zip(before, rows, strict=True)]
-    return {key: {s: [rounded(r[s]) for r in rows] for s in ("e_c_pp", "p_max")} for key, rows in best.items()}
+    return best
 
 
 def motion_part() -> dict[str, Any]:
@@ -142,6 +166,7 @@ PARTS: dict[str, Callable[[], dict[str, Any]]] = {
     "cranes": cranes_part,
     "plants": plants_part,
     "heavy": heavy_part,
+    "calm": calm_part,
     "motion": motion_part,
 }
 

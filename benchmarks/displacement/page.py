@@ -22,7 +22,6 @@ from benchmarks.displacement.points import (
     PUBLISHED,
     SHOWN,
     STRONG,
-    THRESHOLDS,
     Point,
     optimal,
     usual,
@@ -31,9 +30,12 @@ from benchmarks.displacement.points import (
 from benchmarks.displacement.scoring import HEAVY, HEAVY_LOADS
 
 SCRIPT = "displacement_tradeoff"
-LESS_PRESSURE, CALM = 0.20, 0.95
+LESS_PRESSURE, ETA_CALM = 0.20, 0.95
 """Less highest pressure than strong SSC, and efficiency in a calm sea, that were wished for [-]."""
 COLOURS = {PUBLISHED: "0.45", STRONG: "tab:blue", OPTIMAL: "tab:orange", FF: "tab:green"}
+SMALL: Mapping[str, Any] = {"textcoords": "offset points", "fontsize": "x-small"}
+TICKS = (1.0, 2.0, 3.0, 5.0, 10.0)
+"""Of the error [cm]."""
 Curve = Mapping[str, Mapping[str, Any]]
 
 
@@ -51,6 +53,7 @@ QUANTITIES = {
     "travel_m": Quantity("travel of the motors [1/min]", 1.0),
     "travel_p": Quantity("travel of the pumps [1/min]", 1.0),
 }
+FAMILIES = {PUBLISHED: "SSC as published", STRONG: "strong SSC", OPTIMAL: "`ssc-optimal`", FF: "FF"}
 NAMES = {
     STRONG: "strong SSC",
     "default": "`ssc-optimal`, defaults",
@@ -64,9 +67,9 @@ def of_family(curves: Curve, family: str) -> list[Mapping[str, Any]]:
     return [one for one in curves.values() if one["family"] == family]
 
 
-def settings(one: Mapping[str, Any]) -> str:
+def settings(given: Mapping[str, float]) -> str:
     """Settings of a point; of displacement by an optimum those that are not the defaults."""
-    changed = {n: x for n, x in one["settings"].items() if DEFAULT.get(n) != x}
+    changed = {n: x for n, x in given.items() if DEFAULT.get(n) != x}
     return ", ".join(f"`{n}` {x:g}{' s' if n == 'w_s' else ''}" for n, x in changed.items()) or "defaults"
 
 
@@ -95,8 +98,8 @@ def numbers(one: Mapping[str, Any], reference: Mapping[str, Any]) -> tuple[str, 
 
 
 def best(points: Sequence[Mapping[str, Any]], quantity: str, *, less: bool = True) -> Mapping[str, Any]:
-    """The point that is best in the seas that settings are chosen in."""
-    return min(points, key=lambda one: (1.0 if less else -1.0) * one["chosen_in"][quantity])
+    """The point that is best to three digits in the seas that settings are chosen in, the first of equals."""
+    return min(points, key=lambda one: (1.0 if less else -1.0) * float(f"{one['chosen_in'][quantity]:.3g}"))
 
 
 def shown(curves: Curve) -> dict[str, Mapping[str, Any]]:
@@ -112,25 +115,24 @@ def shown(curves: Curve) -> dict[str, Mapping[str, Any]]:
         ("highest efficiency in a calm sea", "eta_calm", False),
     ):
         one = best(optima, quantity, less=less)
-        out[f"`ssc-optimal`, {text}: {settings(one)}"] = one
+        out[f"`ssc-optimal`, {text}: {settings(one['settings'])}"] = one
     return out | {f"FF, `u_thr` {u:g}": curves[Point(FF, FF, (("u_thr", u),)).key] for u in SHOWN}
 
 
 def effects(curves: Curve, reference: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Displacement by an optimum with one setting changed."""
     yield "defaults", *numbers(curves[optimal().key], reference)
-    for name, values in COSTS.items():
-        for x in values:
-            if x != DEFAULT[name]:
-                one = curves[optimal(**{name: x}).key]
-                yield settings(one), *numbers(one, reference)
+    changes = [{name: x} for name in ("w_Q", "u_most", "k_load") for x in COSTS[name] if x != DEFAULT[name]]
+    for change in (*changes, {"w_Q": 0.3, "w_s": 0.3}, {"w_Q": 1.0, "w_s": 0.3}):
+        one = curves[optimal(**change).key]
+        yield settings(one["settings"]), *numbers(one, reference)
 
 
 def cranes(found: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, ...]]:
     for crane, by in found.items():
         for label, name in NAMES.items():
             one = by[label]
-            more = f": {settings(one)}" if label == "tuned" else ""
+            more = f": {settings(one['settings'])}" if label == "tuned" else ""
             saturated = percent(one["held_out"]["saturated"], digits=1)
             first = crane if label == STRONG else ""
             yield first, f"{name}{more}", f"{one['K_p']:.3f}", *numbers(one, by[STRONG]), saturated
@@ -140,11 +142,22 @@ def heavy(found: Mapping[str, Mapping[str, Sequence[float]]]) -> Iterator[tuple[
     """Mean error and highest pressure in heavy seas by load."""
     runs = len(HEAVY.work) * len(HEAVY.seeds)
     for key, of in found.items():
+        family, *given = key.split()
+        values = {name: float(x) for name, x in (text.split("=") for text in given)}
         cells = []
         for i in range(len(HEAVY_LOADS)):
             part = slice(i * runs, (i + 1) * runs)
             cells += [f"{1e2 * np.mean(of['e_c_pp'][part]):.1f}", f"{1e-5 * max(of['p_max'][part]):.0f}"]
-        yield key, *cells
+        yield f"{FAMILIES[family]}, {settings(values)}", *cells
+
+
+def calm(found: Mapping[str, Mapping[str, Sequence[float]]], curves: Curve) -> Iterator[tuple[str, ...]]:
+    """Mean efficiency by significant height: 0.3 m among the held-out seas of the curves, the others beside them."""
+    at = usual_and_best(curves)
+    for label, name in NAMES.items():
+        by_height = {float(Hs): float(np.mean(eta)) for Hs, eta in found[label].items()}
+        by_height[0.3] = at[label]["held_out"]["eta_calm"]
+        yield name, *(f"{by_height[Hs]:.3f}" for Hs in sorted(by_height))
 
 
 def ratios(plants: Mapping[str, Any], label: str, lead: float, score: str = "e_c_pp") -> tuple[Any, Any]:
@@ -183,7 +196,7 @@ def compute() -> tuple[Blocks, Any]:
         "optimal_calm": calmest["held_out"]["eta_calm"],
         "strong_calm": strong["held_out"]["eta_calm"],
         "ff_calm": ff["held_out"]["eta_calm"],
-        "thresholds": error_ratio(curves[Point(STRONG, "ssc", (("u_thr", THRESHOLDS[-1]),)).key], strong) - 1.0,
+        "ff_calmer": float(np.mean(found["calm"][FF]["0.2"])),
         "pre_load": error_ratio(curves[optimal().key], curves[optimal(k_load=0.0).key]) - 1.0,
         "of_motion": of_motion,
     }
@@ -195,6 +208,7 @@ def compute() -> tuple[Blocks, Any]:
         "cranes": cranes({course.CRANE: usual_and_best(curves), **found["cranes"]}),
         "plants": drawn(found),
         "heavy": heavy(found["heavy"]),
+        "calm": calm(found["calm"], curves),
     }
     return blocks, (curves, max(motion))
 
@@ -219,11 +233,18 @@ def panel(axes: Axes, curves: Curve, name: str) -> None:
         points = of_family(curves, family)
         axes.plot(*held(points), "o-", color=COLOURS[family], markersize=3.5, linewidth=1.0, label=label)
         axes.plot(*held([p for p in points if p["settings"]["u_thr"] == 0.6]), "o", color=COLOURS[family], markersize=7)
+        for one in (points[0], points[-1]) if name.startswith("travel") else ():
+            x, y = held([one])
+            axes.annotate(f"{one['settings']['u_thr']:g}", (x[0], y[0]), xytext=(6, -3), **SMALL)
     optima = of_family(curves, OPTIMAL)
     axes.plot(*held(optima), ".", color=COLOURS[OPTIMAL], alpha=0.3, markersize=4)
     on_front = front(optima, name, less=q.less)
     axes.plot(*held(on_front), "s-", color=COLOURS[OPTIMAL], markersize=4, linewidth=1.0, label="ssc-optimal, front")
     axes.plot(*held([curves[optimal().key]]), "s", color=COLOURS[OPTIMAL], markersize=8, label="ssc-optimal, defaults")
+    axes.set_xscale("log")
+    axes.set_xlim(0.7, 13.0)
+    axes.set_xticks(TICKS, [f"{x:g}" for x in TICKS])
+    axes.minorticks_off()
     axes.set_xlabel("mean error, peak to peak [cm]")
     axes.set_ylabel(q.label)
     axes.grid(alpha=0.3)
@@ -238,5 +259,5 @@ def draw(found: tuple[Curve, float]) -> None:
             axes.axhline(1e-5 * floor, color="black", linestyle=":", linewidth=1.0, label="motion alone")
             axes.legend(fontsize="small", frameon=False)
         if name == "eta_calm":
-            axes.axhline(CALM, color="black", linestyle="--", linewidth=1.0)
+            axes.axhline(ETA_CALM, color="black", linestyle="--", linewidth=1.0)
     save(figure, "displacement-tradeoff.png")

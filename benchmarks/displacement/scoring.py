@@ -34,6 +34,8 @@ CHOSEN_IN = Seas(((1.0, 8.0), (2.0, 9.0), (3.5, 11.0)), ((0.3, 6.0),), (1,))
 HELD_OUT = Seas(((0.5, 7.0), (1.5, 7.0), (2.5, 10.0), (2.5, 14.0), (3.0, 9.0)), ((0.3, 5.0), (0.3, 8.0)), (2, 3))
 HEAVY = Seas(((4.5, 10.0), (5.5, 12.0)), (), (2, 3))
 HEAVY_LOADS = ("40 t", "100 t", "180 t")
+CALM_HEIGHTS, CALM_PERIODS = (0.1, 0.2, 0.5), (5.0, 8.0)
+"""Of calm seas beside those that are held out, whose periods these are, [m] and [s]."""
 PLANT_SEAS = Seas(((1.5, 7.0), (2.5, 10.0)), (), (2,))
 
 Scores = Mapping[str, float]
