@@ -91,7 +91,7 @@ def _on_crane(crane: Crane) -> dict[str, Any]:
 
 def plants_part() -> dict[str, Any]:
     """Error on drawn plants, by sea: of strong SSC with every lead, of the others that of the crane file;
-    displacement by an optimum has the lead of its defaults, whatever its settings."""
+    displacement by an optimum has the lead of its defaults with all settings."""
     crane = load_crane(course.CRANE)
     tuned = usual_and_best(read(OUTCOME)["curves"])
     shown = [(label, point_of(one)) for label, one in tuned.items()]
