@@ -168,14 +168,19 @@ def ratios(plants: Mapping[str, Any], label: str, lead: float, score: str = "e_c
     return (mine / reference[lead]).ravel(), (mine / np.min([*reference.values()], axis=0)).ravel()
 
 
+def middle_and_most(q: Any) -> tuple[float, float]:
+    """Median, and what 95 % are not above."""
+    return float(np.median(q)), float(np.quantile(q, 0.95, method="higher"))
+
+
 def drawn(found: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Errors on drawn plants over those of strong SSC."""
     lead = usual_and_best(found["curves"])[STRONG]["lead"]
     for label, name in NAMES.items():
         cells = []
         for q in ratios(found["plants"], label, lead):
-            most = np.quantile(q, 0.95, method="higher")
-            cells += [f"{np.median(q):.2f}", f"{most:.2f}", f"{q.max():.2f}", percent(float(np.mean(q > 1.0)))]
+            middle, most = middle_and_most(q)
+            cells += [f"{middle:.2f}", f"{most:.2f}", f"{q.max():.2f}", percent(float(np.mean(q > 1.0)))]
         p, _ = ratios(found["plants"], label, lead, "p_max")
         yield name, *cells, f"{np.median(p):.2f}"
 
@@ -199,6 +204,10 @@ def compute() -> tuple[Blocks, Any]:
         "ff_calmer": float(np.mean(found["calm"][FF]["0.2"])),
         "pre_load": error_ratio(curves[optimal().key], curves[optimal(k_load=0.0).key]) - 1.0,
         "of_motion": of_motion,
+        "drawn": {
+            label: middle_and_most(ratios(found["plants"], label, strong["lead"])[0])
+            for label in ("default", "no pre-load")
+        },
     }
     rows: Rows = [(label, *numbers(one, strong)) for label, one in shown(curves).items()]
     blocks = {
