@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
-from trials.store import read, write_parts
+from trials.store import read, write
 
 from benchmarks.control import course
 from benchmarks.displacement import OUTCOME
@@ -175,7 +175,7 @@ def main(wanted: Sequence[str]) -> None:
     if unknown := [name for name in wanted if name not in PARTS]:
         sys.exit(f"no part {unknown[0]}. There are: {', '.join(PARTS)}")
     for name in wanted or PARTS:
-        write_parts(OUTCOME, {name: PARTS[name]()})
+        write(OUTCOME, PARTS, read(OUTCOME) | {name: PARTS[name]()})
         print(f"{OUTCOME.name}: {name}", flush=True)
 
 
