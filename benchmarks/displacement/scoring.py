@@ -106,7 +106,7 @@ def mean(values: Iterable[float]) -> float:
 
 def gains(crane: Crane, points: Sequence[Point]) -> list[float]:
     """K_p of every point [1/m]. Of displacement by an optimum that of its defaults: with a held displacement, which is
-    what the margin is of, its loop is the same with all settings, and with w_s the linear analysis refuses it."""
+    what the margin is of, its loop is the same with all settings."""
     judged_by = [optimal() if p.mode == OPTIMAL else p for p in points]
     found = {p: _gain(crane, p) for p in dict.fromkeys(judged_by)}
     return [found[p] for p in judged_by]
