@@ -23,7 +23,7 @@ from stillhook.analysis.loop_stability.differences import (
     steady_tick,
     step_of,
 )
-from stillhook.analysis.loop_stability.linearisation import lateness_of
+from stillhook.analysis.loop_stability.linearisation import LawMemory, lateness_of, remembering, settled_laws
 from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.base.arrays import FloatArray
@@ -88,11 +88,14 @@ class EnginePoint(NamedTuple):
 
 
 def engine_points(
-    crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float, float]]
+    crane: Crane,
+    mode: Mode,
+    places: Sequence[tuple[float, float, float, float]],
+    memories: Sequence[LawMemory] | None = None,
 ) -> list[EnginePoint | None]:
     """The engine at places of payload [kg], wire paid out [m], speed of the tip, up positive [m/s], and where a stroke
     that limits the winch is: the tip from its middle, up positive, over the stroke [-]; None where the run
-    diverges.
+    diverges. memories: what the controller remembers at each, default what it starts from.
 
     The position feedback is soft, so that an unstable one does not hide the point. Slow states (oil in an accumulator,
     a store, a temperature) are where the run has left them.
@@ -102,9 +105,12 @@ def engine_points(
     softened = crane.model_copy(update={"control": soft})
     settling = softened.model_copy(update={"wire": calm})
     return [
-        None if result.diverged else _point(softened, case, result, place)
-        for (case, result), place in zip(
-            _settled(Keyed(settling, tuple(content(settling).items())), mode, tuple(places)), places, strict=True
+        None if result.diverged else _point(softened, case, result, place, law_memory)
+        for (case, result), place, law_memory in zip(
+            _settled(Keyed(settling, tuple(content(settling).items())), mode, tuple(places)),
+            places,
+            memories or [None] * len(places),
+            strict=True,
         )
     ]
 
@@ -172,16 +178,20 @@ def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
     return _time(crane, load, v_tip, at) >= SETTLED
 
 
-def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
+def _point(
+    crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float], law_memory: LawMemory
+) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
     d = driver(packed.name, 1, Setup(losses=packed.setup.losses), packed.extra_controllers)
-    laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
+    laws = remembering(d.laws.blank(packed.settings)._replace(code=code_of(case.mode)), case.mode, law_memory)
     load, _, v_tip, at = place
     stroke = _stroke(crane, load)
     s_tip = v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
     tick = steady_tick(case.mode, s_tip, v_tip)
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
+    if law_memory is not None:
+        laws = settled_laws(d, (result.state, result.memory, laws, tick, tip, geometry, packed.params))
     # a second cycle on the first one's memory: the filters have the state that they are asked about
     u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)

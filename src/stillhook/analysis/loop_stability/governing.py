@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linearisation import learned, plc_loop
+from stillhook.analysis.loop_stability.linearisation import LawMemory, learned, plc_loop
 from stillhook.analysis.loop_stability.loops import SampledLoop
 from stillhook.analysis.loop_stability.margins import (
     KEPT,
@@ -45,7 +45,7 @@ from stillhook.analysis.steady.operating_point import NoSteadyOperation, Operati
 from stillhook.analysis.steady.steady_state import moves
 from stillhook.base.identity import Keyed
 from stillhook.engine.pack.winch import pack, plc_record
-from stillhook.engine.scenario.followed_law import FollowedLaw
+from stillhook.engine.scenario.followed_law import CYCLE, FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.physics.scalar import G
 from stillhook.spec.control import own_settings
@@ -209,11 +209,14 @@ def place_limits(
     Errors: StillhookError where it comes to none.
     """
     _check_law(crane, mode)
+    reached = _reached(crane, places)
+    known = learned(crane, mode, ((p.load, p.s_w) for p in reached))
     if by_engine(crane):
-        reached = _reached(crane, places)
-        result = _engine_limits(_engine_key(crane, mode, reached[0]), mode, reached, delay) if reached else ()
+        memories = tuple(known[p.load, p.s_w] for p in reached)
+        key = _engine_key(crane, mode, reached[0]) if reached else None
+        result = () if key is None else _engine_limits(key, mode, reached, memories, delay)
     else:
-        each = (_closed_circuit(crane, mode, place, alpha_m, delay) for place in places)
+        each = (_closed_circuit(crane, mode, place, known[place.load, place.s_w], alpha_m, delay) for place in reached)
         result = tuple(p for p in each if p is not None)
     if not result:
         raise StillhookError(
@@ -236,8 +239,8 @@ def _check_law(crane: Crane, mode: Mode) -> None:
     memory = law.start()
     if memory is None or by_engine(crane):
         return
-    demands = []
-    for _ in range(math.ceil(REMEMBERS / crane.control.t_cycle)):
+    law, demands = FollowedLaw(crane, mode.law, 0.5 * crane.SWL * G, t_cycle=CYCLE), []
+    for _ in range(math.ceil(REMEMBERS / CYCLE)):
         demand, memory = law.after(0.0, memory, NEARLY_FULL)
         demands.append(demand.u_m)
     if max(demands) - min(demands) > DISPLACEMENT_STANDS:
@@ -275,8 +278,10 @@ def _engine_key(crane: Crane, mode: Mode, place: Place) -> Keyed:
 
 
 @functools.lru_cache(maxsize=256)
-def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: float) -> tuple[PlaceLimit, ...]:
-    points = engine_points(keyed.machine, mode, places)
+def _engine_limits(
+    keyed: Keyed, mode: Mode, places: tuple[Place, ...], memories: tuple[LawMemory, ...], delay: float
+) -> tuple[PlaceLimit, ...]:
+    points = engine_points(keyed.machine, mode, places, memories)
     result = []
     for place, point in zip(places, points, strict=True):
         if point is None:
@@ -290,7 +295,9 @@ def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: f
     return tuple(result)
 
 
-def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | None, delay: float) -> PlaceLimit | None:
+def _closed_circuit(
+    crane: Crane, mode: Mode, place: Place, law_memory: LawMemory, alpha_m: float | None, delay: float
+) -> PlaceLimit | None:
     """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, at any speed
     and load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
     station = Station(crane, place.load, place.s_w, _way(place))
@@ -300,19 +307,18 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     own = own_settings(crane.control, mode.law)
     seen: Any = plc
     if stands:
-        leads = {} if mode.law.learns else {"t_lead": 0.0, "t_lead_ff": 0.0}
-        seen = plc._replace(gains=None, motors=None, **leads)  # type: ignore[arg-type]
+        seen = plc._replace(gains=None, motors=None, t_lead=0.0, t_lead_ff=0.0)  # type: ignore[arg-type]
     cut = max(math.floor(at / STEP_PLANT + 1e-9) * STEP_PLANT, STEP_PLANT)
     alpha = cut if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
     keyed = Keyed((crane, station), (params, station.winch.geometry, seen, own))
-    result = _closed_circuit_at(keyed, mode, place, alpha, delay)
+    result = _closed_circuit_at(keyed, mode, place, law_memory, alpha, delay)
     return None if result is None else PlaceLimit(place, alpha, *result)
 
 
 @functools.lru_cache(maxsize=8192)
 def _closed_circuit_at(
-    keyed: Keyed, mode: Mode, place: Place, alpha: float, delay: float
+    keyed: Keyed, mode: Mode, place: Place, law_memory: LawMemory, alpha: float, delay: float
 ) -> tuple[SampledLoop, StableGains] | None:
     """None where pressure or pumps do not suffice."""
     crane, station = keyed.machine
@@ -323,15 +329,8 @@ def _closed_circuit_at(
     if point is None or not point.reachable:
         return None
     point = point._replace(params=point.params._replace(hoist=hoist))
-    law_memory = _learned(Keyed(crane, (*keyed.key[:2], keyed.key[3])), mode, place.load, place.s_w)
     loop = plc_loop(crane, point, mode=mode, delay=delay, law_memory=law_memory)
     return loop, stable_gains(loop)
-
-
-@functools.lru_cache(maxsize=256)
-def _learned(keyed: Keyed, mode: Mode, load: float, s_w: float) -> tuple[float, ...] | None:
-    """What a controller that learns remembers after a sea at a place; None of any other."""
-    return learned(keyed.machine, mode, load, s_w) if mode.law.learns else None
 
 
 @functools.lru_cache(maxsize=8192)

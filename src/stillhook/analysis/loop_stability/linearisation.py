@@ -8,8 +8,9 @@ in here; the two are compared in docs/validation/paper-e-stability.md.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,18 +31,22 @@ from stillhook.analysis.loop_stability.loops import ContinuousLoop, Cycle, Sampl
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
+from stillhook.base.identity import Keyed
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
+from stillhook.engine.arguments import SERIES_STEP, steps_of_cases
 from stillhook.engine.pack.winch import controllers_of, losses_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
-from stillhook.engine.session import Session
+from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
-from stillhook.kernels.lanes import flatten, paths, unflatten
+from stillhook.kernels.drivers.winch import Driver
+from stillhook.kernels.lanes import VL, flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, content
 from stillhook.spec.scenario import Mode, Scenario
+from stillhook.units import show
 from stillhook.winches.circuits.tables import NO_LIMIT
 from stillhook.winches.records import Tip
 
@@ -230,15 +235,40 @@ SEA, SEA_TIME, SEA_GAIN = "sine 0.7 m 9 s", 120.0, 0.1
 SETTLING = 50
 """PLC cycles at the point before it is linearised, for filters of what is measured."""
 
+LawMemory = tuple[float, ...] | None
+"""What a controller remembers, in the order of its Memory; None: what it starts from."""
+Hanging = tuple[float, float]
+"""Payload [kg] on a wire of a length [m]."""
 
-def learned(crane: Crane, mode: Mode, load: float, s_w: float) -> tuple[float, ...]:
-    """What a controller remembers after a time in a sea, with a payload [kg] on a wire [m], in the order of its
-    Memory. Of a small K_p, so that it does not depend on the gain that is looked for."""
-    control = crane.control.model_copy(update={"K_p": SEA_GAIN})
-    case = Scenario(load="0 t", s_w="0 m", mode=mode, tip=SEA).model_copy(update={"load": load, "s_w": s_w})
-    session = Session(crane.model_copy(update={"control": control}), case)
-    session.step(cycles=round(SEA_TIME / crane.control.t_cycle))
-    return tuple(session.state(f"{mode.law.field}_memory.{name}") for name in mode.law.memory._fields)
+
+def learned(crane: Crane, mode: Mode, places: Iterable[Hanging]) -> Mapping[Hanging, LawMemory]:
+    """What a controller that learns remembers after a time in a sea, with payloads on wires; None of any other. Of a
+    small K_p, so that it does not depend on the gain that is looked for.
+
+    Errors: StillhookError where the winch loses its numbers in that sea: nothing is known of its learned loop.
+    """
+    each = tuple(dict.fromkeys(places))
+    if not mode.law.learns:
+        return dict.fromkeys(each)
+    calm = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": SEA_GAIN})})
+    return _learned(Keyed(calm, tuple(content(calm).items())), mode, each)
+
+
+@functools.lru_cache(maxsize=64)
+def _learned(calm: Keyed, mode: Mode, places: tuple[Hanging, ...]) -> Mapping[Hanging, LawMemory]:
+    crane = calm.machine
+    time = SEA_TIME - crane.control.t_cycle  # a run has a PLC cycle at both of its ends
+    case = Scenario(load="0 t", s_w="0 m", mode=mode, tip=SEA, duration=f"{time!r} s", warm_up="0 s")
+    cases = [case.model_copy(update={"load": load, "s_w": s_w}) for load, s_w in places]
+    step, lanes = steps_of_cases(crane, cases, SERIES_STEP), VL if len(cases) > 1 else 1
+    runs = run_cases(crane, cases, step=step, lanes=lanes, keep=unchanged)
+    if lost := next((run.case for run in runs if run.diverged), None):
+        raise StillhookError(
+            f'"{crane.name}": "{mode}" learns, and loses its numbers in a sea with {show(lost.load, "mass", 4)} on'
+            f" {show(lost.s_w, 'length', 4)} of wire. Look at runs: stillhook run."
+        )
+    name = f"{mode.law.field}_memory"
+    return {at: tuple(getattr(run.laws, name)) for at, run in zip(places, runs, strict=True)}
 
 
 def plc_loop(
@@ -247,7 +277,7 @@ def plc_loop(
     *,
     mode: Mode | str = DEFAULT_MODE,
     delay: float = 0.0,
-    law_memory: tuple[float, ...] | None = None,
+    law_memory: LawMemory = None,
 ) -> SampledLoop:
     """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
@@ -279,19 +309,37 @@ REMEMBERED = ("F", "p_mean", "u_m")
 and what the controller remembers."""
 
 
+def remembering(laws: Any, mode: Mode, law_memory: LawMemory) -> Any:
+    """What controllers carry, with the memory of one."""
+    if law_memory is None:
+        return laws
+    name = f"{mode.law.field}_memory"
+    return laws._replace(**{name: type(getattr(laws, name))(*law_memory)})
+
+
+def settled_laws(driver: Driver, before: tuple[Any, ...]) -> Any:
+    """What controllers carry after `SETTLING` cycles at an instant: state, memory of the PLC, controllers, tick, tip,
+    drum, parameters."""
+    state, memory, laws = before[:3]
+    carried = [i for i, path in enumerate(paths(type(laws))) if "_memory." in path]
+    if not carried:
+        return laws
+    numbers, first = np.array(numbers_of((laws,))), len(numbers_of((state, memory)))
+    cycle = cycles_at(driver, before, [first + i for i in carried])
+    for _ in range(SETTLING):
+        numbers[carried] = cycle(numbers[None, carried])[0, -len(numbers) :][carried]
+    return unflatten(type(laws), iter(numbers.tolist()))
+
+
 class _Plc:
     """The PLC's cycle about an operating point, with the controller of a mode in force."""
 
-    def __init__(
-        self, crane: Crane, point: OperatingPoint, mode: Mode, law_memory: tuple[float, ...] | None = None
-    ) -> None:
+    def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode, law_memory: LawMemory = None) -> None:
         extra_controllers, settings = controllers_of(crane, (mode,))
         self.point, self.tick, self.winch = point, steady_tick(mode, *point.tip), crane.plant.type
         self.driver = driver(crane.plant.value, 1, Setup(losses=losses_of(crane)), extra_controllers)
         self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
-        if law_memory is not None:
-            name = f"{mode.law.field}_memory"
-            self.laws = self.laws._replace(**{name: type(getattr(self.laws, name))(*law_memory)})
+        self.laws = remembering(self.laws, mode, law_memory)
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 
     def memory(self, alpha_m: float) -> Memory:
@@ -309,11 +357,8 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
-    if plc.carried:
-        for _ in range(SETTLING):
-            _, _, plc.laws, _ = plc.driver.control(
-                point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p
-            )
+    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
+    plc.laws = settled_laws(plc.driver, before)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields

@@ -14,7 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
+from stillhook.analysis.loop_stability.linearisation import (
+    learned,
+    linearise,
+    plant_loop,
+    plc_loop,
+    settled_displacement,
+)
 from stillhook.analysis.loop_stability.loops import Loop, SampledLoop
 from stillhook.analysis.loop_stability.margins import margins, strongest_up_to
 from stillhook.analysis.loop_stability.transfer import (
@@ -272,7 +278,7 @@ def full_stability(
     Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-],
     default where the mode's law holds the motors; mode; delay [s] of the position feedback.
     K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed,
-    poles as well. omega_0 and zeta are those of the mode in which the winch oscillates on the oil of its lines.
+    poles as well, with what a controller that learns remembers after a sea. omega_0 and zeta are those of the mode in which the winch oscillates on the oil of its lines.
     Errors: StillhookError for a point that the winch cannot reach, or a winch at rest, which sticks.
     """
     _check(v_tip, delay)
@@ -286,8 +292,9 @@ def full_stability(
         return operating_point(crane, -v_tip, alpha, load=load, s_w=s_w, v_tip=v_tip)
 
     point = settled_displacement(crane, at, mode) if alpha_m is None else at(alpha_m)
-    linear = linearise(point)
-    plain, with_plc = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
+    linear, law_memory = linearise(point), learned(crane, Mode(mode), [(load, s_w)])[load, s_w]
+    plain = plant_loop(linear)
+    with_plc = plc_loop(crane, point, mode=mode, delay=delay, law_memory=law_memory)
     swing = max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
     limit = margins(plain, crane.control.K_p)
     values = {

@@ -118,7 +118,7 @@ class ScenarioBlock(Block[Ready]):
 
     def result(self, i: int) -> ScenarioRun:
         """The run of one lane."""
-        stats, t_cycle = self.part("st", i), self.drive.t_cycle
+        stats, laws, t_cycle = self.part("st", i), self.part("laws", i), self.drive.t_cycle
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2, :, i]
         span, full = _span(best, stats.common, self.n_win)
         return ScenarioRun(
@@ -129,7 +129,8 @@ class ScenarioBlock(Block[Ready]):
             t_cycle=t_cycle,
             warm_up=self.drive.first * t_cycle,
             before=self.before[i],
-            checks=self.part("laws", i).checks.k if self.d.laws.checks else None,
+            laws=laws,
+            checks=laws.checks.k if self.d.laws.checks else None,
         )
 
 

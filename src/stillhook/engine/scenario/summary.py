@@ -57,8 +57,8 @@ COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScenarioRun(Run):
     """What came back of a scenario: statistics, the three peak-to-peak values over the moving window [m] and whether
-    the run was as long as that, PLC cycle and warm-up [s], statistics of the warm-up (None without one), memory of the
-    checks (None without)."""
+    the run was as long as that, PLC cycle and warm-up [s], statistics of the warm-up (None without one), what the
+    controllers carry at the end, memory of the checks (None without)."""
 
     stats: Any
     span: tuple[float, float, float]
@@ -66,6 +66,7 @@ class ScenarioRun(Run):
     t_cycle: float
     warm_up: float
     before: Any
+    laws: Any
     checks: Any = None
 
     @cached_property
