@@ -33,7 +33,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
 from stillhook.base.identity import Keyed
 from stillhook.control.plc import Memory
-from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
+from stillhook.control.registry import DEFAULT_MODE, ControlLaw, code_of, mode_of_code
 from stillhook.engine.arguments import SERIES_STEP, steps_of_cases
 from stillhook.engine.pack.winch import controllers_of, losses_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
@@ -372,7 +372,8 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
         numbers[varied],
         [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
     )[results]
-    by_feedback = _law_slopes(crane, point, plc.tick.mode)
+    law = mode_of_code(plc.tick.mode).law
+    by_feedback = _law_slopes(crane, point, law, getattr(plc.laws, f"{law.field}_memory", None))
     g = np.array([by_feedback[0].get(name, 0.0) for name in (n for n in point.command._fields if n.startswith("u_"))])
     h = np.array([*(0.0,) * len(REMEMBERED), *by_feedback[1]])
     return Cycle(J[: len(given)], J[len(given) :], g, h)
@@ -383,14 +384,16 @@ FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 9
 command has exactly 1."""
 
 
-def _law_slopes(crane: Crane, point: OperatingPoint, code: float) -> tuple[dict[str, float], list[float]]:
-    """What a law demands of pumps and motors, by name, and what it remembers, by the position feedback: of the law
-    alone, for pumps at their stop follow nothing."""
+def _law_slopes(
+    crane: Crane, point: OperatingPoint, law: ControlLaw, memory: Any
+) -> tuple[dict[str, float], list[float]]:
+    """What a law demands of pumps and motors, by name, and what it remembers, by the position feedback, with a memory
+    (None of a law without): of the law alone, for pumps at their stop follow nothing."""
     ratio = float(K_wire(point.geometry.d, point.params.hoist.drum))
     at = {"F": point.F_w, "K_wire": ratio, "alpha_m": point.alpha_m, "v_tip": point.tip.v}
-    law = FollowedLaw(crane, mode_of_code(code).law, **at)
-    u_ff = -law.plc.gains.K_1 * point.tip.v * ratio * point.alpha_m
-    (more, kept_more), (less, kept_less) = (law.after(u, law.start(), u_ff) for u in (FEEDBACK_STEP, -FEEDBACK_STEP))
+    followed = FollowedLaw(crane, law, **at)
+    u_ff = -followed.plc.gains.K_1 * point.tip.v * ratio * point.alpha_m
+    (more, kept_more), (less, kept_less) = (followed.after(u, memory, u_ff) for u in (FEEDBACK_STEP, -FEEDBACK_STEP))
 
     def slope(a: float, b: float) -> float:
         return float(np.round((a - b) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS))
