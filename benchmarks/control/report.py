@@ -14,7 +14,7 @@ from rich.table import Table
 
 from benchmarks.control.course import SCORES
 from benchmarks.control.entries import REFERENCE
-from benchmarks.control.margins import FACTORS, Margin
+from benchmarks.control.margins import Margin
 from benchmarks.control.runs import Result
 from stillhook.base.arrays import FloatArray
 
@@ -125,13 +125,21 @@ def losses_table(found: Outcome) -> Rows:
 
 def margins_table(found: Outcome) -> Rows:
     """Margins of each entry at its largest gain."""
+    head = ["entry", "K_p", "gain margin", "phase margin", "delay margin"]
+    head += ["twin: error grows by half", "twin: disturbance stays"]
     rows = []
     for name, e in found.items():
-        m = Margin(**e["margin"])
+        m = Margin(**{key: math.inf if x is None else x for key, x in e["margin"].items()})
         dB, deg = 20.0 * math.log10(m.gain_margin), math.degrees(m.phase_margin)
-        twin = f"above {FACTORS[-1]:g}" if m.factor is None else f"{m.factor:g}"
-        rows.append([name, f"{m.K_p:.3f} 1/m", f"{dB:.1f} dB", f"{deg:.0f} deg", f"{m.delay_margin:.1f} s", twin])
-    return ["entry", "K_p", "gain margin", "phase margin", "delay margin", "factor at which the twin swings"], rows
+        twin = [_until(m.factor_grows, m.later_grows), _until(m.factor_stays, m.later_stays)]
+        rows.append([name, f"{m.K_p:.3f} 1/m", f"{dB:.1f} dB", f"{deg:.0f} deg", f"{m.delay_margin:.1f} s", *twin])
+    return head, rows
+
+
+def _until(factor: float, later: float) -> str:
+    """Factor on K_p, or delay of the pumps' commands."""
+    delay = f"{1e3 * later:.0f} ms" if math.isfinite(later) else "no delay"
+    return f"{factor:.1f} K_p, {delay}" if math.isfinite(factor) else f"no K_p, {delay}"
 
 
 TABLES = {

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, present, refuse, write_out
-from stillhook.errors import CommandError
+from stillhook.errors import CommandError, SimulationError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import Answer, print_table
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
+    from stillhook.analysis.loop_stability.in_the_twin import TwinMargins
     from stillhook.analysis.loop_stability.stability import Stability
     from stillhook.analysis.loop_stability.verdict import Verdict
     from stillhook.spec.crane import Crane
@@ -30,7 +31,12 @@ CONTROLLER_HELP = (
     " position on other winches)."
 )
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
-FULL_HELP = "One operating point of the complete plant, at --load, --s-w and --v-tip, as a table."
+FULL_HELP = (
+    "One operating point of the complete plant, at --load, --s-w and --v-tip, as a table, and margins of the twin in"
+    " waves of that speed."
+)
+WAVE = 9.0
+"""Period of the waves in which the twin is looked at [s]."""
 LOAD, WIRE = "100 t", "100 m"
 """Default operating point of the complete plant alone."""
 LOAD_HELP = f'Payload on the hook (default: empty hook to the heaviest of the mode; with --full "{LOAD}").'
@@ -93,13 +99,14 @@ def stability(
     )
     loops: list[Stability] = []
     verdicts: list[Any] = []
-    where = ""
+    where, twin = "", None
     if full:
         refuse(
             {"--layer": layer},
             "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
         )
         loops, where = _full(crane, chosen.mode, alphas, at)
+        twin = None if alpha_m else _twin(crane, chosen.mode, at)
     elif layer is not None:
         refuse(
             {"--load": load, "--s-w": s_w, "--controller": controller},
@@ -114,10 +121,13 @@ def stability(
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
     notes = left_out(crane.sensors)
     table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
+    table |= {} if twin is None else {"twin": _nested(twin)}
 
     def show_answer() -> None:
         if loops:
             _print_loops(crane, loops, where)
+        if twin is not None:
+            _print_line(_in_the_twin(twin, at))
         if layer is not None:
             print("What the crane is judged by is the complete plant, without --layer.")
         for alpha, v in zip(alphas, verdicts, strict=False):
@@ -128,6 +138,7 @@ def stability(
     def brief() -> Answer:
         lines = [line for alpha, v in zip(alphas, verdicts, strict=False) for line in _short(v, chosen.name, alpha)]
         lines += [f"Motors at {s.alpha_m:.3g}: {_sentence(s)}" for s in loops]
+        lines += [] if twin is None else [_in_the_twin(twin, at)]
         title = f"{crane.name}, {chosen.name}: position loop, {where or 'complete plant'}"
         if at.delay:
             title += f", delay {show(at.delay, 'time')}"
@@ -178,6 +189,49 @@ def _full(crane: Crane, mode: Mode, alphas: list[float | None], at: _Place) -> t
     return [s for s, _ in results], f"complete plant at {show(-point.v_w, 'speed')} of the tip, {pressures}"
 
 
+def _twin(crane: Crane, mode: Mode, at: _Place) -> TwinMargins:
+    """Margins in the twin in regular waves in which the tip comes to the requested speed."""
+    from stillhook.analysis.loop_stability.in_the_twin import twin_margins
+    from stillhook.sea.motion.motion import Sine
+    from stillhook.spec.scenario import Scenario
+
+    height = abs(at.v_tip or 0.0) * WAVE / (2.0 * math.pi)
+    waves = Sine.from_si(height, WAVE, where="--v-tip")
+    case = Scenario(load=LOAD, s_w=WIRE, tip=waves, mode=mode, duration="200 s", warm_up="80 s")
+    place = {name: x for name, x in (("load", at.load), ("s_w", at.s_w)) if x is not None}
+    case = case.model_copy(update=place)
+    try:
+        return twin_margins(crane, case)
+    except SimulationError:  # dead times need a compiler
+        return twin_margins(crane, case, delays=False)
+
+
+def _nested(twin: TwinMargins) -> dict[str, Any]:
+    return {name: x._asdict() if isinstance(x, tuple) else x for name, x in twin._asdict().items()}
+
+
+def _in_the_twin(twin: TwinMargins, at: _Place) -> str:
+    """Margins in the twin, a sentence for each criterion."""
+    error = show(twin.e_c_pp, "diameter", 3)
+    first = f"Twin, waves of {WAVE:g} s with the tip up to {show(abs(at.v_tip or 0.0), 'speed')}: error {error} peak to peak."
+    grows, stays = (
+        " and ".join(part for part in (_times(factor), _later(delay)) if part)
+        for factor, delay in zip(twin.factor, twin.delay, strict=True)
+    )
+    return f"{first} It grows by half with {grows}. A disturbance stays with {stays}."
+
+
+def _times(factor: float) -> str:
+    return f"{factor:.3g} times K_p" if math.isfinite(factor) else "no K_p that was run"
+
+
+def _later(delay: float) -> str:
+    """A delay in words; nothing where it is not modelled."""
+    if math.isnan(delay):
+        return ""
+    return f"commands {show(delay, 'time', 2)} later" if math.isfinite(delay) else "no delay that was run"
+
+
 def _print_verdict(v: Verdict, controller: str, alpha: float | None) -> None:
     """The answer in lines, the verdict first."""
     motors = "" if alpha is None else f", motors at {alpha:.3g}"
@@ -191,7 +245,11 @@ def _print_verdict(v: Verdict, controller: str, alpha: float | None) -> None:
     else:
         answer = f"UNSTABLE, {v.found.describe()}."
     for line in (f"{where}: {answer}", *_without_gain(v), *_by_gain(v), *_margin(v), *_references(v)):
-        print(textwrap.fill(line, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+        _print_line(line)
+
+
+def _print_line(line: str) -> None:
+    print(textwrap.fill(line, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def _short(v: Verdict, controller: str, alpha: float | None) -> list[str]:
@@ -268,11 +326,15 @@ def _margin(v: Verdict) -> list[str]:
 
 
 def _references(v: Verdict) -> list[str]:
-    """What the wire's damping decides, and the published loop."""
+    """What was learned, what the wire's damping decides, and the published loop."""
     whose = {"crane": "the crane's", "paper C": "paper C's", "least": "least", "most": "most"}
     cells = [f"{d.zeta:g} ({whose[d.whose]}) {d.oscillates}, {d.no_gain}" for d in v.damping]
     places = max((d.places for d in v.damping), default=0)
     lines = [f"Wire damping, places of {places} that oscillate with K_p, and with any gain: {'; '.join(cells)}."]
+    if v.mode.law.learns:
+        from stillhook.analysis.loop_stability.linearisation import SEA, SEA_TIME
+
+        lines.insert(0, f"With what {v.mode.value} has learned in {SEA_TIME:g} s of waves ({SEA}); before that its loop differs.")
     if (s := v.published) is not None:
         lines.append(
             f"Published loop (paper E, for reference): limit {_gain(s.K_p_ms, 4)} with motors at {s.alpha_m:.3g},"
