@@ -16,7 +16,7 @@ from stillhook.analysis.loop_stability.stability import full_stability
 from stillhook.library import changed
 
 ROOT = Path(__file__).parents[2]
-DOUBLING = '''
+DOUBLING = """
 from typing import NamedTuple
 
 from stillhook.control.interface import DISPLACEMENT, SPEED, Demand
@@ -36,7 +36,7 @@ class Memory(NamedTuple):
 def cycle(r, plc, m):
     seen = fmin(m.seen + plc.t_cycle / 60.0 * (1.0 if abs(r.y.a_tip) > 0.0 else 0.0), 1.0)
     return Demand(r.u_ff + (1.0 + m.seen) * r.u_fb, 1.0), Memory(seen)
-'''
+"""
 """Its limit is half of that of a law with the plain feedback, once it has learned."""
 EXACT = 1e-6
 

@@ -65,7 +65,9 @@ class TwinMargins(NamedTuple):
     e_c_pp: float
 
 
-def twin_margins(crane: Crane, case: Scenario, *, step: float = STEP, delays: bool = True, threads: int = 2) -> TwinMargins:
+def twin_margins(
+    crane: Crane, case: Scenario, *, step: float = STEP, delays: bool = True, threads: int = 2
+) -> TwinMargins:
     """Margins in the twin under the controller of a case, in its waves and with its sensors; step the disturbance [m];
     delays: whether delays are run too, NaN where not.
 
@@ -80,7 +82,8 @@ def twin_margins(crane: Crane, case: Scenario, *, step: float = STEP, delays: bo
         raise StillhookError("Margins in the twin need a case that compensates, without steps of its reference.")
 
     def stronger(factor: float) -> Crane:
-        return with_value(crane, "control.K_p", factor * crane.control.K_p)
+        control = crane.control.model_copy(update={"K_p": factor * crane.control.K_p})
+        return crane.model_copy(update={"control": control})
 
     factor, e_c_pp = _until(stronger, np.geomspace(1.0, MOST_FACTOR, VALUES), case, step, threads)
     command = next((u for u in IN_THE_LOOP if u in crane.plant.type.SERVOS), None)
@@ -119,9 +122,7 @@ def _first(beyond: BoolArray) -> int | None:
     return int(np.argmax(beyond)) if beyond.any() else None
 
 
-def _looked_at(
-    machines: Sequence[Crane], case: Scenario, step: float, threads: int
-) -> tuple[FloatArray, BoolArray]:
+def _looked_at(machines: Sequence[Crane], case: Scenario, step: float, threads: int) -> tuple[FloatArray, BoolArray]:
     """Of each machine the control error [m], infinite where a run lost its numbers, and whether a disturbance stays."""
     stepped = case.operator.model_copy(update={"steps": ((case.warm_up, step),)})
     disturbed = case.model_copy(update={"operator": stepped})

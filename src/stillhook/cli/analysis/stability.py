@@ -121,7 +121,8 @@ def stability(
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
     notes = left_out(crane.sensors)
     table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
-    table |= {} if twin is None else {"twin": _nested(twin)}
+    if twin is not None:
+        table["twin"] = {"factor": twin.factor._asdict(), "delay": twin.delay._asdict(), "e_c_pp": twin.e_c_pp}
 
     def show_answer() -> None:
         if loops:
@@ -206,19 +207,17 @@ def _twin(crane: Crane, mode: Mode, at: _Place) -> TwinMargins:
         return twin_margins(crane, case, delays=False)
 
 
-def _nested(twin: TwinMargins) -> dict[str, Any]:
-    return {name: x._asdict() if isinstance(x, tuple) else x for name, x in twin._asdict().items()}
-
-
 def _in_the_twin(twin: TwinMargins, at: _Place) -> str:
-    """Margins in the twin, a sentence for each criterion."""
-    error = show(twin.e_c_pp, "diameter", 3)
-    first = f"Twin, waves of {WAVE:g} s with the tip up to {show(abs(at.v_tip or 0.0), 'speed')}: error {error} peak to peak."
+    """Margins in the twin, in a sentence."""
+    tip, error = show(abs(at.v_tip or 0.0), "speed"), show(twin.e_c_pp, "diameter", 3)
     grows, stays = (
-        " and ".join(part for part in (_times(factor), _later(delay)) if part)
+        " or ".join(part for part in (_times(factor), _later(delay)) if part)
         for factor, delay in zip(twin.factor, twin.delay, strict=True)
     )
-    return f"{first} It grows by half with {grows}. A disturbance stays with {stays}."
+    return (
+        f"Twin in waves of {WAVE:g} s, tip up to {tip}: error {error} peak to peak, half more with {grows}; a"
+        f" disturbance stays with {stays}."
+    )
 
 
 def _times(factor: float) -> str:
@@ -334,7 +333,7 @@ def _references(v: Verdict) -> list[str]:
     if v.mode.law.learns:
         from stillhook.analysis.loop_stability.linearisation import SEA, SEA_TIME
 
-        lines.insert(0, f"With what {v.mode.value} has learned in {SEA_TIME:g} s of waves ({SEA}); before that its loop differs.")
+        lines.insert(0, f"{v.mode.value} with what it has learned after {SEA_TIME:g} s of waves ({SEA}).")
     if (s := v.published) is not None:
         lines.append(
             f"Published loop (paper E, for reference): limit {_gain(s.K_p_ms, 4)} with motors at {s.alpha_m:.3g},"
