@@ -278,7 +278,8 @@ def full_stability(
     Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-],
     default where the mode's law holds the motors; mode; delay [s] of the position feedback.
     K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed,
-    poles as well, with what a controller that learns remembers after a sea. omega_0 and zeta are those of the mode in which the winch oscillates on the oil of its lines.
+    poles as well, with what a controller that learns remembers after a sea. omega_0 and zeta are those of the mode in
+    which the winch oscillates on the oil of its lines.
     Errors: StillhookError for a point that the winch cannot reach, or a winch at rest, which sticks.
     """
     _check(v_tip, delay)

@@ -210,25 +210,18 @@ def _twin(crane: Crane, mode: Mode, at: _Place) -> TwinMargins:
 def _in_the_twin(twin: TwinMargins, at: _Place) -> str:
     """Margins in the twin, in a sentence."""
     tip, error = show(abs(at.v_tip or 0.0), "speed"), show(twin.e_c_pp, "diameter", 3)
-    grows, stays = (
-        " or ".join(part for part in (_times(factor), _later(delay)) if part)
-        for factor, delay in zip(twin.factor, twin.delay, strict=True)
-    )
+    grows, stays = (_until(*ends) for ends in zip(twin.factor, twin.delay, strict=True))
     return (
         f"Twin in waves of {WAVE:g} s, tip up to {tip}: error {error} peak to peak, half more with {grows}; a"
         f" disturbance stays with {stays}."
     )
 
 
-def _times(factor: float) -> str:
-    return f"{factor:.3g} times K_p" if math.isfinite(factor) else "no K_p that was run"
-
-
-def _later(delay: float) -> str:
-    """A delay in words; nothing where it is not modelled."""
-    if math.isnan(delay):
-        return ""
-    return f"commands {show(delay, 'time', 2)} later" if math.isfinite(delay) else "no delay that was run"
+def _until(factor: float, delay: float) -> str:
+    """What of a factor and a delay was enough, in words."""
+    enough = [f"{factor:.3g} times K_p"] if math.isfinite(factor) else []
+    enough += [f"commands {1e3 * delay:.2g} ms later"] if math.isfinite(delay) else []
+    return " or ".join(enough) or "nothing that was run"
 
 
 def _print_verdict(v: Verdict, controller: str, alpha: float | None) -> None:
