@@ -132,6 +132,32 @@ def test_whole_plant_by_command(capsys, calm):
 
 
 @pytest.mark.slow
+def test_one_point_alone_has_the_margins_of_the_twin_beside_its_own(capsys):
+    """At 60 m/min the displacement is the least that the waves have: the twin, which is faster and slower, swings later."""
+    at = ("--full", "--load", "100 t", "--s-w", "487 m", "--v-tip", "60 m/min")
+    code, found = answer(capsys, "nov-250t", *at)
+    assert code == 0
+    twin = found["twin"]
+    assert found["gain_margin_plc"] < twin["factor"]["swings"] < 2.0 * found["gain_margin_plc"]
+    assert 0.01 < twin["delay"]["error"] < 0.05
+    assert twin["delay"]["swings"] is None
+    assert found["delay_margin_plc"] > 1.0
+    assert run(["stability", "nov-250t", *at]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"half more with {twin['factor']['error']:.3g} times K_p or commands" in said
+    assert f"a disturbance stays with {twin['factor']['swings']:.3g} times K_p." in said
+
+
+@pytest.mark.slow
+def test_a_controller_that_learns_is_said_to_be_judged_by_what_it_has_learned(capsys):
+    words = ("nov-250t", "--load", "100 t", "--s-w", "487 m", "--v-tip", "60 m/min", "--verbose")
+    run(["stability", *words, "--controller", "ff"])
+    assert "ff with what it has learned after 120 s of waves (sine 0.7 m 9 s)." in capsys.readouterr().out
+    run(["stability", *words])
+    assert "learned" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_winch_that_swings_without_feedback_is_told_why(capsys):
     words = ("nov-250t", "--full", "--load", "100 t", "--s-w", "15 m", "--v-tip", "1 m/min", "--alpha-m", "0.6")
     assert run(["stability", *words, "--verbose"]) == 1
