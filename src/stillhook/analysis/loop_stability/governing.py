@@ -216,7 +216,11 @@ def place_limits(
         key = _engine_key(crane, mode, reached[0]) if reached else None
         result = () if key is None else _engine_limits(key, mode, reached, memories, delay)
     else:
-        each = (_closed_circuit(crane, mode, place, known[place.load, place.s_w], alpha_m, delay) for place in reached)
+        station = functools.cache(functools.partial(Station, crane))
+        each = (
+            _closed_circuit(station(p.load, p.s_w, _way(p)), mode, p, known[p.load, p.s_w], alpha_m, delay)
+            for p in reached
+        )
         result = tuple(p for p in each if p is not None)
     if not result:
         raise StillhookError(
@@ -296,11 +300,11 @@ def _engine_limits(
 
 
 def _closed_circuit(
-    crane: Crane, mode: Mode, place: Place, law_memory: LawMemory, alpha_m: float | None, delay: float
+    station: Station, mode: Mode, place: Place, law_memory: LawMemory, alpha_m: float | None, delay: float
 ) -> PlaceLimit | None:
     """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, at any speed
     and load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
-    station = Station(crane, place.load, place.s_w, _way(place))
+    crane = station.crane
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
     plc = plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0
