@@ -17,7 +17,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
 from stillhook.kernels.build import equations
 from stillhook.kernels.drivers.winch import Driver
-from stillhook.kernels.lanes import flatten, paths
+from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick
 
@@ -111,6 +111,22 @@ def cycles_at(driver: Driver, before: Sequence[Any], columns: Sequence[int]) -> 
     """Commands, memory and what the controllers carry after a PLC cycle, by the numbers before it (state, memory,
     controllers, tick, tip, drum, parameters) in these columns."""
     return _batch(equations(driver).cycles_at, numbers_of(before), columns, equations(driver).AFTER)
+
+
+def laws_after(driver: Driver, before: Sequence[Any], cycles: int) -> Any:
+    """What controllers carry after PLC cycles at an instant that stands: before (state, memory, controllers, tick, tip,
+    drum, parameters) as in `cycles_at`; of the controllers what they remember moves."""
+    laws = before[2]
+    carried = np.array([i for i, path in enumerate(paths(type(laws))) if "_memory." in path], dtype=int)
+    if not len(carried):
+        return laws
+    kernel, row = equations(driver), np.array(numbers_of(before))
+    start, size = len(numbers_of(before[:2])), len(numbers_of((laws,)))
+    after = np.empty(kernel.AFTER)
+    for _ in range(cycles):
+        kernel.cycles_at(row, after, 1)
+        row[start + carried] = after[-size:][carried]
+    return unflatten(type(laws), iter(row[start : start + size].tolist()))
 
 
 def numbers_of(records: Sequence[Any]) -> list[float]:

@@ -17,13 +17,14 @@ import numpy as np
 from stillhook.analysis.loop_stability.differences import (
     STEP,
     cycles_at,
+    laws_after,
     numbers_of,
     rates_at,
     slopes,
     steady_tick,
     step_of,
 )
-from stillhook.analysis.loop_stability.linearisation import LawMemory, lateness_of, remembering, settled_laws
+from stillhook.analysis.loop_stability.linearisation import SETTLING, LawMemory, lateness_of, remembering
 from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.base.arrays import FloatArray
@@ -191,7 +192,7 @@ def _point(
     tick = steady_tick(case.mode, s_tip, v_tip)
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
     if law_memory is not None:
-        laws = settled_laws(d, (result.state, result.memory, laws, tick, tip, geometry, packed.params))
+        laws = laws_after(d, (result.state, result.memory, laws, tick, tip, geometry, packed.params), SETTLING)
     # a second cycle on the first one's memory: the filters have the state that they are asked about
     u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +21,7 @@ from stillhook.analysis.loop_stability.differences import (
     Batch,
     cycles_at,
     jacobian,
+    laws_after,
     numbers_of,
     rates_at,
     slopes,
@@ -40,7 +41,6 @@ from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
-from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import VL, flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
@@ -251,12 +251,19 @@ def learned(crane: Crane, mode: Mode, places: Iterable[Hanging]) -> Mapping[Hang
     if not mode.law.learns:
         return dict.fromkeys(each)
     calm = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": SEA_GAIN})})
-    return _learned(Keyed(calm, tuple(content(calm).items())), mode, each)
+    known = _known(Keyed(calm, tuple(content(calm).items())), mode)
+    if missing := [at for at in each if at not in known]:
+        known |= _learn(calm, mode, missing)
+    return known
 
 
 @functools.lru_cache(maxsize=64)
-def _learned(calm: Keyed, mode: Mode, places: tuple[Hanging, ...]) -> Mapping[Hanging, LawMemory]:
-    crane = calm.machine
+def _known(calm: Keyed, mode: Mode) -> dict[Hanging, LawMemory]:
+    """What is known of a crane."""
+    return {}
+
+
+def _learn(crane: Crane, mode: Mode, places: Sequence[Hanging]) -> dict[Hanging, LawMemory]:
     time = SEA_TIME - crane.control.t_cycle  # a run has a PLC cycle at both of its ends
     case = Scenario(load="0 t", s_w="0 m", mode=mode, tip=SEA, duration=f"{time!r} s", warm_up="0 s")
     cases = [case.model_copy(update={"load": load, "s_w": s_w}) for load, s_w in places]
@@ -317,20 +324,6 @@ def remembering(laws: Any, mode: Mode, law_memory: LawMemory) -> Any:
     return laws._replace(**{name: type(getattr(laws, name))(*law_memory)})
 
 
-def settled_laws(driver: Driver, before: tuple[Any, ...]) -> Any:
-    """What controllers carry after `SETTLING` cycles at an instant: state, memory of the PLC, controllers, tick, tip,
-    drum, parameters."""
-    state, memory, laws = before[:3]
-    carried = [i for i, path in enumerate(paths(type(laws))) if "_memory." in path]
-    if not carried:
-        return laws
-    numbers, first = np.array(numbers_of((laws,))), len(numbers_of((state, memory)))
-    cycle = cycles_at(driver, before, [first + i for i in carried])
-    for _ in range(SETTLING):
-        numbers[carried] = cycle(numbers[None, carried])[0, -len(numbers) :][carried]
-    return unflatten(type(laws), iter(numbers.tolist()))
-
-
 class _Plc:
     """The PLC's cycle about an operating point, with the controller of a mode in force."""
 
@@ -358,7 +351,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
-    plc.laws = settled_laws(plc.driver, before)
+    plc.laws = laws_after(plc.driver, before, SETTLING)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
