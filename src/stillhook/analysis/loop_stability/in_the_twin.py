@@ -50,15 +50,11 @@ class Until(NamedTuple):
     error: float
     swings: float
 
-    @property
-    def least(self) -> float:
-        """What comes first."""
-        return min(self.error, self.swings)
-
 
 class TwinMargins(NamedTuple):
     """Of a controller in a sea: factor on K_p [-]; extra delay of the command that position feedback acts by [s];
-    e_c_pp control error as it is [m]. A factor of 1 or a delay of 0: a disturbance stays as it is."""
+    e_c_pp control error as it is [m]. A factor of 1 or a delay of 0: a disturbance stays as it is, or has not the time
+    to die out."""
 
     factor: Until
     delay: Until

@@ -251,7 +251,7 @@ def learned(crane: Crane, mode: Mode, places: Iterable[Hanging]) -> Mapping[Hang
     if not mode.law.learns:
         return dict.fromkeys(each)
     calm = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": SEA_GAIN})})
-    known = _known(Keyed(calm, tuple(content(calm).items())), mode)
+    known = _known(Keyed(calm, (plc_record(calm), *content(calm).items())), mode)
     if missing := [at for at in each if at not in known]:
         known |= _learn(calm, mode, missing)
     return known
