@@ -82,14 +82,14 @@ def test_the_compiled_plc_is_the_readable_one():
         x["F_w"][:n],
         x["alpha_m"][:n],
         np.full(n, 1.3),
-        *np.zeros((3, n)),
+        *np.zeros((5, n)),
         np.where(np.arange(n) // 50 == 2, 1.0, 0.0),
         np.full(n, 0.05),
     )
     memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
     settings = plc_record(TWIN)
     settings, control = settings._replace(brake=settings.brake._replace(fitted=0.0)), active_record(TWIN).control
-    told, last = plc_alone(seen, np.zeros(n), memory, settings, control, {})
+    told, last, _ = plc_alone(seen, np.zeros(n), memory, settings, control, {})
     bound, plain = plc.kernel(()), np.empty((n, len(told)))
     lane = np.array(flatten(bound.Lane(memory, bound.laws.blank({}), settings, control)))
     python = getattr(bound.run, "py_func", bound.run)

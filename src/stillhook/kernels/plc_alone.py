@@ -9,26 +9,33 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.control.guard import Guard
 from stillhook.control.interface import DISPLACEMENT, Sensed
-from stillhook.control.plc import ActuatorCommands, Memory, Plc, memory_before
+from stillhook.control.plc import ActuatorCommands, Memory, Plc, ahead, foreseen, memory_before
 from stillhook.control.registry import mode_of_code
 from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
 from stillhook.kernels.lanes import Array, access, flatten, size, unflatten
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import record, replace
+from stillhook.physics.scalar import scalar
 
 
 class Commands(NamedTuple):
     """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw
-    pumps before the limit, e_c control error against the tip that it reads [m]."""
+    pumps before the limit, e_c control error against the tip that it reads [m]; s_tip [m], v_tip [m/s],
+    a_tip [m/s^2] the tip's motion that it goes by, extrapolated or predicted."""
 
     u_p: FloatArray
     u_m: FloatArray
     u_ff: FloatArray
     u_raw: FloatArray
     e_c: FloatArray
+    s_tip: FloatArray
+    v_tip: FloatArray
+    a_tip: FloatArray
 
 
+NO_LIMIT = 1e30
+"""Power of the pumps that limits nothing [W]."""
 AJAR = 1e-9
 """Share by which a brake is closed that may be so by the log: the next cycle without that mark finds it open [-]."""
 
@@ -36,8 +43,8 @@ going_on = replace(Memory, "u_p", "b_p", "brake")
 
 
 class PlcInputs(NamedTuple):
-    """What the PLC reads in every cycle, each (n,): fields of `Sensed`; without dp, dp_load and p_hp, which serve the
-    holding brake, the pumps' torque and the passive circuit.
+    """What the PLC reads in every cycle, each (n,): fields of `Sensed`, without p_hp, which serves the passive circuit;
+    dp and dp_load serve controllers that read pressures.
 
     braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from
     pressures [-].
@@ -57,39 +64,45 @@ class PlcInputs(NamedTuple):
     omega_m: FloatArray
     p_a: FloatArray
     p_b: FloatArray
+    dp: FloatArray
+    dp_load: FloatArray
     braked: FloatArray
     u_braked: FloatArray
 
-    @property
-    def sensed(self) -> Any:
-        """`Sensed` of columns for the laws of the compensation."""
-        return Sensed._make(getattr(self, name, 0.0) for name in Sensed._fields)
-
 
 def plc_alone(
-    seen: PlcInputs, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl, settings: Mapping[str, Any]
-) -> tuple[Commands, Memory]:
-    """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
+    seen: PlcInputs,
+    p_hp: FloatArray,
+    memory: Memory,
+    plc: Plc,
+    control: MotorControl,
+    settings: Mapping[str, Any],
+    laws: Any = None,
+) -> tuple[Commands, Memory, Any]:
+    """Commands of the PLC over what it reads, cycle by cycle, its memory after the last one, and what its controllers
+    carry then.
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first cycle; control:
     where the motors' displacement is not measured, the PLC calculates with its own last command in place of
-    seen.alpha_m; settings those of controllers that have some of their own, by name.
+    seen.alpha_m; settings those of controllers that have some of their own, by name; laws what the controllers carry
+    before the first cycle, default nothing.
 
-    The holding brake and the pumps' torque limit are left out: both depend on pressures, which the plant makes. Where
+    The holding brake and the pumps' torque limit are left out: a log need not have the pressures for them. Where
     seen.braked marks a brake, the pump command is taken as it is and the PLC goes on from it without a jump, as it does
     when a brake opens.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
-    plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
+    plc = plc._replace(brake=plc.brake._replace(fitted=0.0), power=plc.power._replace(P_max=NO_LIMIT))
     columns = PlcInputs(*(np.asarray(x, dtype=np.float64) for x in seen))
     commands = np.empty((len(p_hp), len(Commands._fields)))
     used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
     bound = kernel(used, predicts="prediction" in settings)
-    laws = bound.laws.blank(dict(settings))
+    laws = bound.laws.blank(dict(settings)) if laws is None else laws
     lane = np.array(flatten(bound.Lane(memory, laws, plc, control)))
     rows = np.column_stack([*columns, p_hp])
     bound.run(lane, rows.reshape(-1), commands.reshape(-1), len(rows))
-    return Commands(*commands.T), unflatten(bound.Lane, iter(lane.tolist())).m
+    after = unflatten(bound.Lane, iter(lane.tolist()))
+    return Commands(*commands.T), after.m, after.laws
 
 
 Row: Any = NamedTuple("Row", [(f, float) for f in (*PlcInputs._fields, "p_hp")])  # type: ignore[misc]
@@ -178,15 +191,27 @@ def kernel(
         )
     else:
         run = (
-            compiled(_cycles(laws, Lane), f"plc{'-predicts' * predicts}{label(names)}")
+            compiled(_cycles(laws, Lane, _predicted if predicts else _extrapolated), f"plc{'-predicts' * predicts}{label(names)}")
             if drive == DISPLACEMENT
             else None
         )
     return Kernel(laws, Lane, run, begin, once)
 
 
-def _cycles(laws_of: ControlLaws, Lane: Any) -> Any:
-    """The cycles of a PLC over what was recorded."""
+@scalar
+def _extrapolated(y, laws, plc):
+    """The tip's motion that a cycle on y goes by."""
+    return ahead(y, plc.t_lead, plc.t_lead_ff)
+
+
+@scalar
+def _predicted(y, laws, plc):
+    """The same of a PLC that predicts, after the cycle."""
+    return foreseen(y, laws.prediction_memory, laws.prediction_settings, plc)
+
+
+def _cycles(laws_of: ControlLaws, Lane: Any, later: Any) -> Any:
+    """The cycles of a PLC over what was recorded; later as `_extrapolated`."""
     load, put, plc_cycle = access(Lane, 1).load, access(Lane, 1).store, laws_of.cycle
 
     def cycles(A: Array, S: Array, out: Array, n: int):
@@ -194,7 +219,7 @@ def _cycles(laws_of: ControlLaws, Lane: Any) -> Any:
         a = load(A, 0)
         m, laws, plc, control = a.m, a.laws, a.plc, a.control
         for k in range(n):
-            seen, ahead = row_at(S, k * ROW), row_at(S, min(k + 1, n - 1) * ROW)
+            seen, following = row_at(S, k * ROW), row_at(S, min(k + 1, n - 1) * ROW)
             y = Sensed(
                 s_tip=seen.s_tip,
                 v_tip=seen.v_tip,
@@ -207,23 +232,27 @@ def _cycles(laws_of: ControlLaws, Lane: Any) -> Any:
                 F=seen.F,
                 alpha_m=known_displacement(seen.alpha_m, m.u_m, control),
                 K_wire=seen.K_wire,
-                dp=0.0,
-                dp_load=0.0,
+                dp=seen.dp,
+                dp_load=seen.dp_load,
                 p_hp=seen.p_hp,
                 omega_m=seen.omega_m,
                 p_a=seen.p_a,
                 p_b=seen.p_b,
             )
             drive, m, laws = plc_cycle(y, m, laws, plc)
+            motion = later(y, laws, plc)
             braked = seen.braked > 0.0
             if braked:
-                m = going_on(m, ahead.u_braked, 0.0, AJAR)  # the command that the brake opens with
+                m = going_on(m, following.u_braked, 0.0, AJAR)  # the command that the brake opens with
             i = k * COMMANDS
             out[i] = seen.u_braked if braked else drive.u_p
             out[i + 1] = drive.u_m
             out[i + 2] = drive.u_ff
             out[i + 3] = seen.u_braked if braked else drive.u_raw
             out[i + 4] = drive.e_c
+            out[i + 5] = motion.s_tip
+            out[i + 6] = motion.v_tip
+            out[i + 7] = motion.a_tip
         put(A, 0, Lane(m, laws, plc, control))
 
     return cycles

@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.control.controllers import ssc, ssc_cubic
+from stillhook.control.controllers import ff, rope, ssc, ssc_cubic, ssc_optimal
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import MANUAL_MODE, code_of
 from stillhook.engine.pack.winch import gains
@@ -21,7 +21,7 @@ from stillhook.spec.scenario import Mode
 from stillhook.statistics.blocks import fit, interval
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
-from stillhook.validate.controller.inputs import lacking, plc_segments
+from stillhook.validate.controller.inputs import PlcSegment, lacking, learned_before, plc_segments
 from stillhook.validate.controller.law import Law, Rows, Run, lag, law, rows_of, shifted, significant
 from stillhook.validate.criteria.results import Measure, Note, Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign
@@ -118,7 +118,8 @@ FEWEST = 1.0  # s of reduction from which a threshold is reported
 BLOCK = 2.0  # s: a wave's crest
 OFF = 0.01  # rms of u_m from which another mode is considered
 BETTER = 0.5  # of that rms: what another mode must be below to be named
-SEMI = (Mode(ssc.NAME), Mode(ssc_cubic.NAME))
+SEMI = tuple(Mode(law.NAME) for law in (ssc, ssc_cubic, ff, rope))
+OPTIMAL = Mode(ssc_optimal.NAME)
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
             continue
         u_m = shifted(s.u_m, -cycles * run.step, run.step)
         for part in (p for p in s.parts if p.mode.compensates):
-            at, fixed = s.within(part), part.mode not in SEMI
+            at, fixed = s.within(part), part.mode not in (*SEMI, OPTIMAL)
             setting = float(np.nanmedian(u_m[at])) if fixed else None
             wanted = float(np.median(run.simulated.u_m[at])) if fixed else None
             laws.append(MotorLaw(run.test, part.mode, _better(crane, run, part.mode, cycles), setting, wanted))
@@ -309,7 +310,9 @@ def _clipped(runs: Sequence[Run]) -> Note | None:
     return None
 
 
-def statements(e: ControllerEstimates, explanations: Mapping[str, Note], records: Sequence[Record]) -> tuple[Note, ...]:
+def statements(
+    crane: Crane, e: ControllerEstimates, explanations: Mapping[str, Note], records: Sequence[Record]
+) -> tuple[Note, ...]:
     """Deviations, the order of the rows, substitutes for missing signals, and tests left out."""
     tests: dict[Note, dict[str, None]] = {}
     for run in e.runs:
@@ -319,8 +322,19 @@ def statements(e: ControllerEstimates, explanations: Mapping[str, Note], records
         *(Note("deviation", cause=note) for key, note in explanations.items() if key not in EXPLAINS),
         Note("rows", order=e.rows.description),
         *(Note("substitute", tests=list(of), note=note) for note, of in tests.items()),
-        *(Note("no-controller", test=r.test.name, signals=lack) for r in records if (lack := lacking(r))),
+        *(Note("no-controller", test=r.test.name, signals=lack) for r in records if (lack := lacking(crane, r))),
+        *(
+            Note("substitute", tests=[r.test.name], note=note)
+            for r in records
+            if (note := _learned_before(crane, r, [run.segment for run in e.runs]))
+        ),
     )
+
+
+def _learned_before(crane: Crane, record: Record, used: Sequence[PlcSegment]) -> Note | None:
+    """What a controller has learned before a log begins is not known."""
+    mode = learned_before(crane, record, used)
+    return Note("learned-before", mode=mode) if mode else None
 
 
 def deviation_table(deviations: Sequence[Deviation]) -> Table:
@@ -357,8 +371,9 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         progress(0.03 * (i + 1) / len(records))
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
-        lack = next(filter(None, map(lacking, records)), None)
-        return nothing(StepNumber.CONTROLLER, Note("log-inputs", signals=lack) if lack else Note("no-inputs"))
+        lack = next(filter(None, (lacking(crane, r) for r in records)), None)
+        learned = next(filter(None, (_learned_before(crane, r, ()) for r in records)), Note("no-inputs"))
+        return nothing(StepNumber.CONTROLLER, Note("log-inputs", signals=lack) if lack else learned)
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
     progress(0.1)
     names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"
@@ -377,7 +392,7 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     tables = (deviation_table(e.deviations), gain_table(crane, e))
     data = {"rows": e.rows, "implied": e.law, "u_thr": e.u_thr, "deviations": e.deviations}
     measures = _measures(crane, e, explanations)
-    return Step(StepNumber.CONTROLLER, measures, statements(e, explanations, records), tables, data, e)
+    return Step(StepNumber.CONTROLLER, measures, statements(crane, e, explanations, records), tables, data, e)
 
 
 def _measures(crane: Crane, e: ControllerEstimates, explanations: Mapping[str, Note]) -> tuple[Measure, ...]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.commands import SMALL, BrakeSettings
-from stillhook.control.plc import MANUAL, Memory, Plc, ahead
+from stillhook.control.plc import MANUAL, Memory, Plc
 from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
 from stillhook.engine.pack.prediction import predicting
 from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record
 from stillhook.kernels.plc_alone import Commands, PlcInputs, plc_alone
+from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
@@ -34,6 +37,8 @@ STANDS = 21.0  # s: a set-point is constant for half as long at least; waves are
 ROUNDS = 3  # rounds of motor command and displacement, each derived from the other
 AS_COMMANDED = MotorControl(offset=0.0, half_width=0.0, feedback=0.0)
 HELD = 2e-3  # spread of a motor command that is held by the operator
+SAME = 1e-3  # of full command: difference of commands from two starts at which the start no longer counts
+PRESSURES = ("p_a", "p_b", "p_hp", "alpha_pm")  # signals that follow from pressures or make them
 
 
 @dataclass(frozen=True)
@@ -62,15 +67,21 @@ class PlcSegment:
 
     def simulated_commands(self, crane: Crane) -> Commands:
         """Commands of the simulated PLC for these inputs."""
-        p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
-        modes = {mode_of_code(code) for code in np.unique(self.seen.mode)}
-        settings = controllers_of(crane, modes)[1] | predicting(crane, self.plc.t_cycle)
-        return plc_alone(self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings)[0]
+        return self._simulated(crane, None)[0]
 
-    def foreseen(self) -> PlcInputs:
-        """The inputs with the tip's motion as the PLC extrapolates it."""
-        later = ahead(self.seen.sensed, self.plc.t_lead, self.plc.t_lead_ff)
-        return self.seen._replace(s_tip=later.s_tip, v_tip=later.v_tip)
+    def _simulated(self, crane: Crane, laws: Any) -> tuple[Commands, Any]:
+        """The same, and what controllers and prediction remember at the end; laws the same before the first cycle."""
+        p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
+        settings = controllers_of(crane, self.modes)[1] | predicting(crane, self.plc.t_cycle)
+        commands, _, laws = plc_alone(
+            self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings, laws
+        )
+        return commands, laws
+
+    @property
+    def modes(self) -> set[str]:
+        """Modes that it is in."""
+        return {mode_of_code(code) for code in np.unique(self.seen.mode)}
 
 
 def motor_control(crane: Crane) -> MotorControl:
@@ -97,25 +108,51 @@ def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
     return np.asarray(scipy.signal.savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
 
 
-def lacking(record: Record) -> list[str]:
+def lacking(crane: Crane, record: Record) -> list[str]:
     """Signals without which a record cannot be used for the controller."""
     missing = [name for name in ("u_p", "s_w") if not record.has(name)]
     if not record.has("s_tip") and not record.has("v_op"):
         missing.append("s_tip (or v_op)")
-    return missing
+    learns = any(part.mode.law.learns for part in record.segments)
+    return missing + (not_learned_from(crane, record) if learns else [])
+
+
+def learned_before(crane: Crane, record: Record, used: Sequence[PlcSegment]) -> str | None:
+    """Controller that learns, and of which no part of a record is used although its signals are there."""
+    if not_learned_from(crane, record):
+        return None
+    modes = {mode for s in used if s.record is record for mode in s.modes}
+    names = (str(part.mode) for part in record.segments if part.mode.law.learns)
+    return next((name for name in names if name not in modes), None)
+
+
+def not_learned_from(crane: Crane, record: Record) -> list[str]:
+    """Signals that a controller which learns follows and that a record lacks."""
+    return [name for name in (*pressures_of(crane), "omega_m", "alpha_m", "F_w") if not record.has(name)]
+
+
+def pressures_of(crane: Crane) -> tuple[str, ...]:
+    """Those of PRESSURES by which the PLC knows what the motors carry."""
+    return PRESSURES if crane.passive is not None else PRESSURES[:2]
 
 
 def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[PlcSegment, ...]:
     """The parts of a record on which the simulated PLC can run, through changes of mode and gaps between segments, as
-    the PLC does. blind: also those in manual mode without a joystick signal, as at rest."""
+    the PLC does; of a controller that learns those in which it comes into force. blind: also those in manual mode without a joystick signal, as at rest."""
     if not record.has("u_p", "s_w"):
         return ()
     mode = modes_of(record)
     asks = np.where(
         mode == MANUAL, record.has("v_op") or blind, record.has("s_tip")
     )  # otherwise the requested motion is unknown
+    learns = np.isin(mode, [law.code for law in CONTROLLERS.values() if law.learns])
+    if not_learned_from(crane, record):
+        asks &= ~learns
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
     finite = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
+    for a, b in stretches_of(finite):
+        if learns[a] and not (a > 0 and np.isfinite(mode[a - 1]) and not learns[a - 1]):
+            finite[a:b] &= np.cumsum(~learns[a:b]) > 0  # what it has learned before is not known
     spans = [(a, b) for a, b in stretches_of(finite) if (b - a) * record.step >= SHORTEST]
     segments = (_plc_segment(crane, record, mode, a, b) for a, b in spans)
     return tuple(s for s in segments if s.parts)
@@ -141,8 +178,6 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
     e_c = _mostly(x.get("e_c_measured"))
     u_m = _mostly(x.get("u_m")) if "active" in crane.circuits else None
     starts = not ahc[0] or (a > 0 and mode[a - 1] == MANUAL)
-    datum, moved = _datum(x["s_w"] - s_tip + s_op, e_c, ahc, starts, record.step, notes)
-    s_op = s_op if moved is None else s_op - moved
     F = _mostly(x.get("F_w"))
     if F is None:
         notes.append(Note("stated-load"))
@@ -164,13 +199,19 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
         omega_m=_logged(x, "omega_m"),
         p_a=_logged(x, "p_a"),
         p_b=_logged(x, "p_b"),
+        dp=zero,
+        dp_load=zero,
         braked=braked.astype(np.float64),
         u_braked=x["u_p"],
     )
-    memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
+    memory = _memory(record, mode, a, F, e_c is not None, u_m is not None)
     bare = PlcSegment(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
-    completed = _with_displacement(crane, bare, x.get("alpha_m"), notes)
-    return replace(_with_held(crane, completed, notes), notes=tuple(notes))
+    wire = x["s_w"] - bare.simulated_commands(crane).s_tip + s_op
+    datum, moved = _datum(wire, e_c, ahc, starts, record.step, notes)
+    seen = seen if moved is None else seen._replace(s_op=s_op - moved)
+    bare = replace(bare, seen=seen, memory=memory._replace(datum=datum))
+    completed = _with_pressures(crane, _with_displacement(crane, bare, x.get("alpha_m"), notes))
+    return replace(_with_known_start(crane, _with_held(crane, completed, notes)), notes=tuple(notes))
 
 
 def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
@@ -207,10 +248,8 @@ def _logged(x: dict[str, FloatArray], name: str) -> FloatArray:
     return np.zeros(len(x["s_w"])) if signal is None else signal
 
 
-def _memory(
-    record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool
-) -> Memory:
-    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last that were
+def _memory(record: Record, mode: FloatArray, a: int, F: FloatArray, e_c_logged: bool, u_m_logged: bool) -> Memory:
+    """The PLC's memory before a stretch, but for the datum. Where the mode changes just there, its commands start from the last that were
     logged, and the reference is set again where compensation starts, unless it is known from the logged error."""
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
@@ -222,7 +261,7 @@ def _memory(
     u_m = u_m if np.isfinite(u_m) else 1.0
     return Memory(
         mode=before,
-        datum=datum,
+        datum=0.0,
         F=float(early.mean()),
         p_mean=0.0,
         u_p=float(record.signals["u_p"][at]),
@@ -265,7 +304,7 @@ def _datum(
     joystick [m], None without.
 
     starts: compensation starts inside the stretch, or with it.
-    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: set where compensation starts
+    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op, s_tip that which the PLC foresees. Without a logged error: set where compensation starts
     in the log, or else one constant that makes the mean error zero, since the log cannot distinguish a constant offset
     from it.
     """
@@ -314,3 +353,32 @@ def _with_held(crane: Crane, s: PlcSegment, notes: list[Note]) -> PlcSegment:
     displacement = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
     notes.append(Note("motors-held", at=displacement))
     return replace(s, plc=plc_record(crane, Operator(alpha_m=displacement))._replace(t_cycle=s.plc.t_cycle))
+
+
+def _with_pressures(crane: Crane, s: PlcSegment) -> PlcSegment:
+    """The segment with the pressure difference over the motors, and with that at which they carry the load, where the
+    lines' pressures and the passive circuit are logged; without both, 0."""
+    x = {name: _mostly(values[s.first : s.last]) for name, values in s.record.signals.items() if name in PRESSURES}
+    if any(x.get(name) is None for name in pressures_of(crane)):
+        return s
+    y, plant = s.seen, s.plc.plant
+    T_passive: FloatArray | float = 0.0
+    if crane.passive is not None:
+        T_passive = motor_torque(plant.D_pm * x["alpha_pm"], x["p_hp"] - crane.passive.p_lp)
+    r_eff = 0.5 * plant.d_max / (y.K_wire * plant.i_hD)
+    dp_load = (y.F * r_eff - T_passive) / (plant.D_m * np.maximum(y.alpha_m, SMALL))
+    return replace(s, seen=y._replace(dp=y.p_a - y.p_b, dp_load=dp_load))
+
+
+def _with_known_start(crane: Crane, s: PlcSegment) -> PlcSegment:
+    """The segment without the samples at its start whose commands depend on what controllers and the prediction
+    remember from before the log: those from an empty memory differ by more than SAME from those that begin with the
+    memory which the first run ends with."""
+    remembers = [law.memory is not None and not law.learns for law in (CONTROLLERS[mode] for mode in s.modes)]
+    if crane.control.prediction is None and not any(remembers):
+        return s
+    first, laws = s._simulated(crane, None)
+    again = s._simulated(crane, laws)[0]
+    apart = np.flatnonzero(np.abs(first.u_raw - again.u_raw) + np.abs(first.u_m - again.u_m) > SAME)
+    known = np.arange(len(first.u_p)) > (apart[-1] if len(apart) else -1)
+    return replace(s, settled=known if s.settled is None else known & s.settled)

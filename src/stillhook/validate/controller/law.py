@@ -140,10 +140,10 @@ def _block(n: int, at: int, length: float = BLOCK) -> NDArray[np.intp]:
 
 def _raw(run: Run) -> list[FloatArray]:
     """Regressors of K_1, K_2, K_p, K_op, sample by sample."""
-    s, seen = run.segment, run.segment.foreseen()
+    s, seen, tip = run.segment, run.segment.seen, run.simulated
     scale = seen.K_wire * seen.alpha_m / seen.f_pump
     e_c = s.e_c if s.e_c is not None else run.simulated.e_c
-    return [-seen.v_tip * scale, -seen.a_tip * scale, -e_c / seen.f_pump, seen.v_op * scale]
+    return [-tip.v_tip * scale, -tip.a_tip * scale, -e_c / seen.f_pump, seen.v_op * scale]
 
 
 def _columns(run: Run, cycles: float, width: float) -> list[FloatArray]:
@@ -257,8 +257,10 @@ def _coarse(pairs: list[Pair]) -> float:
             k = round(by / h)
             a, b = (slice(k, None), slice(None, len(s) - k)) if k >= 0 else (slice(None, k), slice(-k, None))
             use = good[a]
+            if not use.any():
+                continue
             p, q = y[a][use] - y[a][use].mean(), s[b][use] - s[b][use].mean()
-            score[i] += dot(p, q) / max(math.sqrt(dot(p, p) * dot(q, q)), 1e-12) if use.any() else 0.0
+            score[i] += dot(p, q) / max(math.sqrt(dot(p, p) * dot(q, q)), 1e-12)
     return float(tries[int(np.argmax(score))])
 
 
