@@ -55,8 +55,17 @@ NAMES = (*PLAIN, STRONG)
 KEPT = ("best classic", "physical")
 """Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
 an envelope."""
+LEARNING = 40.0
+"""Time that a controller which learns has in addition before a run counts [s]. After 30 s in regular waves of 8 and 12 s
+the error of `ff` is what it is after 300 s (nov-250t, 50 to 150 t); after 20 s it is two to four times that, after 10 s
+that of SSC in short waves."""
 _OF_MOTORS = ("alpha_min", "servo", "variant", "offset", "hysteresis")
 """What a controller's file may set of the motors: the rest belongs to the machine."""
+
+
+def learning_time(modes: Iterable[Mode]) -> float:
+    """Time before runs under these modes count, in addition to their warm-up [s]: `LEARNING` where one learns."""
+    return LEARNING if any(mode.law.learns for mode in modes) else 0.0
 
 
 def _settings(name: str, fields: Iterable[str]) -> type[Spec]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
-from stillhook.analysis.controllers import Controller
+from stillhook.analysis.controllers import Controller, learning_time
 from stillhook.analysis.controllers import controllers as controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress, begin
@@ -155,7 +155,7 @@ operability_map = as_dataset(
     periods : str or sequence of str, optional
         Periods of the sine as a further dimension.
     duration : str, default "30 s"
-        Length of each run.
+        Length of each run; that and the warm-up of all are 40 s longer where one of the controllers learns.
     warm_up : str, default "10 s"
         Start of each run that does not count.
     step : str, optional
@@ -221,6 +221,9 @@ def cells_of(
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
     chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
     base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
+    ramp, learning = min(RAMP, base.warm_up), learning_time(Mode(c.mode) for c in chosen)
+    longer = {"duration": base.duration + learning, "warm_up": base.warm_up + learning}
+    base = base.model_copy(update={"ramp": ramp} | longer)
     waves = _waves(base, axes, period, periods is not None, motion)
     return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
 
@@ -267,7 +270,6 @@ def _runs(
 ) -> tuple[list[Crane], list[Scenario]]:
     """Crane and scenario of every cell, controller by controller."""
     cranes, cases = [], []
-    base = base.model_copy(update={"ramp": min(RAMP, base.warm_up)})
     for c in chosen:
         machine = c.on(crane)
         for load, v, s_w, T in axes.cells():

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.axes import value_of
+from stillhook.analysis.controllers import learning_time
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, margins
 from stillhook.analysis.steady.steady_state import speed_limit
@@ -36,7 +37,8 @@ FASTEST = 0.9
 """Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that
 leakage and acceleration leave something to tune."""
 WARM_UP, COUNTED = 20.0, 32.0
-"""Start of every run that is left out, and what counts [s]: a little more than the window of the peak-to-peak error."""
+"""Start of every run that is left out, beside `learning_time`, and what counts [s]: a little more than the window of the
+peak-to-peak error."""
 HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
 """Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are
 longer."""
@@ -204,7 +206,7 @@ def hold_out(
     out = []
     for load in [*between, masses[-1]]:
         for v in _speeds(crane, speeds):
-            tip = _irregular(parse(v, "speed", "speeds"), rng)
+            tip = _irregular(parse(v, "speed", "speeds"), rng, learning_time([mode]))
             out.append(_case(load, s_w, tip, mode, HOLD_OUT_COUNTED, delay))
     return out
 
@@ -219,26 +221,28 @@ def peak_sine(v: float, T: float) -> Motion:
     return Sine.from_si(v * T / (2.0 * math.pi), T, where="scenarios")
 
 
-def _irregular(v: float, rng: np.random.Generator) -> Motion:
-    """Sines of like speed in random phase, so large that the tip's highest speed over the run is v."""
+def _irregular(v: float, rng: np.random.Generator, learning: float) -> Motion:
+    """Sines of like speed in random phase, so large that the tip's highest speed over the run is v; learning as in
+    `learning_time`."""
     periods = rng.uniform(*HOLD_OUT_PERIODS, size=PARTS)
     phases = rng.uniform(0.0, 2.0 * math.pi, size=PARTS)
 
     def motion(v_each: float) -> Motion:
         return Sum([Sine.from_si(v_each * T / (2.0 * math.pi), T, p) for T, p in zip(periods, phases, strict=True)])
 
-    t = np.arange(0.0, WARM_UP + HOLD_OUT_COUNTED, 0.01)
+    t = np.arange(0.0, WARM_UP + learning + HOLD_OUT_COUNTED, 0.01)
     return motion(v / float(np.max(np.abs(motion(1.0).sample(t)[1]))))
 
 
 def _case(load: float, s_w: str, tip: Motion, mode: Mode, counted: float, delay: float) -> Scenario:
+    warm_up = WARM_UP + learning_time([mode])
     case = Scenario(
         load="0 t",
         s_w=s_w,
         tip=tip,
         mode=mode,
-        warm_up=f"{WARM_UP} s",
-        duration=f"{WARM_UP + counted} s",
+        warm_up=f"{warm_up} s",
+        duration=f"{warm_up + counted} s",
         sensors=Sensors(delay=f"{delay!r} s"),
     )
     return case.model_copy(update={"load": load})
