@@ -86,6 +86,18 @@ def test_the_cost_is_least_where_the_law_comes_to_rest(start, w_s):
     assert alpha == pytest.approx(grid[cost.argmin()], abs=2e-5)
 
 
+@pytest.mark.parametrize("w_Q", [0.0, 0.1, 0.6, 5.0])
+@pytest.mark.parametrize("w_s", [0.0, 1.0])
+def test_it_begins_where_it_comes_to_rest(w_Q, w_s):
+    """The linear analysis takes the displacement of its first cycle for the one at which it stands."""
+    r, m, demands = readings(1)[0], Memory(), []
+    still = r._replace(y=r.y._replace(v_tip=0.3, v_op=0.0, a_tip=0.0, alpha_m=1.0), u_ff=-0.4)
+    for _ in range(500):
+        demand, m = ssc_optimal.cycle(still, PLC, DEFAULT._replace(w_Q=w_Q, w_s=w_s), m)
+        demands.append(demand.u_m)
+    assert np.ptp(demands) < 1e-9
+
+
 def test_more_pressure_asks_for_more_displacement_and_more_speed_for_less():
     def at_rest(U, p_1):
         alpha = 1.0

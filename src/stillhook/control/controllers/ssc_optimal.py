@@ -95,6 +95,13 @@ def largest_displacement(U, U_leak, u_most):
 
 
 @scalar
+def unhurried(U, p_1, s):
+    """Displacement of the least cost without travel, full where that is beyond it [-]: where the law begins."""
+    square = p_1 / (P_1 * U * sqrt(fmax(s.w_Q, 1e-9)))
+    return fmin(sqrt(square), 1.0)
+
+
+@scalar
 def optimal_displacement(U, p_1, U_leak, before, s, t_cycle):
     r"""Displacement of the least cost within the flow of the pumps [-].
 
@@ -142,7 +149,8 @@ def cycle(r, plc, s, m):
     p_1 = pressure_at_full(y, r_w, plant)
     U_leak = plant.G_leak * p_1 / fmax(plant.Q_p * y.f_pump, 1e-9)
     least = displacement_min_moving(r.F, y.a_tip, y.K_wire, motors)
-    best = clip(optimal_displacement(U, p_1, U_leak, m.u_m, s, h), fmax(least, ALPHA_LEAST), 1.0)
+    before = m.u_m if m.begun > 0.5 else unhurried(U, p_1, s)
+    best = clip(optimal_displacement(U, p_1, U_leak, before, s, h), fmax(least, ALPHA_LEAST), 1.0)
     u_m = best if known > 0.5 else displacement_ssc(reduction_linear(r.u_ff, motors.u_thr), least)
     t = known * s.k_rate * (gains.K_2 / fmax(gains.K_1, 1e-9) + plc.t_lead_ff)
     direction = clip((y.v_op - y.v_tip) / V_REVERSAL, -1.0, 1.0)
