@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, Session, load_crane, simulate
 
 SEA = "sine 0.4 m 8.7 s + sine 0.7 m 10.9 s + sine 0.5 m 13.7 s"
 TIMES = tuple(60.0 + 2.37 * i for i in range(4))
@@ -87,3 +87,26 @@ def test_a_sensor_that_is_lost_moves_the_command_no_more_than_a_reversal_or_by_a
     """`ff` commands the reversal of friction ahead: up to 5 % of full command in a cycle, SSC 0.4 %."""
     reversal = steps_after("nothing", law, 10.0)
     assert steps_after(what, law) < max(1.1 * reversal, 0.2 * steps_after("unit", "ssc"))
+
+
+@pytest.mark.parametrize("law", BEYOND)
+def test_a_saved_session_goes_on_with_what_the_controller_remembers(law):
+    session, other = (Session(load_crane("nov-250t"), case(law)) for _ in range(2))
+    session.step(cycles=4500)
+    state = session.save()
+    assert f"{law.replace('-', '_')}_memory.begun" in session.states
+    session.step(cycles=500)
+    other.restore(state)
+    other.step(cycles=500)
+    assert other.save() == session.save()
+
+
+@pytest.mark.parametrize("law", BEYOND)
+def test_a_session_changes_to_a_controller_and_back_between_two_cycles(law):
+    session, before = Session(load_crane("nov-250t"), case("ssc", modes=[("71 s", law)])), 0.0
+    for k in range(1, 3001):
+        if k in (1500, 2800):
+            session.set("mode", law if k == 1500 else "ssc")
+        session.step()
+        step, before = abs(session.get("u_p") - before), session.get("u_p")
+        assert k not in range(1500, 1505) and k not in range(2800, 2805) or step < 5e-3

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.engine.damage import IMPOSSIBLE, damaged
-from tests.export.fmu.test_fmu import OWN, Slave
+from tests.export.fmu.test_fmu import CLOSE, OWN, Slave, given
 from tests.export.host_clock import added_up
 from tests.export.twin.host import HEAD, remade
+from tests.export.twin.test_core import case_of, rows
 
 import stillhook
 from stillhook.export.fmu import write_fmu
@@ -166,3 +167,26 @@ def test_what_is_set_together_is_set_whole_or_not_at_all(slave: Slave):
     with pytest.raises(Exception, match=r"(?i)set"):
         slave.set(s_tip=1.0, v_tip=float("nan"))
     assert slave.saved() == before
+
+
+def test_an_fmu_of_a_controller_that_learns_is_the_run_and_goes_on_from_a_saved_state(tmp_path: Path):
+    crane = stillhook.load_crane("nov-250t")
+    case = case_of(crane).with_mode("ff").model_copy(update={"duration": 60.0})
+    tip, run = rows(crane, case), stillhook.simulate(crane, case, every="10 ms", series=True)
+    file = write_fmu(export(crane, case), tmp_path / "ff.fmu", platforms=[str(OWN)])[0]
+    slave = Slave(file, tmp_path)
+    slave.begin(given(tip[0]), {"input_time": 0})
+    kept, e_c = b"", []
+
+    def on(first: int, last: int) -> bytes:
+        for k in range(first, last):
+            slave.set(**given(tip[k + 1]))
+            slave.step(k * 0.01, 0.01)
+            e_c.append(slave.get("e_c")[0])
+        return slave.saved()
+
+    kept = on(0, 4000)
+    end = on(4000, 5000)
+    assert np.abs(np.array(e_c) - run.e_c.values[1:5001]).max() < CLOSE
+    slave.restore(kept)
+    assert on(4000, 5000) == end
