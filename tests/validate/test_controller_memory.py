@@ -100,5 +100,3 @@ def test_a_controller_that_learns_is_not_judged_without_the_pressures_that_it_le
     assert "p_b, alpha_pm" in "\n".join(map(str, step.statements))
     (s,) = plc_segments(TWIN, of)
     assert s.modes == {"ssc"}
-
-

@@ -191,7 +191,10 @@ def kernel(
         )
     else:
         run = (
-            compiled(_cycles(laws, Lane, _predicted if predicts else _extrapolated), f"plc{'-predicts' * predicts}{label(names)}")
+            compiled(
+                _cycles(laws, Lane, _predicted if predicts else _extrapolated),
+                f"plc{'-predicts' * predicts}{label(names)}",
+            )
             if drive == DISPLACEMENT
             else None
         )
@@ -207,7 +210,8 @@ def _extrapolated(y, laws, plc):
 @scalar
 def _predicted(y, laws, plc):
     """The same of a PLC that predicts, after the cycle."""
-    return foreseen(y, laws.prediction_memory, laws.prediction_settings, plc)
+    motion, _ = foreseen(y, laws.prediction_memory, laws.prediction_settings, plc)
+    return motion
 
 
 def _cycles(laws_of: ControlLaws, Lane: Any, later: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.analysis.controllers import PLAIN
 from stillhook.analysis.maps.result import BEST_CLASSIC, SHOWN, Map
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
@@ -194,7 +195,7 @@ def _legend(figure: Figure, causes: dict[str, str]) -> None:
 
 
 def _heading(label: str) -> str:
-    return label.upper() if label in ("ns", "hs", "ssc") else label
+    return PLAIN[label].law.label if label in PLAIN else label
 
 
 def _title(result: Map, layer: int, period: int) -> str:

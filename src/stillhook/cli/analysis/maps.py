@@ -208,10 +208,11 @@ def _wave(result: Map, period: float | None) -> list[str]:
 
 
 def controller_name(label: str) -> str:
-    """A controller's name in a heading."""
-    from stillhook.analysis.controllers import NAMES
+    """A controller's name in a heading: an abbreviation in capitals, as pictures have it."""
+    from stillhook.analysis.controllers import PLAIN
 
-    return label.upper() if label in NAMES else label
+    capitals = label.upper()
+    return capitals if label in PLAIN and PLAIN[label].law.label == capitals else label
 
 
 def _comparisons(result: Map) -> list[str]:

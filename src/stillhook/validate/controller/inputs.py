@@ -73,9 +73,7 @@ class PlcSegment:
         """The same, and what controllers and prediction remember at the end; laws the same before the first cycle."""
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         settings = controllers_of(crane, self.modes)[1] | predicting(crane, self.plc.t_cycle)
-        commands, _, laws = plc_alone(
-            self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings, laws
-        )
+        commands, _, laws = plc_alone(self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings, laws)
         return commands, laws
 
     @property
