@@ -109,4 +109,4 @@ def test_a_session_changes_to_a_controller_and_back_between_two_cycles(law):
             session.set("mode", law if k == 1500 else "ssc")
         session.step()
         step, before = abs(session.get("u_p") - before), session.get("u_p")
-        assert k not in range(1500, 1505) and k not in range(2800, 2805) or step < 5e-3
+        assert (k not in range(1500, 1505) and k not in range(2800, 2805)) or step < 5e-3

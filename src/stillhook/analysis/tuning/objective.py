@@ -37,8 +37,8 @@ FASTEST = 0.9
 """Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that
 leakage and acceleration leave something to tune."""
 WARM_UP, COUNTED = 20.0, 32.0
-"""Start of every run that is left out, beside `learning_time`, and what counts [s]: a little more than the window of the
-peak-to-peak error."""
+"""Start of every run that is left out, longer by `learning_time`, and what counts [s]: a little more than the window of
+the peak-to-peak error."""
 HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
 """Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are
 longer."""

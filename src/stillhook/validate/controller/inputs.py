@@ -136,7 +136,8 @@ def pressures_of(crane: Crane) -> tuple[str, ...]:
 
 def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[PlcSegment, ...]:
     """The parts of a record on which the simulated PLC can run, through changes of mode and gaps between segments, as
-    the PLC does; of a controller that learns those in which it comes into force. blind: also those in manual mode without a joystick signal, as at rest."""
+    the PLC does; of a controller that learns those in which it comes into force. blind: also those in manual mode
+    without a joystick signal, as at rest."""
     if not record.has("u_p", "s_w"):
         return ()
     mode = modes_of(record)
@@ -247,8 +248,9 @@ def _logged(x: dict[str, FloatArray], name: str) -> FloatArray:
 
 
 def _memory(record: Record, mode: FloatArray, a: int, F: FloatArray, e_c_logged: bool, u_m_logged: bool) -> Memory:
-    """The PLC's memory before a stretch, but for the datum. Where the mode changes just there, its commands start from the last that were
-    logged, and the reference is set again where compensation starts, unless it is known from the logged error."""
+    """The PLC's memory before a stretch, without the datum. Where the mode changes just there, its commands start from
+    the last that were logged, and the reference is set again where compensation starts, unless it is known from the
+    logged error."""
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
     if before == MANUAL and mode[a] > MANUAL and e_c_logged:
@@ -302,9 +304,9 @@ def _datum(
     joystick [m], None without.
 
     starts: compensation starts inside the stretch, or with it.
-    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op, s_tip that which the PLC foresees. Without a logged error: set where compensation starts
-    in the log, or else one constant that makes the mean error zero, since the log cannot distinguish a constant offset
-    from it.
+    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op with the tip's position that the PLC foresees. Without a
+    logged error: set where compensation starts in the log, or else one constant that makes the mean error zero, since
+    the log cannot distinguish a constant offset from it.
     """
     if not ahc.any():
         return float(bare[0]), None
