@@ -56,9 +56,9 @@ KEPT = ("best classic", "physical")
 """Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
 an envelope."""
 LEARNING = 40.0
-"""Time that a controller which learns has in addition before a run counts [s]. In regular waves of 8 and 12 s the error of
-`ff` from 30 s on is what it is from 300 s on (nov-250t, 50 to 150 t), from 20 s on two to five times that, and from 10 s
-on up to that of SSC."""
+"""Time that a controller which learns has in addition before a run counts [s]. In regular waves of 8 and 12 s the error
+of `ff` from 30 s on is what it is from 300 s on (nov-250t, 50 to 150 t), from 20 s on two to five times that, and from
+10 s on up to that of SSC."""
 _OF_MOTORS = ("alpha_min", "servo", "variant", "offset", "hysteresis")
 """What a controller's file may set of the motors: the rest belongs to the machine."""
 

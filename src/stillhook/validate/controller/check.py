@@ -324,9 +324,9 @@ def statements(
         *(Note("substitute", tests=list(of), note=note) for note, of in tests.items()),
         *(Note("no-controller", test=r.test.name, signals=lack) for r in records if (lack := lacking(crane, r))),
         *(
-            Note("substitute", tests=[r.test.name], note=note)
+            Note("substitute", tests=[r.test.name], note=unknown)
             for r in records
-            if (note := _learned_before(crane, r, [run.segment for run in e.runs]))
+            if (unknown := _learned_before(crane, r, [run.segment for run in e.runs]))
         ),
     )
 
@@ -372,8 +372,9 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
         lack = next(filter(None, (lacking(crane, r) for r in records)), None)
-        learned = next(filter(None, (_learned_before(crane, r, ()) for r in records)), Note("no-inputs"))
-        return nothing(StepNumber.CONTROLLER, Note("log-inputs", signals=lack) if lack else learned)
+        learned = next(filter(None, (_learned_before(crane, r, ()) for r in records)), None)
+        none = learned or Note("no-inputs")
+        return nothing(StepNumber.CONTROLLER, Note("log-inputs", signals=lack) if lack else none)
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
     progress(0.1)
     names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"

@@ -357,9 +357,11 @@ def _with_held(crane: Crane, s: PlcSegment, notes: list[Note]) -> PlcSegment:
 
 def _with_pressures(crane: Crane, s: PlcSegment) -> PlcSegment:
     """The segment with the pressure difference over the motors, and with that at which they carry the load, where the
-    lines' pressures and the passive circuit are logged; without both, 0."""
-    x = {name: _mostly(values[s.first : s.last]) for name, values in s.record.signals.items() if name in PRESSURES}
-    if any(x.get(name) is None for name in pressures_of(crane)):
+    lines' pressures and the passive circuit are logged; without both, and of other winch types, 0."""
+    logged = s.record.signals
+    read = {name: _mostly(logged[name][s.first : s.last]) for name in pressures_of(crane) if name in logged}
+    x = {name: values for name, values in read.items() if values is not None}
+    if "active" not in crane.circuits or len(x) < len(pressures_of(crane)):
         return s
     y, plant = s.seen, s.plc.plant
     T_passive: FloatArray | float = 0.0
