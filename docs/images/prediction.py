@@ -16,13 +16,13 @@ from stillhook.sea.spectra.parametric import Jonswap
 
 SEAS = ((0.5, 7.0), (1.5, 8.0), (2.5, 10.0), (3.5, 11.0))
 DELAYS = (20, 50, 100, 200, 300)
-K_P = {"ssc": 0.214, "ff": 0.145}
+K_P = {"ssc": 0.214, "ff": 0.204}
 """Gains that leave 6 dB at motor displacements 0.6 and 1 [1/m]."""
 LEADS = {
     ("ssc", "extrapolated"): ((88, 48), (118, 78), (148, 128), (168, 228), (208, 348)),
     ("ssc", "predicted"): ((88, 48), (118, 78), (168, 128), (268, 228), (368, 328)),
-    ("ff", "extrapolated"): ((48, 48), (58, 78), (88, 128), (148, 228), (208, 328)),
-    ("ff", "predicted"): ((48, 48), (78, 78), (108, 128), (208, 228), (328, 328)),
+    ("ff", "extrapolated"): ((48, 48), (58, 78), (108, 128), (168, 228), (228, 328)),
+    ("ff", "predicted"): ((48, 48), (78, 78), (128, 128), (228, 228), (328, 328)),
 }
 """t_lead and t_lead_ff [ms] by delay: best of a grid of 20 ms."""
 SENSORS = {

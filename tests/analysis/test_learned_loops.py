@@ -86,4 +86,4 @@ def test_one_point_alone_is_judged_as_the_same_place_among_all() -> None:
     point, _ = full_stability(crane, load=100e3, s_w=487.0, v_tip=1.0, alpha_m=1.0, mode=mode)
     unlearned, _ = full_stability(crane, load=100e3, s_w=487.0, v_tip=1.0, alpha_m=1.0)
     assert point.K_p_ms_plc == pytest.approx(at.gains.high, rel=EXACT)
-    assert point.K_p_ms_plc < 0.95 * unlearned.K_p_ms_plc
+    assert point.K_p_ms_plc > 1.05 * unlearned.K_p_ms_plc  # its damping comes with the trust

@@ -62,6 +62,20 @@ LEAKING = {"active": {"C_leak": "0.8 L/min/bar"}, "friction": {"library": "crane
 SLACK_OIL = {"active": {"line": {"V": "110 L"}, "C_leak": "0.25 L/min/bar"}, "friction": {"system": {"Y_6": 2e-6}}}
 
 
+FALLING = {"friction": {"library": "crane-1"}}
+"""Friction that falls fast with the speed: the winch sticks and slips at small speeds."""
+
+
+@pytest.mark.parametrize("tip", ["sine 0.3 m 6 s + sine 0.25 m 8.7 s", LARGE])
+def test_a_winch_that_sticks_and_slips_is_damped(tip):
+    assert part_of_ssc(FALLING, tip) < PART
+    undamped, damped = (
+        float(simulate(set_up_for(changed(known, FALLING), known), case(tip)).e_c_pp)
+        for known in (changed(strong(), {"control": {"ff": {"k_damp": 0.0}}}), strong())
+    )
+    assert damped < 0.9 * undamped
+
+
 @pytest.mark.parametrize("machine", [COULOMB, LEAKING, SLACK_OIL])
 def test_a_machine_that_differs_from_its_file_in_friction_leakage_and_oil_is_learned(machine):
     assert part_of_ssc(machine, LARGE) < PART
@@ -88,7 +102,7 @@ def signals(crane: Crane, n: int, friction: Any, offset: float) -> list[Reading]
 
 def after(crane: Crane, readings: list[Reading]) -> ff.Memory:
     plc, m = pack(crane, case("still")).params.plc, ff.Memory()
-    settings = ff.Settings(tau_k=30.0, tau_r=0.07, tau_load=10.0, k_most=4.0)
+    settings = ff.Settings(tau_k=30.0, tau_r=0.09, k_damp=1.5, tau_load=10.0, k_most=4.0)
     for r in readings:
         _, m = ff.cycle(r, plc, settings, m)
     return m
@@ -124,7 +138,7 @@ def test_without_numbers_of_a_closed_circuit_it_is_ssc_to_the_bit():
     for row in rng.standard_normal((500, len(Sensed._fields))).tolist():
         y = Sensed(*row)._replace(mode=1.0, f_pump=1.0, alpha_m=abs(row[9]), K_wire=1.2, F=1e6 * abs(row[8]))
         r = Reading(y=y, e_c=row[0], F=y.F, u_ff=row[1], u_fb=row[2])
-        demand, m = ff.cycle(r, nothing, ff.Settings(30.0, 0.07, 10.0, 4.0), m)
+        demand, m = ff.cycle(r, nothing, ff.Settings(30.0, 0.09, 1.5, 10.0, 4.0), m)
         assert demand == ssc.cycle(r, nothing)
         assert all(math.isfinite(x) for x in m)
 

@@ -36,6 +36,8 @@ P_RIDGE, P_DOT_RIDGE = 0.04, 0.14
 more than the crane file."""
 RIDGE = 0.005
 """The same for friction over its known level, a variance [-]."""
+TAU_DAMP = 0.2
+"""Time in which a deviation of the pressure becomes its mean, which nothing is done about [s]."""
 T_STEP = 0.02
 """Step of the differences by which wanted pressures are differentiated [s]."""
 TAU_TRUST = 5.0
@@ -57,7 +59,13 @@ class Settings(NamedTuple):
 
     tau_k: Annotated[float, Setting("time", "30 s", "memory of what is learned of the plant", least=5.0, most=3600.0)]
     tau_r: Annotated[
-        float, Setting("time", "70 ms", "time in which friction reverses", search=(0.02, 0.15), least=1e-3, most=1.0)
+        float,
+        Setting(
+            "time", "90 ms", "time in which the known friction reverses", search=(0.02, 0.15), least=1e-3, most=1.0
+        ),
+    ]
+    k_damp: Annotated[
+        float, Setting("", 1.5, "damping by the pressure, over the known leakage", search=(0.0, 4.0), most=10.0)
     ]
     tau_load: Annotated[
         float, Setting("time", "10 s", "mean of the load cell for the load's part of leakage", least=1.0, most=3600.0)
@@ -82,6 +90,7 @@ class Memory(NamedTuple):
     F_mean: float = 0.0  # slow mean of the load cell, over the SWL [-]
     alpha_p: float = 0.0  # stroke of the pumps by a model of their controls [-]
     alpha_p_dot: float = 0.0  # [1/s]
+    p_off: float = 0.0  # mean of the deviation of the pressure from the wanted one, over P_UNIT [-]
     Q_f: float = 0.0  # flow that pumps give and motors do not take, filtered, over full flow [-]
     p_f: float = 0.0  # pressure difference, filtered, over P_UNIT [-]
     w: float = 0.0  # weight of what was learned [-]; then weighted sums
@@ -114,7 +123,7 @@ class Wanted(NamedTuple):
     alpha_dot: float  # [1/s]
 
 
-with_command = replace(Memory, "u_p", "trust")
+with_command = replace(Memory, "u_p", "trust", "p_off")
 
 
 @scalar
@@ -209,17 +218,26 @@ def shaft_pressure(t, motion, omega_0, k, k_stick, plant):
 
 
 @scalar
-def pump_flow(motion, dp_load, k, k_stick, C, V, tau_r, plant):
+def reversal(omega_dot, tau_r, k, k_stick, plant):
+    r"""Speed over which friction reverses: OMEGA_0, or what the speed changes by in the time in which pumps reverse the
+    pressure, which grows with the friction at rest [rad/s].
+
+    .. math:: \omega_0^2 = \Omega_0^2 + \left(\tau_r \frac{k + k_{stick}}{1 + T_{stick} / T_{dry}} \dot\omega\right)^2
+    """
+    change = tau_r * (k + k_stick) / (1.0 + plant.T_stick / level(plant)) * omega_dot
+    return sqrt(OMEGA_0 * OMEGA_0 + change * change)
+
+
+@scalar
+def pump_flow(motion, dp_load, omega_0, k, k_stick, C, V, plant):
     r"""Stroke of the pumps with which the motors have the wanted motion, times the flow at full stroke [m^3/s].
 
     .. math:: Q = D_m \alpha_m \omega + C (p_{load} + p) + V \dot p, \quad
         u\,Q_p = Q + \frac{2 \zeta_p}{\omega_{np}} \dot Q + \frac{1}{\omega_{np}^2} \ddot Q
 
-    Rates of p by central differences over T_STEP; of the second rate of Q what pressure adds is left out. Friction
-    reverses over OMEGA_0, or over what omega changes by in tau_r.
+    Rates of p by central differences over T_STEP; of the second rate of Q what pressure adds is left out.
     """
     D, D_dot, omega, omega_dot = plant.D_m * motion.alpha, plant.D_m * motion.alpha_dot, motion.omega, motion.omega_dot
-    omega_0 = sqrt(OMEGA_0 * OMEGA_0 + tau_r * tau_r * omega_dot * omega_dot)
     before = shaft_pressure(-T_STEP, motion, omega_0, k, k_stick, plant)
     p = shaft_pressure(0.0, motion, omega_0, k, k_stick, plant)
     later = shaft_pressure(T_STEP, motion, omega_0, k, k_stick, plant)
@@ -271,6 +289,7 @@ def learn(y, plc, s, m):
         F_mean=F + begun * (low_pass(m.F_mean, F, s.tau_load, h) - F),
         alpha_p=alpha_p,
         alpha_p_dot=alpha_p_dot,
+        p_off=m.p_off,
         Q_f=Q_f,
         p_f=p_f,
         w=forgetting(m.w, a, b, 1.0),
@@ -317,13 +336,16 @@ def cycle(r, plc, s, m):
 
     .. math:: u_p = u_{SSC} + \gamma\,(u - K_p e_c / f_{pump} - u_{SSC})
 
-    u of `pump_flow` over the flow of the pumps that run. gamma, the trust, is 0 where the crane has no closed circuit,
-    until a part of the memory is full, where friction does not explain what is measured, and where its share is at a
-    bound; it follows with TAU_TRUST. Motors as under SSC.
+    u of `pump_flow`, with the damping, over the flow of the pumps that run. gamma, the trust, is 0 where the crane has
+    no closed circuit, until a part of the memory is full, where friction does not explain what is measured, and where
+    its share is at a bound; it follows with TAU_TRUST. Motors as under SSC.
 
     Leads: t_lead and t_lead_ff of the crane, as for strong SSC. What they have for the oil is taken off, and off that
     of the feedback half a cycle and the computing time, which that of the feedforward has at least. The acceleration
     may be that of a later time t_a already, and the displacement is measured without the motion unit's lateness.
+
+    Damping: friction that falls with the speed makes winch and oil swing, sticking and slipping. Of the pressure beyond
+    the wanted one, without its mean, the pumps give k_damp times the known leakage less.
 
     The load's part of leakage goes by a slow mean of the load cell: by its present value the load's swing on its wire
     would lose the damping that leakage gives it.
@@ -346,8 +368,12 @@ def cycle(r, plc, s, m):
         alpha_dot=n.alpha_dot,
     )
     dp_load = y.dp_load + (n.F_mean * plant.SWL - y.F) * r_w / fmax(plant.D_m * fmax(y.alpha_m, ALPHA_LEAST), 1e-9)
-    Q = pump_flow(motion, dp_load, k, k_stick, C, V, s.tau_r, plant)
+    omega_0 = reversal(motion.omega_dot, s.tau_r, k, k_stick, plant)
+    p_off = (y.dp - dp_load - shaft_pressure(-late, motion, omega_0, k, k_stick, plant)) / P_UNIT
+    p_mean = p_off + m.begun * (low_pass(m.p_off, p_off, TAU_DAMP, h) - p_off)
+    Q_damp = s.k_damp * plant.G_leak * (p_off - p_mean) * P_UNIT
+    Q = pump_flow(motion, dp_load, omega_0, k, k_stick, C, V, plant) - Q_damp
     u_ssc = r.u_ff + r.u_fb
     u_plant = (Q / fmax(plant.Q_p, 1e-9) + feedback(e_c, plc.gains)) / y.f_pump
     u_p = u_ssc + trust * (u_plant - u_ssc)
-    return Demand(u_p, displacement_of_ssc(r, plc.motors)), with_command(n, clip(u_p, -1.0, 1.0), trust)
+    return Demand(u_p, displacement_of_ssc(r, plc.motors)), with_command(n, clip(u_p, -1.0, 1.0), trust, p_mean)
