@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from pydantic import Field, create_model, field_validator
 
 from stillhook.analysis.kept import kept
@@ -31,11 +32,13 @@ from stillhook.library import changed
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.write import toml_value
+from stillhook.sea.motion.recorded import window_spans
 from stillhook.spec.control import Control
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of
 from stillhook.tables.table import Spec
 from stillhook.units import quote
+from stillhook.variables import WINDOW
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
@@ -353,13 +356,26 @@ class Comparison(NamedTuple):
         """Whether at least one controller stayed inside every limit."""
         return any(r.ok for r in self.runs)
 
+    @property
+    def yielding(self) -> tuple[str, ...]:
+        """Controllers that give wire on purpose, which their control error holds."""
+        return tuple(r.case.mode.value for r in self.runs if r.case.mode.law.yields)
+
     def table(self) -> dict[str, dict[str, Any]]:
-        """Mode -> summary in SI."""
-        return {r.case.mode.value: r.summary for r in self.runs}
+        """Mode -> summary in SI; where a controller gives wire on purpose with load_pp, which all are judged by."""
+        more = {r.case.mode.value: {"load_pp": _load_pp(r)} for r in self.runs} if self.yielding else {}
+        return {r.case.mode.value: r.summary | more.get(r.case.mode.value, {}) for r in self.runs}
 
     def dataset(self) -> xarray.Dataset:
         """All runs in one Dataset, case = mode."""
         return dataset_of(self.runs, list(self.table()))
+
+
+def _load_pp(run: ScenarioRun) -> float:
+    """Largest motion of the load against the joystick's path, peak to peak within `WINDOW` after the warm-up [m]."""
+    path = run.dt * np.cumsum(run.column("v_op"))
+    counted = (run.column("s_load") - path)[round(run.case.warm_up / run.dt) :]
+    return float(window_spans(counted, round(WINDOW / run.dt) + 1).max())
 
 
 def compare(

@@ -48,6 +48,7 @@ VALUES = {
     "SWL_SHARE": Rule(lambda value: contract.is_number(value) and 0 < value <= 1, "a number above 0, at most 1"),
     "COMPENSATES": FLAG,
     "LEARNS": FLAG,
+    "YIELDS": FLAG,
     "DRIVES": contract.names_of((DISPLACEMENT, SPEED), "kinds of drive", least=1),
 }
 """What a module may declare, and what each must be."""
@@ -72,6 +73,7 @@ class ControlLaw:
     swl_share: float
     compensates: bool
     learns: bool
+    yields: bool
     drives: tuple[str, ...]  # kinds of drive that it commands
     file: Path
     shipped: bool
@@ -130,6 +132,7 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
         swl_share=declared["SWL_SHARE"],
         compensates=declared["COMPENSATES"],
         learns=declared["LEARNS"],
+        yields=declared["YIELDS"],
         drives=declared["DRIVES"],
         file=contract.file_of(module),
         shipped=shipped,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -150,7 +150,7 @@ def compare(
     title = title_of(result.crane, result.runs[0].case)
     runs = result.table()
     step = f"stillhook stability {result.crane.name}, for the margins of the position loop"
-    present(runs, brief=lambda: answer_of_runs("mode", result.crane, runs, title, step), json=json)
+    present(runs, brief=lambda: answer_of_runs("mode", result.crane, runs, title, step, result.yielding), json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
@@ -163,15 +163,27 @@ def title_of(crane: Crane, case: Any) -> str:
     return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
 
 
-OF_BRIEF = {"e_c_pp": "error p-p", "eta_c": "efficiency", "p_max": "peak pressure", "u_p_max": "pump use"}
+OF_BRIEF = {
+    "e_c_pp": "error p-p",
+    "load_pp": "load p-p",
+    "eta_c": "efficiency",
+    "p_max": "peak pressure",
+    "u_p_max": "pump use",
+}
 """Numbers of a run in its short answer, where its winch type has them."""
 
 
 def answer_of_runs(
-    head: str, crane: Crane, runs: Mapping[str, Mapping[str, Any]], title: str, step: str = ""
+    head: str,
+    crane: Crane,
+    runs: Mapping[str, Mapping[str, Any]],
+    title: str,
+    step: str = "",
+    yielding: Sequence[str] = (),
 ) -> Answer:
     """Error, efficiency, pressure and status of each run; the one with the smallest error; notes. head: of the first
-    column of the full table."""
+    column of the full table; yielding: runs whose controllers give wire on purpose, beside which the load's motion of
+    all runs counts."""
     first, of_type = next(iter(runs.values())), crane.plant.type.shown
     names = [name for name in OF_BRIEF if name in first]
     common, brief = HEADERS, OF_BRIEF
@@ -185,13 +197,19 @@ def answer_of_runs(
     outcome = "All runs exceeded a limit." if not best else ""
     if best and len(runs) > 1:
         outcome = f"Smallest control error within the limits: {best}, {cell('e_c_pp', runs[best]['e_c_pp'])} p-p."
+    if yielding and best:
+        stillest = min(within, key=lambda label: within[label]["load_pp"])
+        outcome += f" Smallest motion of the load: {stillest}, {cell('load_pp', runs[stillest]['load_pp'])} p-p."
+    notes = [
+        f"{name}: its control error holds the wire that it gives on purpose: judge by load p-p" for name in yielding
+    ]
     lines: list[Line] = [
         *columns(["", *(brief[n] for n in names), "status"], rows, left=(0, len(names) + 1)),
         partial(print_table, heads, full),
         outcome,
         *twin_lines(crane),
     ]
-    notes = [f"{label}: {note}" for label, run in runs.items() for note in run["notes"]]
+    notes += [f"{label}: {note}" for label, run in runs.items() for note in run["notes"]]
     return Answer(title, lines, step, "offset, largest error, saturation, relief", notes)
 
 
