@@ -61,6 +61,16 @@ class TestCompare:
             assert set(summary) >= SUMMARY_KEYS
             assert summary["status"] == "ok"
 
+    def test_motion_of_the_load_is_beside_a_controller_that_gives_wire_on_purpose(self, answer, fast, capsys):
+        result = answer("compare", fast(), "--controllers", "ssc,rope")
+        assert all(0.0 < row["load_pp"] < row["s_tip_pp"] for row in result.values())
+        assert "load_pp" not in answer("compare", fast(), "--controllers", "ssc")["ssc"]
+        run(["compare", fast(), "--controllers", "ssc,rope"])
+        shown = capsys.readouterr()
+        assert "load p-p" in shown.out
+        assert "Smallest motion of the load" in shown.out
+        assert "rope: its control error holds the wire that it gives on purpose" in shown.out + shown.err
+
     def test_what_is_typed_goes_before_the_case_file(self, answer, fast):
         by_file, typed = (
             answer("compare", fast(load=load), "--controllers", "ssc", *more)

@@ -20,7 +20,7 @@ payload = "{payload}"
 start_depth = "{depth} m"
 [sensors]
 seed = 5
-noise_F = "{noise} kN"
+F.noise = "{noise} kN"
 [tip]
 height = "36 m"
 motion = "sine 0.5 m {T} s"
@@ -43,14 +43,51 @@ speed = "9 m/min"
 tension = "150 kN"
 time = "20 s"
 """
+SEA = """[sea]
+wave = "jonswap Hs=2.5 m Tp=8 s gamma=2"
+heading = "165 deg"
+seed = {seed}
+[tip]
+at = "x=-15 m, y=-24 m, z=36 m"
+"""
+THROUGH_THE_SURFACE = """[[phase]]
+name = "through the surface"
+mode = "ahc"
+speed = "9 m/min"
+depth = "20 m"
+[[phase]]
+name = "hold"
+mode = "ahc"
+time = "60 s"
+"""
 SETTLED = 100.0
 """Time after which the load of a hold is looked at [s]: several natural periods of load and wire."""
 
 
 def lift(
-    path: Path, controller: str, phases: str, *, depth=2000, T=6, payload="suction-anchor-85t", noise=0, above=200
+    path: Path,
+    controller: str,
+    phases: str,
+    *,
+    depth=2000,
+    T=6,
+    payload="suction-anchor-85t",
+    noise=0,
+    above=200,
+    sensors="",
 ):
     text = LIFT.format(payload=payload, depth=depth, T=T, noise=noise, bottom=depth + above) + phases
+    text = text.replace("[tip]", f"{sensors}\n[tip]")
+    (path / "lift.toml").write_text(f'controller = "{controller}"\n{text}', encoding="utf-8")
+    file = load_lift(path / "lift.toml")
+    return simulate(file.crane, file.lift, series=True)
+
+
+def in_a_sea(path: Path, controller: str, phases: str, *, payload="mud-mat-25t", seed=1):
+    """From 3 m above the surface, in waves."""
+    plain = LIFT.format(payload=payload, depth=-3, T=9, noise=5, bottom=200)
+    text = 'vessel = "construction-vessel-130m"\n' + plain.split("[tip]")[0] + SEA.format(seed=seed)
+    text += "[water]" + plain.split("[water]")[1] + phases
     (path / "lift.toml").write_text(f'controller = "{controller}"\n{text}', encoding="utf-8")
     file = load_lift(path / "lift.toml")
     return simulate(file.crane, file.lift, series=True)
@@ -97,6 +134,26 @@ def test_the_load_lands_no_faster_than_with_ssc_and_is_not_lifted_again(tmp_path
             after = run.time.values > float(run.t_landed.item()) + 10.0
             assert np.min(run.F_bottom.values.ravel()[after]) > 0.0
     assert worst["rope"] < worst["ssc"]
+
+
+def test_slack_slings_in_the_splash_zone_neither_jerk_the_winch_nor_take_more_wire(tmp_path):
+    """The loop fades where the load cell deviates by a tenth of the weight, and acts again under the waves."""
+    runs = {c: in_a_sea(tmp_path, c, THROUGH_THE_SURFACE) for c in ("rope", "ssc")}
+    rope, ssc = (runs[c] for c in ("rope", "ssc"))
+    assert np.min(ssc.F_sling.values) == 0.0
+    assert np.max(np.abs(np.diff(rope.u_p.values.ravel()))) < 1.1 * np.max(np.abs(np.diff(ssc.u_p.values.ravel())))
+    assert np.max(np.abs(rope.e_c.values)) < np.max(np.abs(ssc.e_c.values)) + 0.02
+    assert float(rope.sling_slack_time.item()) < 1.1 * float(ssc.sling_slack_time.item())
+
+
+@pytest.mark.parametrize(
+    "error",
+    [{"noise": 5, "sensors": 'F.drift = "24.5 kN"'}, {"noise": 5, "sensors": 'F.offset = "24.5 kN"'}, {"noise": 10}],
+)
+def test_a_load_cell_that_is_off_by_a_hundredth_of_the_swl_changes_nothing(tmp_path, error):
+    """Drift in an hour, and offset; and twice the noise that is stated."""
+    exact, off = (motion(tmp_path, "rope", depth=2000, T=8, **of) for of in ({"noise": 5}, error))
+    assert off < 1.05 * exact
 
 
 def test_a_change_of_mode_is_without_a_bump():
