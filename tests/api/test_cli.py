@@ -61,7 +61,7 @@ class TestCompare:
             assert set(summary) >= SUMMARY_KEYS
             assert summary["status"] == "ok"
 
-    def test_motion_of_the_load_is_beside_a_controller_that_gives_wire_on_purpose(self, answer, fast, capsys):
+    def test_compare_shows_the_motion_of_the_load_with_a_controller_that_gives_wire(self, answer, fast, capsys):
         result = answer("compare", fast(), "--controllers", "ssc,rope")
         assert all(0.0 < row["load_pp"] < row["s_tip_pp"] for row in result.values())
         assert "load_pp" not in answer("compare", fast(), "--controllers", "ssc")["ssc"]

@@ -182,8 +182,8 @@ def answer_of_runs(
     yielding: Sequence[str] = (),
 ) -> Answer:
     """Error, efficiency, pressure and status of each run; the one with the smallest error; notes. head: of the first
-    column of the full table; yielding: runs whose controllers give wire on purpose, beside which the load's motion of
-    all runs counts."""
+    column of the full table; yielding: runs whose controllers give wire on purpose, so that the load's motion of
+    all runs counts as well."""
     first, of_type = next(iter(runs.values())), crane.plant.type.shown
     names = [name for name in OF_BRIEF if name in first]
     common, brief = HEADERS, OF_BRIEF
