@@ -28,7 +28,7 @@ LEAST_ALPHA = 0.1
 LEAST = 0.001
 """Root mean square of the given wire that is worth giving, at the least [m]. Chosen."""
 T_WORTH, WORTH, MOST_WORTH = 30.0, 4.0, 100.0
-"""Mean square of the wire that the load cell asks for: its time constant [s]; over that of noise, where the loop begins
+"""Mean square of the wire that the loop would give: its time constant [s]; over that of noise, where the loop begins
 to act, half of where it acts in full [-]; most that counts [-]. Chosen."""
 STEADY = 0.01
 """Difference of the operator's speed from its slow mean above which the loop fades out [m/s]: the load is accelerated
@@ -62,7 +62,7 @@ class Memory(NamedTuple):
     F_s: float = 0.0  # its slow mean [N]
     v_s: float = 0.0  # slow mean of the operator's speed [m/s]
     x: float = 0.0  # wire given, paid out positive [m]
-    x_F: float = 0.0  # wire that the load cell asks for [m]
+    x_F: float = 0.0  # wire that the loop would give [m]
     q: float = 3.0 * WORTH  # its mean square over that of noise [-]; from the start the loop acts
 
 
