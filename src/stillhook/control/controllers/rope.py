@@ -81,7 +81,7 @@ def cycle(r, plc, s, m):
     of the load cell moves the wire by no more than x_n = `WANDER`; with the motors at less displacement the oil is
     softer, and its resonance nearer to those of the wire. g falls from 1 to 0 as abs(F - F_s) goes from
     `share` of the load's weight to twice that (landing, slack, splash), and as the operator's speed leaves its mean by
-    `STEADY` to twice that. g_q falls from 1 to 0 as the wire x_F that the load cell asks for, x with g_q = 1, has a
+    `STEADY` to twice that. g_q falls from 1 to 0 as the wire x_F that it would give with g_q = 1 has a
     mean square of 8 to 4 times that of noise (of `LEAST`, if more): less moves the load more than it
     damps it. K_p x moves the reference along: the wire that is given stays in e_c. A winch whose pumps' lag is not
     known (omega_np 0) is left with SSC.
