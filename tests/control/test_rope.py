@@ -184,7 +184,7 @@ def test_the_linear_loop_has_the_tension_loop_which_lets_the_position_gain_be_la
 
 @pytest.mark.parametrize(("K_c", "stable"), [(2.0, False), (2.8, True)])
 def test_the_twin_swings_where_the_linear_tension_loop_is_unstable_and_only_there(K_c, stable):
-    """A filter of 50 ms on 200 m of wire: the oil's resonance limits the loop, with a third of the damping that is shipped.
+    """A filter of 50 ms on 200 m of wire: the oil's resonance limits the loop, at a third of the c that is shipped.
     The limits of speed and load are taken away, so that a swing grows."""
     of_loop = {"K_c": K_c, "noise": 0.0, "tau_f": "50 ms", "v_max": "2 m/s", "share": 1.0}
     crane = changed(load_crane("deep-250t"), {"control": {"rope": of_loop}})
