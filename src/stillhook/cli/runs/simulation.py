@@ -186,12 +186,12 @@ def answer_of_runs(
     all runs counts as well."""
     first, of_type = next(iter(runs.values())), crane.plant.type.shown
     names = [name for name in OF_BRIEF if name in first]
-    common, brief = HEADERS, OF_BRIEF
+    common, brief = HEADERS | ({"load_pp": "load\np-p 30 s"} if yielding else {}), OF_BRIEF
     if not crane.circuits:
-        common, brief = HEADERS | OF_DRIVE, OF_BRIEF | {"u_p_max": "command used"}
+        common, brief = common | OF_DRIVE, OF_BRIEF | {"u_p_max": "command used"}
     rows = [[label, *(cell(n, run[n]) for n in names), str(run["status"])] for label, run in runs.items()]
     heads = [head, *common.values(), *of_type.values(), "status"]
-    full = [[label, *(cell(n, run[n]) for n in (*HEADERS, *of_type, "status"))] for label, run in runs.items()]
+    full = [[label, *(cell(n, run[n]) for n in (*common, *of_type, "status"))] for label, run in runs.items()]
     within = {label: run for label, run in runs.items() if run["status"] == "ok"}
     best = min(within, key=lambda label: within[label]["e_c_pp"], default="")
     outcome = "All runs exceeded a limit." if not best else ""

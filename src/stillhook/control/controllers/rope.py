@@ -19,7 +19,8 @@ IN_WATER = 0.87
 WANDER = 0.002
 """Standard deviation of the wire's slow variation that noise of the load cell may make [m]. Chosen."""
 IMPEDANCE = 3.0
-"""Least c over the wave impedance of the wire [-]: half of it swings with oil and drum, on `deep-250t`."""
+"""Least c over the wave impedance of the wire [-]: at 1.3 the loop swings with oil and drum, on
+`deep-250t`."""
 QUICK = 0.3
 """Low-pass of the load cell over sqrt(m_SWL / k), the SWL's time on the wire [-], where that is quicker than `tau_f`:
 on a short wire a slower one turns damping into stiffness. Chosen."""
