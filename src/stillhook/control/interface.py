@@ -145,6 +145,9 @@ class Undeclared:
     SWL_SHARE: float = 1.0  # part of the SWL that it carries
     COMPENSATES: bool = True  # False where it leaves the tip's motion alone
     LEARNS: bool = False  # whether stability is that of what it remembers after some minutes in a sea
+    BEGINS: float = (
+        0.0  # time from where it comes into force until it acts as it goes on [s]: stability is that of then
+    )
     YIELDS: bool = False  # gives wire on purpose, which its control error holds: `compare` shows the load's motion too
     DRIVES: tuple[str, ...] = (DISPLACEMENT,)  # kinds of drive that it commands
 

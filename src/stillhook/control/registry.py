@@ -48,6 +48,7 @@ VALUES = {
     "SWL_SHARE": Rule(lambda value: contract.is_number(value) and 0 < value <= 1, "a number above 0, at most 1"),
     "COMPENSATES": FLAG,
     "LEARNS": FLAG,
+    "BEGINS": Rule(lambda value: contract.is_number(value) and 0 <= value <= 60, "a time from 0 to 60 s"),
     "YIELDS": FLAG,
     "DRIVES": contract.names_of((DISPLACEMENT, SPEED), "kinds of drive", least=1),
 }
@@ -73,6 +74,7 @@ class ControlLaw:
     swl_share: float
     compensates: bool
     learns: bool
+    begins: float  # [s]
     yields: bool
     drives: tuple[str, ...]  # kinds of drive that it commands
     file: Path
@@ -132,6 +134,7 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
         swl_share=declared["SWL_SHARE"],
         compensates=declared["COMPENSATES"],
         learns=declared["LEARNS"],
+        begins=declared["BEGINS"],
         yields=declared["YIELDS"],
         drives=declared["DRIVES"],
         file=contract.file_of(module),

@@ -233,7 +233,7 @@ def plant_loop(linear: Linear) -> ContinuousLoop:
 SEA, SEA_TIME, SEA_GAIN = "sine 0.7 m 9 s", 120.0, 0.1
 """Motion of the tip in which a controller learns, for how long [s], and with which K_p [1/m]."""
 SETTLING = 50
-"""PLC cycles at the point before it is linearised, for filters of what is measured."""
+"""PLC cycles at the point before it is linearised, at the least, for filters of what is measured."""
 
 LawMemory = tuple[float, ...] | None
 """What a controller remembers, in the order of its Memory; None: what it starts from."""
@@ -351,7 +351,8 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
-    plc.laws = laws_after(plc.driver, before, SETTLING)
+    law = mode_of_code(plc.tick.mode).law
+    plc.laws = laws_after(plc.driver, before, max(SETTLING, math.ceil(law.begins / settings.t_cycle)))
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
@@ -365,7 +366,6 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
         numbers[varied],
         [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
     )[results]
-    law = mode_of_code(plc.tick.mode).law
     by_feedback = _law_slopes(crane, point, law, getattr(plc.laws, f"{law.field}_memory", None))
     g = np.array([by_feedback[0].get(name, 0.0) for name in (n for n in point.command._fields if n.startswith("u_"))])
     h = np.array([*(0.0,) * len(REMEMBERED), *by_feedback[1]])

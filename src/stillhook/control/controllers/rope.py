@@ -12,6 +12,7 @@ LABEL = "SSC with tension loop"
 TITLE = "SSC with a tension loop, which damps the load on a long wire"
 ORDER = 8
 YIELDS = True
+BEGINS = 15.0
 USES = ("u_thr", "alpha_min", "alpha_swl")
 
 IN_WATER = 0.87
@@ -31,6 +32,8 @@ LEAST = 0.001
 T_WORTH, WORTH, MOST_WORTH = 30.0, 4.0, 100.0
 """Mean square of the wire that the loop would give: its time constant [s]; over that of noise, where the loop begins
 to act, half of where it acts in full [-]; most that counts [-]. Chosen."""
+T_START, MOST_AGE = 12.0, 25.0
+"""Time in the second half of which the loop comes in [s]; most of them that count [-], for the longest `T_ret`."""
 STEADY = 0.01
 """Difference of the operator's speed from its slow mean above which the loop fades out [m/s]: the load is accelerated
 and its drag changes. Chosen."""
@@ -58,13 +61,13 @@ class Settings(NamedTuple):
 class Memory(NamedTuple):
     """What it carries from cycle to cycle."""
 
-    begun: float = 0.0  # 1 after the first cycle, which starts the filters [-]
+    age: float = 0.0  # time in force over T_START, up to MOST_AGE [-]
     F: float = 0.0  # load cell less the wire's weight, low-pass filtered [N]
     F_s: float = 0.0  # its slow mean [N]
     v_s: float = 0.0  # slow mean of the operator's speed [m/s]
     x: float = 0.0  # wire given, paid out positive [m]
     x_F: float = 0.0  # wire that the loop would give [m]
-    q: float = 3.0 * WORTH  # its mean square over that of noise [-]; from the start the loop acts
+    q: float = 4.0 * WORTH  # its mean square over that of noise [-]; so large that the loop acts when it comes in
 
 
 @scalar
@@ -82,19 +85,20 @@ def cycle(r, plc, s, m):
     of the load cell moves the wire by no more than x_n = `WANDER`; with the motors at less displacement the oil is
     softer, and its resonance nearer to those of the wire. g falls from 1 to 0 as abs(F - F_s) goes from
     `share` of the load's weight to twice that (landing, slack, splash), and as the operator's speed leaves its mean by
-    `STEADY` to twice that. g_q falls from 1 to 0 as the wire x_F that it would give with g_q = 1 has a
-    mean square of 8 to 4 times that of noise (of `LEAST`, if more): less moves the load more than it
+    `STEADY` to twice that; it rises from 0 to 1 in the second half of `T_START`, F_s until then the mean of all the
+    time: the force at the start is that of a swing. g_q falls from 1 to 0 as the wire x_F that it would give with
+    g_q = 1 has a mean square of 8 to 4 times that of noise (of `LEAST`, if more): less moves the load more than it
     damps it. K_p x moves the reference along: the wire that is given stays in e_c. A winch whose pumps' lag is not
     known (omega_np 0) is left with SSC.
     Source: own; the displacement is that of SSC. With a spring k and a mass m the damping ratio is sqrt(k m) / (2 c).
     """
     y, h, plant = r.y, plc.t_cycle, plc.plant
     F_y = y.F - IN_WATER * G * plant.m_wire * y.s_w
-    begun = m.begun > 0.5
+    begun, age = m.age > 0.0, fmin(m.age + h / T_START, MOST_AGE)
     k = plant.EA / (y.s_w + plant.L_0)
     tau_F = fmin(s.tau_f, QUICK * sqrt(plant.SWL / (G * k)))
     F = low_pass(m.F, F_y, tau_F, h) if begun else F_y
-    F_s = low_pass(m.F_s, F, s.T_ret, h) if begun else F_y
+    F_s = low_pass(m.F_s, F, fmin(age * T_START, s.T_ret), h) if begun else F_y
     known = plant.omega_np > 0.0
     tau = 0.5 * h + plc.t_compute + tau_F + 2.0 * plant.zeta_p / (plant.omega_np if known else 1.0)
     noise = s.noise * plant.SWL * sqrt(0.25 * h * s.T_ret)
@@ -102,7 +106,11 @@ def cycle(r, plc, s, m):
     alpha = fmax(y.alpha_m, LEAST_ALPHA)
     c = stiff / (alpha * alpha)
     full = s.share * fmax(F_s - 2.0 * G * plant.m_hook, 0.0)
-    g = clip((2.0 * full - abs(F - F_s)) / fmax(full, 1.0), 0.0, 1.0) if known else 0.0
+    g = (
+        clip((2.0 * full - abs(F - F_s)) / fmax(full, 1.0), 0.0, 1.0) * clip(2.0 * age - 1.0, 0.0, 1.0)
+        if known
+        else 0.0
+    )
     v_s = low_pass(m.v_s, y.v_op, 0.5 * s.T_ret, h) if begun else y.v_op
     v = g * clip(2.0 - abs(y.v_op - v_s) / STEADY, 0.0, 1.0) * (F - F_s) / c
     x_F = (m.x_F + h * v) / (1.0 + h / s.T_ret)
@@ -111,4 +119,4 @@ def cycle(r, plc, s, m):
     x = m.x + h * clip(clip(q / WORTH - 1.0, 0.0, 1.0) * v, -s.v_max, s.v_max)
     x = clip(x / (1.0 + h / s.T_ret), -s.x_max, s.x_max)
     u_x = -(plc.gains.K_1 * (x - m.x) / h * y.K_wire * y.alpha_m + plc.gains.K_p * x) / y.f_pump
-    return Demand(r.u_ff + r.u_fb + u_x, displacement_of_ssc(r, plc.motors)), Memory(1.0, F, F_s, v_s, x, x_F, q)
+    return Demand(r.u_ff + r.u_fb + u_x, displacement_of_ssc(r, plc.motors)), Memory(age, F, F_s, v_s, x, x_F, q)
