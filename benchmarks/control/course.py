@@ -1,16 +1,16 @@
 """What every entry runs: crane, seas, drawn plants, sensors, the gain that the margin allows, and what is scored.
 
-One crane and load. Each entry has in each sea the lead and the gain, of its grid, with the least error on the crane as
-its file describes it. The gain K_p is at most the one that leaves 6 dB at motor displacements 0.6 and 1, of the
-linearised plant with the law and what it has learned in the loop. The drawn
-plants have those settings, and a PLC that knows the crane file's numbers. The reference, strong SSC, has instead the
-best lead on every single plant and in every sea: no SSC can be tuned better, so no entry gains by the choice of leads.
+One crane and load; in deep water another (`deep`). Each entry has in each sea the lead and the gain, of its grid,
+with the least error on the crane as its file describes it. The gain K_p is at most the one that leaves 6 dB at motor
+displacements 0.6 and 1, of the linearised plant with the law and what it has learned in the loop. The drawn plants
+have those settings, and a PLC that knows the crane file's numbers. The reference, strong SSC, has instead the best
+lead on every single plant and in every sea: no SSC can be tuned better, so no entry gains by the choice of leads.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -73,6 +73,8 @@ class Course(NamedTuple):
     duration: float  # of all, [s]
     leads: tuple[float, ...]  # [s]
     gains: tuple[float, ...]  # over the largest K_p [-]
+    delays: tuple[float, ...]  # of late motion units, in the seas of the drawn plants [s]
+    wires: tuple[float, ...]  # paid out in deep water [m]
 
 
 HEAVY, PLANT_SEAS = (3.5, 11.0), ((1.0, 8.0), (2.0, 9.0), (3.5, 11.0))
@@ -83,8 +85,10 @@ FULL = Course(
     plants=200,
     warm_up=80.0,
     duration=200.0,
-    leads=(0.02, 0.035, 0.05, 0.065, 0.08),
+    leads=(0.02, 0.035, 0.05, 0.065, 0.08, 0.1, 0.12),
     gains=(0.7, 1.0),
+    delays=(0.02, 0.1, 0.2, 0.3),
+    wires=(500.0, 2000.0),
 )
 QUICK = FULL._replace(
     irregular=PLANT_SEAS[1:2],
@@ -95,6 +99,8 @@ QUICK = FULL._replace(
     duration=80.0,
     leads=(0.035, 0.05),
     gains=(1.0,),
+    delays=(0.2,),
+    wires=(2000.0,),
 )
 
 
@@ -110,9 +116,11 @@ def jonswap(Hs: float, Tp: float, duration: float, seed: int = 1) -> Recorded:
     return Recorded(t, (amplitude * np.cos(2.0 * np.pi * np.outer(t, f) + phase)).sum(axis=1))
 
 
-def _case(tip: Any, course: Course) -> Scenario:
+def _case(tip: Any, course: Course, delay: float | None = None) -> Scenario:
+    """delay: of the motion unit [s], None for that of the benchmark."""
     times = {"warm_up": f"{course.warm_up:g} s", "duration": f"{course.duration:g} s"}
-    return Scenario(load=LOAD, s_w=WIRE, tip=tip, mode=DEFAULT_MODE, sensors=SENSORS, **times)
+    sensors = SENSORS if delay is None else {**SENSORS, "delay": f"{1e3 * delay:g} ms"}
+    return Scenario(load=LOAD, s_w=WIRE, tip=tip, mode=DEFAULT_MODE, sensors=sensors, **times)
 
 
 def name_of(Hs: float, Tp: float) -> str:
@@ -128,16 +136,24 @@ def seas(course: Course, ship: Path | None = None) -> dict[str, Scenario]:
     return found
 
 
-def places(crane: Crane, mode: Mode, alpha_m: float) -> Governing:
-    """Loops of the linearised plant with the motors at alpha_m [-], at the benchmark's load and wire, with what a
-    controller that learns remembers after a sea; the gain that leaves MARGIN."""
+def late_seas(course: Course, delay: float) -> dict[str, Scenario]:
+    """Scenario of every sea of the drawn plants by its name, with a motion unit that is late by delay [s]."""
+    return {name_of(*sea): _case(jonswap(*sea, course.duration), course, delay) for sea in course.drawn}
+
+
+def places(
+    crane: Crane, mode: Mode, alpha_m: float, loads: Sequence[float] = (), wires: Sequence[float] = ()
+) -> Governing:
+    """Loops of the linearised plant with the motors at alpha_m [-], at loads [kg] and wires [m] or those of the
+    benchmark, with what a controller that learns remembers after a sea; the gain that leaves MARGIN."""
     case = _case("still", QUICK)
-    return governing(crane, mode, (MARGIN, 0.0, math.inf), loads=[case.load], wires=[case.s_w], alpha_m=alpha_m)
+    kept = (MARGIN, 0.0, math.inf)
+    return governing(crane, mode, kept, loads=loads or [case.load], wires=wires or [case.s_w], alpha_m=alpha_m)
 
 
-def largest_gain(crane: Crane, mode: Mode) -> float:
+def largest_gain(crane: Crane, mode: Mode, loads: Sequence[float] = (), wires: Sequence[float] = ()) -> float:
     """K_p that leaves the gain margin at both displacements, at every place that decides [1/m]: rounded down."""
-    return math.floor(1e3 * min(places(crane, mode, alpha).K_p for alpha in DISPLACEMENTS)) / 1e3
+    return math.floor(1e3 * min(places(crane, mode, alpha, loads, wires).K_p for alpha in DISPLACEMENTS)) / 1e3
 
 
 def plants(crane: Crane, case: Scenario, n: int) -> list[tuple[Crane, Scenario]]:
