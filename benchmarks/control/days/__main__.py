@@ -1,4 +1,8 @@
-"""What each controller gains in the example plan: `python -m benchmarks.control.days [--tier time] > outcome.json`."""
+"""What each controller gains in the example plan: `python -m benchmarks.control.days [--tier time] > FILE.json`.
+
+A few minutes of processor time in the frequency domain, some half an hour by runs of the twin, which are kept in
+--store.
+"""
 
 from __future__ import annotations
 

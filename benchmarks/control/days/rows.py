@@ -17,7 +17,7 @@ PLAN = "template-to-1500m"
 STRONG = Alternative.STRONG_SSC
 CLOSE, LATE = 0.020, 0.200
 """Delay of the motion unit, of the benchmark and of one over a network [s]."""
-LEADS = (0.015, 0.030, 0.045, 0.060)
+LEADS = (0.030, 0.045, 0.060)
 """Leads of strong SSC beyond the delay of the motion unit, of which it has the best in every sea [s]."""
 MIDDLE = (0.045,)
 """That of strong SSC where one must do [s]."""

@@ -1,0 +1,117 @@
+"""Controllers in a plan: tables of docs/validation/controllers-in-a-plan.md from frequency.json and time.json beside
+this file, which `python -m benchmarks.control.days` writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from blocks import Blocks, Table, panel, picture, save
+
+from stillhook.report.plots.colours import colours_of
+
+SCRIPT = "controllers_in_a_plan"
+TIERS = {"frequency": "frequency domain", "time": "runs of the twin"}
+CAP, NONE, STRONG, FF = "cap-80", "none", "strong-ssc", "ff"
+Outcome = Mapping[str, Any]
+
+
+def outcome(tier: str) -> Outcome:
+    """What was found with a tier."""
+    found: Outcome = json.loads(Path(__file__).with_name(f"{tier}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def estimate(x: Sequence[float | None] | None, digits: int = 0) -> str:
+    """A number with its interval."""
+    if x is None or x[0] is None:
+        return "never"
+    if x[1] is None or x[1] == x[2]:
+        return f"{x[0]:.{digits}f}"
+    return f"{x[0]:.{digits}f} ({x[1]:.{digits}f} to {x[2]:.{digits}f})".replace("-", "−")
+
+
+def limits_table(found: Outcome) -> Table:
+    """Limiting heights by period, simulated."""
+    rows = [
+        (name, *("above 6" if x is None else f"{x:.2f}" for x in row["simulated"]["Hs"]))
+        for name, row in found["rows"].items()
+    ]
+    return Table(["limiting Hs [m] at Tp", *(f"{T:g} s" for T in found["Tp"])], rows)
+
+
+def governs_table(found: Outcome) -> Table:
+    """What governs, by the periods at which it does."""
+    rows = []
+    for name, row in found["rows"].items():
+        of, by = row["simulated"], dict[str, list[float]]()
+        for T, phase, rule in zip(found["Tp"], of["phase"], of["rule"], strict=True):
+            by.setdefault(f"{phase}: {rule}" if rule else "none below 6 m", []).append(T)
+        rows.append((name, "; ".join(f"{what} ({spans(periods)} s)" for what, periods in by.items())))
+    return Table(["", "phase: rule (periods)"], rows)
+
+
+def spans(periods: Sequence[float]) -> str:
+    """Periods in a row, neighbours joined."""
+    groups: list[list[float]] = []
+    for T in periods:
+        if groups and T - groups[-1][-1] <= 1.0:
+            groups[-1].append(T)
+        else:
+            groups.append([T])
+    return ", ".join(f"{g[0]:g}" if len(g) == 1 else f"{g[0]:g} to {g[-1]:g}" for g in groups)
+
+
+def days_table(found: Outcome) -> Table:
+    """Workable days and waiting, simulated and claimable."""
+    rows = []
+    for name, row in found["rows"].items():
+        a, b = row["simulated"], row["claimable"]
+        cells = [estimate(a["days"]), estimate(a["over"][NONE]), estimate(a["over"][CAP]), estimate(a["wait_p50"])]
+        rows.append((name, *cells, estimate(b["days"]), estimate(b["over"][CAP]), estimate(b["wait_p50"])))
+    head = ["", "workable days a year", "over none", "over the cap", "waiting, P50 [d]"]
+    return Table([*head, "claimable days a year", "over the cap", "waiting, P50 [d]"], rows)
+
+
+def compute() -> tuple[Blocks, Any]:
+    found = {tier: outcome(tier) for tier in TIERS}
+    blocks: dict[str, Any] = {}
+    for tier, of in found.items():
+        blocks |= {
+            f"limits-{tier}": limits_table(of),
+            f"governs-{tier}": governs_table(of),
+            f"days-{tier}": days_table(of),
+        }
+    numbers: dict[str, Any] = {}
+    for tier, of in found.items():
+        for name in (CAP, STRONG, FF):
+            for credit in ("simulated", "claimable"):
+                numbers[f"{tier}_{name.split('-')[0]}_{credit}"] = of["rows"][name][credit]["days"][0]
+    return {"claims": numbers, **blocks}, found
+
+
+def draw(found: Mapping[str, Outcome]) -> None:
+    result = picture(11.0, 8.5)
+    panels = result.subplots(len(found), 2, width_ratios=(3, 2))
+    for (tier, of), (over, bars) in zip(found.items(), panels, strict=True):
+        rows = of["rows"]
+        colours = colours_of(rows)
+        for name, row in rows.items():
+            Hs = [np.nan if x is None else x for x in row["simulated"]["Hs"]]
+            wide = {"linewidth": 3.0, "zorder": 3} if name == CAP else {"linewidth": 1.3}
+            late = "--" if "late" in name or "prediction" in name else "-"
+            over.plot(of["Tp"], Hs, late, color=colours[name], label=name, **wide)
+        panel(over, f"Limits, simulated: {TIERS[tier]}", "peak period [s]", "limiting Hs [m]")
+        y = np.arange(len(rows))[::-1]
+        for place, (name, row) in zip(y, rows.items(), strict=True):
+            days, low, high = row["simulated"]["days"]
+            bars.barh(place, days, color=colours[name], alpha=0.8, height=0.6)
+            bars.plot([max(low, 0.0), high], [place, place], color="black", linewidth=1.0)
+            bars.plot(row["claimable"]["days"][0], place, "D", color="black", markersize=4)
+        bars.axvline(rows[CAP]["simulated"]["days"][0], color=colours[CAP], linewidth=2.0)
+        bars.set_yticks(y, list(rows), fontsize="small")
+        panel(bars, "bar: simulated, 95 % over years; diamond: claimable", "workable days a year", legend=False)
+    save(result, "controllers-in-a-plan.png")
