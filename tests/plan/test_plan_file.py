@@ -434,7 +434,7 @@ def test_a_controller_s_file_sets_its_alternative_and_no_other(tmp_path: Path) -
         (
             '{ ff = "own.toml" }',
             '{ hs = "own.toml" }',
-            "controllers.hs = \"own.toml\": not a controller among the plan's alternatives. Choose among ssc, ff.",
+            'controllers.hs = "own.toml": not a controller among the plan\'s alternatives. Choose among ssc, ff.',
         ),
         ('{ ff = "own.toml" }', '{ none = "own.toml" }', "not a controller among the plan's alternatives."),
     ],

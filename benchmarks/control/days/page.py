@@ -1,5 +1,5 @@
-"""Controllers in a plan: tables of docs/validation/controllers-in-a-plan.md from frequency.json and time.json beside
-this file, which `python -m benchmarks.control.days` writes."""
+"""Controllers in a plan: tables of docs/validation/controllers-in-a-plan.md from the outcome beside this file,
+which `python -m benchmarks.control.days > benchmarks/control/days/outcome.json` writes."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 from blocks import Blocks, Table, panel, picture, save
 
-from stillhook.report.plots.colours import colours_of
+from stillhook.report.plots.colours import CONTROLLERS, GREEN, PINK, RED
 
 SCRIPT = "controllers_in_a_plan"
-TIERS = {"frequency": "frequency domain", "time": "runs of the twin"}
 CAP, NONE, STRONG, FF = "cap-80", "none", "strong-ssc", "ff"
+SIMULATED, CLAIMABLE = "simulated", "claimable"
 Outcome = Mapping[str, Any]
-
-
-def outcome(tier: str) -> Outcome:
-    """What was found with a tier."""
-    found: Outcome = json.loads(Path(__file__).with_name(f"{tier}.json").read_text(encoding="utf-8"))
-    return found
+STYLES = {
+    "ssc-optimal": (RED, ":"),
+    "ff": (GREEN, "-"),
+    "rope": (GREEN, "--"),
+    "strong-ssc, 200 ms late": (PINK, "--"),
+    "the same with prediction": (PINK, ":"),
+}
+"""Colour and line of rows that have none of their own."""
 
 
 def estimate(x: Sequence[float | None] | None, digits: int = 0) -> str:
@@ -37,7 +39,7 @@ def estimate(x: Sequence[float | None] | None, digits: int = 0) -> str:
 def limits_table(found: Outcome) -> Table:
     """Limiting heights by period, simulated."""
     rows = [
-        (name, *("above 6" if x is None else f"{x:.2f}" for x in row["simulated"]["Hs"]))
+        (name, *("above 6" if x is None else f"{x:.2f}" for x in row[SIMULATED]["Hs"]))
         for name, row in found["rows"].items()
     ]
     return Table(["limiting Hs [m] at Tp", *(f"{T:g} s" for T in found["Tp"])], rows)
@@ -47,7 +49,7 @@ def governs_table(found: Outcome) -> Table:
     """What governs, by the periods at which it does."""
     rows = []
     for name, row in found["rows"].items():
-        of, by = row["simulated"], dict[str, list[float]]()
+        of, by = row[SIMULATED], dict[str, list[float]]()
         for T, phase, rule in zip(found["Tp"], of["phase"], of["rule"], strict=True):
             by.setdefault(f"{phase}: {rule}" if rule else "none below 6 m", []).append(T)
         rows.append((name, "; ".join(f"{what} ({spans(periods)} s)" for what, periods in by.items())))
@@ -69,7 +71,7 @@ def days_table(found: Outcome) -> Table:
     """Workable days and waiting, simulated and claimable."""
     rows = []
     for name, row in found["rows"].items():
-        a, b = row["simulated"], row["claimable"]
+        a, b = row[SIMULATED], row[CLAIMABLE]
         cells = [estimate(a["days"]), estimate(a["over"][NONE]), estimate(a["over"][CAP]), estimate(a["wait_p50"])]
         rows.append((name, *cells, estimate(b["days"]), estimate(b["over"][CAP]), estimate(b["wait_p50"])))
     head = ["", "workable days a year", "over none", "over the cap", "waiting, P50 [d]"]
@@ -77,41 +79,36 @@ def days_table(found: Outcome) -> Table:
 
 
 def compute() -> tuple[Blocks, Any]:
-    found = {tier: outcome(tier) for tier in TIERS}
-    blocks: dict[str, Any] = {}
-    for tier, of in found.items():
-        blocks |= {
-            f"limits-{tier}": limits_table(of),
-            f"governs-{tier}": governs_table(of),
-            f"days-{tier}": days_table(of),
-        }
-    numbers: dict[str, Any] = {}
-    for tier, of in found.items():
-        for name in (CAP, STRONG, FF):
-            for credit in ("simulated", "claimable"):
-                numbers[f"{tier}_{name.split('-')[0]}_{credit}"] = of["rows"][name][credit]["days"][0]
-    return {"claims": numbers, **blocks}, found
+    found: Outcome = json.loads(Path(__file__).with_name("outcome.json").read_text(encoding="utf-8"))
+    rows = found["rows"]
+    numbers = {
+        f"{name}_{credit}": rows[of][credit]["days"][0]
+        for name, of in {"none": NONE, "cap": CAP, "strong": STRONG, "ff": FF}.items()
+        for credit in (SIMULATED, CLAIMABLE)
+    }
+    numbers["over_strong"] = rows[FF][SIMULATED]["over"][STRONG]
+    tables = {"days": days_table, "limits": limits_table, "governs": governs_table}
+    return {"claims": numbers, **{name: of(found) for name, of in tables.items()}}, found
 
 
-def draw(found: Mapping[str, Outcome]) -> None:
-    result = picture(11.0, 8.5)
-    panels = result.subplots(len(found), 2, width_ratios=(3, 2))
-    for (tier, of), (over, bars) in zip(found.items(), panels, strict=True):
-        rows = of["rows"]
-        colours = colours_of(rows)
-        for name, row in rows.items():
-            Hs = [np.nan if x is None else x for x in row["simulated"]["Hs"]]
-            wide = {"linewidth": 3.0, "zorder": 3} if name == CAP else {"linewidth": 1.3}
-            late = "--" if "late" in name or "prediction" in name else "-"
-            over.plot(of["Tp"], Hs, late, color=colours[name], label=name, **wide)
-        panel(over, f"Limits, simulated: {TIERS[tier]}", "peak period [s]", "limiting Hs [m]")
-        y = np.arange(len(rows))[::-1]
-        for place, (name, row) in zip(y, rows.items(), strict=True):
-            days, low, high = row["simulated"]["days"]
-            bars.barh(place, days, color=colours[name], alpha=0.8, height=0.6)
-            bars.plot([max(low, 0.0), high], [place, place], color="black", linewidth=1.0)
-            bars.plot(row["claimable"]["days"][0], place, "D", color="black", markersize=4)
-        bars.axvline(rows[CAP]["simulated"]["days"][0], color=colours[CAP], linewidth=2.0)
-        bars.set_yticks(y, list(rows), fontsize="small")
-        panel(bars, "bar: simulated, 95 % over years; diamond: claimable", "workable days a year", legend=False)
+def draw(found: Outcome) -> None:
+    rows = found["rows"]
+    styles = {name: (CONTROLLERS[name], "-") if name in CONTROLLERS else STYLES[name] for name in rows}
+    result = picture(11.0, 4.6)
+    over, bars = result.subplots(1, 2, width_ratios=(3, 2))
+    for name, row in rows.items():
+        Hs = [np.nan if x is None else x for x in row[SIMULATED]["Hs"]]
+        wide = {"linewidth": 3.0, "zorder": 3} if name == CAP else {"linewidth": 1.3}
+        colour, line = styles[name]
+        over.plot(found["Tp"], Hs, line, color=colour, label=name, **wide)
+    panel(over, "Limits, simulated", "peak period [s]", "limiting Hs [m]")
+    y = np.arange(len(rows))[::-1]
+    for place, (name, row) in zip(y, rows.items(), strict=True):
+        days, low, high = row[SIMULATED]["days"]
+        bars.barh(place, days, color=styles[name][0], alpha=0.8, height=0.6)
+        bars.plot([max(low, 0.0), high], [place, place], color="black", linewidth=1.0)
+        bars.plot(row[CLAIMABLE]["days"][0], place, "D", color="black", markersize=4)
+    bars.axvline(rows[CAP][SIMULATED]["days"][0], color=styles[CAP][0], linewidth=2.0)
+    bars.set_yticks(y, list(rows), fontsize="small")
+    panel(bars, "bar: simulated, 95 % over years; diamond: claimable", "workable days a year", legend=False)
     save(result, "controllers-in-a-plan.png")
