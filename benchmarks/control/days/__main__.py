@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.control.days.rows import REFERENCES, STRONG, Row, rows
 from benchmarks.control.days.worth import YEAR, Weather, Worth, plain
 from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.planning import plan
 from stillhook.plan.result import CREDITS, PlanResult
 
@@ -37,33 +38,36 @@ def main() -> None:
 
 
 def outcome(every: list[Row], results: list[list[PlanResult]]) -> dict[str, Any]:
-    """Limits, what governs them, days and waiting of every row, simulated and as they may be claimed."""
+    """Limits, what governs them, days and waiting of every row, simulated and as they may be claimed; over: what it
+    gains over others in the same plans, whose runs are the same."""
     first = results[0][0]
     weather = Weather(every[0].plans[0], float(first["weather"].attrs["window"]))
     found: dict[str, Any] = {"Tp": [float(T) for T in first.data["period"].values], "rows": {}}
     for name in ("simulated", "claimable"):
-        known: dict[str, Worth] = {}
-        cells: dict[str, list[Any]] = {}
         for row, of in zip(every, results, strict=True):
-            cells[row.name] = [of_row(r.data, name, row, r) for r in of]
-            known[row.name] = weather.worth(np.fmax.reduce([c["op_wf"].values for c in cells[row.name]]))
-        for row, of in zip(every, results, strict=True):
-            worth = known[row.name]
+            cells = [selected(r.data, name, row.alternative, r) for r in of]
+
+            def worth(alternative: Alternative, of: list[PlanResult] = of, name: str = name) -> Worth:
+                op_wf = [selected(r.data, name, alternative, r)["op_wf"].values for r in of]
+                return weather.worth(np.fmax.reduce(op_wf))
+
+            own = worth(row.alternative)
+            others = [a for a in (*REFERENCES, STRONG) if a in of[0].alternatives and a is not row.alternative]
             found["rows"].setdefault(row.name, {})[name] = {
-                **limits(cells[row.name]),
-                "days": plain(worth.days),
-                "days_by_limits": by_limits(of_row(of[0]["weather"], name, row, of[0])),
-                "over": {a.value: plain(weather.gained(worth, known[a.value])) for a in (*REFERENCES, STRONG)},
-                "wait_p50": plain(worth.wait_p50),
-                "wait_p90": plain(worth.wait_p90),
+                **limits(cells),
+                "days": plain(own.days),
+                "days_by_limits": by_limits(selected(of[0]["weather"], name, row.alternative, of[0])),
+                "over": {a.value: plain(weather.gained(own, worth(a))) for a in others},
+                "wait_p50": plain(own.wait_p50),
+                "wait_p90": plain(own.wait_p90),
             }
     return found
 
 
-def of_row(data: Any, name: str, row: Row, result: PlanResult) -> Any:
-    """What data of a result say of a row, simulated or as it may be claimed."""
+def selected(data: Any, name: str, alternative: Alternative, result: PlanResult) -> Any:
+    """What data of a result say of an alternative, simulated or as it may be claimed."""
     credit = CREDITS[0] if name == "simulated" else result.claim
-    return data.sel(credit=credit, alternative=row.alternative.value)
+    return data.sel(credit=credit, alternative=alternative.value)
 
 
 def by_limits(year: Any) -> list[float]:

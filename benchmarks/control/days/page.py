@@ -29,7 +29,9 @@ STYLES = {
 
 def estimate(x: Sequence[float | None] | None, digits: int = 0) -> str:
     """A number with its interval."""
-    if x is None or x[0] is None:
+    if x is None:
+        return "–"
+    if x[0] is None:
         return "never"
     if x[1] is None or x[1] == x[2]:
         return f"{x[0]:.{digits}f}"
@@ -50,10 +52,10 @@ def governs_table(found: Outcome) -> Table:
     rows = []
     for name, row in found["rows"].items():
         of, by = row[SIMULATED], dict[str, list[float]]()
-        for T, phase, rule in zip(found["Tp"], of["phase"], of["rule"], strict=True):
-            by.setdefault(f"{phase}: {rule}" if rule else "none below 6 m", []).append(T)
-        rows.append((name, "; ".join(f"{what} ({spans(periods)} s)" for what, periods in by.items())))
-    return Table(["", "phase: rule (periods)"], rows)
+        for T, *what in zip(found["Tp"], of["phase"], of["rule"], of["tier"], strict=True):
+            by.setdefault("{}: {} [{}]".format(*what), []).append(T)
+        rows.append((name, "; ".join(f"{spans(periods)} s {what}" for what, periods in by.items())))
+    return Table(["", "periods, phase: rule [tier]"], rows)
 
 
 def spans(periods: Sequence[float]) -> str:
@@ -72,10 +74,14 @@ def days_table(found: Outcome) -> Table:
     rows = []
     for name, row in found["rows"].items():
         a, b = row[SIMULATED], row[CLAIMABLE]
-        cells = [estimate(a["days"]), estimate(a["over"][NONE]), estimate(a["over"][CAP]), estimate(a["wait_p50"])]
-        rows.append((name, *cells, estimate(b["days"]), estimate(b["over"][CAP]), estimate(b["wait_p50"])))
-    head = ["", "workable days a year", "over none", "over the cap", "waiting, P50 [d]"]
-    return Table([*head, "claimable days a year", "over the cap", "waiting, P50 [d]"], rows)
+        days, wait = [estimate(x["days"], 1) for x in (a, b)], [estimate(x["wait_p50"]) for x in (a, b)]
+        over = [estimate(a["over"].get(of), 1) for of in (NONE, CAP, STRONG)]
+        by_limits = "{:.0f} to {:.0f}".format(*a["days_by_limits"])
+        rows.append((name, days[0], by_limits, *over, wait[0], days[1], estimate(b["over"].get(CAP), 1), wait[1]))
+    simulated = ["workable days a year", "by errors of limits", "over none", "over the cap", "over strong SSC"]
+    return Table(
+        ["", *simulated, "waiting, P50 [d]", "claimable days a year", "over the cap", "waiting, P50 [d]"], rows
+    )
 
 
 def compute() -> tuple[Blocks, Any]:
@@ -94,14 +100,17 @@ def compute() -> tuple[Blocks, Any]:
 def draw(found: Outcome) -> None:
     rows = found["rows"]
     styles = {name: (CONTROLLERS[name], "-") if name in CONTROLLERS else STYLES[name] for name in rows}
-    result = picture(11.0, 4.6)
+    result = picture(11.0, 5.2)
     over, bars = result.subplots(1, 2, width_ratios=(3, 2))
     for name, row in rows.items():
         Hs = [np.nan if x is None else x for x in row[SIMULATED]["Hs"]]
         wide = {"linewidth": 3.0, "zorder": 3} if name == CAP else {"linewidth": 1.3}
         colour, line = styles[name]
         over.plot(found["Tp"], Hs, line, color=colour, label=name, **wide)
-    panel(over, "Limits, simulated", "peak period [s]", "limiting Hs [m]")
+    panel(over, "Limits, simulated", "peak period [s]", "limiting Hs [m]", legend=False)
+    result.legend(
+        *over.get_legend_handles_labels(), loc="outside lower center", ncols=6, frameon=False, fontsize="small"
+    )
     y = np.arange(len(rows))[::-1]
     for place, (name, row) in zip(y, rows.items(), strict=True):
         days, low, high = row[SIMULATED]["days"]
@@ -110,5 +119,5 @@ def draw(found: Outcome) -> None:
         bars.plot(row[CLAIMABLE]["days"][0], place, "D", color="black", markersize=4)
     bars.axvline(rows[CAP][SIMULATED]["days"][0], color=styles[CAP][0], linewidth=2.0)
     bars.set_yticks(y, list(rows), fontsize="small")
-    panel(bars, "bar: simulated, 95 % over years; diamond: claimable", "workable days a year", legend=False)
+    panel(bars, "bar: simulated; diamond: claimable", "workable days a year", legend=False)
     save(result, "controllers-in-a-plan.png")
