@@ -34,7 +34,7 @@ def main() -> None:
         return plan(of, store=given.store)
 
     every = rows()
-    print(json.dumps(outcome(every, [[planned(of) for of in row.plans] for row in every]), indent=1))
+    print(json.dumps(outcome(every, [[planned(of) for of in row.plans] for row in every])))
 
 
 def outcome(every: list[Row], results: list[list[PlanResult]]) -> dict[str, Any]:
