@@ -38,6 +38,7 @@ ARCHIVED = {
     "components": "trials.components.page",
     "condition": "trials.condition.page",
     "controllers_compared": "benchmarks.control.page",
+    "controllers_in_a_plan": "benchmarks.control.days.page",
     "displacement_tradeoff": "benchmarks.displacement.page",
     "friction_coverage": "trials.friction.page",
     "hull_convergence": "trials.hulls.page",

@@ -409,3 +409,38 @@ def test_a_folder_s_vessel_goes_by_its_path(tmp_path: Path) -> None:
     shutil.copy(vessel_file("supply-vessel-82m"), tmp_path / "ours.csv")
     path = written(tmp_path, ('"construction-vessel-130m"', '"ours.csv"'))
     assert load_plan(path).vessel.digest != load_plan("template-to-1500m").vessel.digest
+
+
+def with_own_ff(folder: Path, *changes: tuple[str, str]) -> Path:
+    """A plan with FF as an alternative, whose settings are in a file beside it."""
+    (folder / "own.toml").write_text('mode = "ff"\n[control]\nK_p = "0.145 1/m"\n', encoding="utf-8")
+    table = 'alternatives = ["none", "ssc", "ff"]\ncontrollers = { ff = "own.toml" }'
+    return written(folder, ('alternatives = ["none", "ssc"]', table), *changes)
+
+
+def test_a_controller_s_file_sets_its_alternative_and_no_other(tmp_path: Path) -> None:
+    plan = load_plan(with_own_ff(tmp_path))
+    crane, mode = plan.machine(Alternative("ff"))
+    assert (crane.control.K_p, mode.value) == (0.145, "ff")
+    assert plan.machine(Alternative("ssc")) == (plan.crane, "ssc")
+    assert plan.digest != load_plan(written(tmp_path, ('["none", "ssc"]', '["none", "ssc", "ff"]'))).digest
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('{ ff = "own.toml" }', '{ ff = "none.toml" }', '"none.toml": no such file. Check the path.'),
+        ('{ ff = "own.toml" }', '{ ssc = "own.toml" }', 'the file has mode "ff", and ssc needs "ssc".'),
+        (
+            '{ ff = "own.toml" }',
+            '{ hs = "own.toml" }',
+            'controllers.hs = "own.toml": not a controller among the plan\'s alternatives. Choose among ssc, ff.',
+        ),
+        ('{ ff = "own.toml" }', '{ none = "own.toml" }', "not a controller among the plan's alternatives."),
+    ],
+)
+def test_a_controller_s_file_that_does_not_fit_is_refused(tmp_path: Path, old: str, new: str, told: str) -> None:
+    with pytest.raises(StillhookError) as refused:
+        load_plan(with_own_ff(tmp_path, (old, new)))
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)

@@ -8,9 +8,10 @@ import pytest
 from scipy.special import erf
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.pack.winch import plant_parameters
 from stillhook.errors import LiftError
 from stillhook.response.winch import identify as module
-from stillhook.response.winch.duty import FINE, QUICK, Duty
+from stillhook.response.winch.duty import FINE, QUICK, Duty, soft
 from stillhook.response.winch.identify import identify_residual
 from stillhook.response.winch.linear_form import HARMONICS, Residual
 from stillhook.spec.scenario import Sensors
@@ -163,6 +164,12 @@ def test_manual_mode_has_no_residual(crane):
 
 
 @pytest.mark.thorough
+def test_a_plc_on_a_soft_wire_knows_the_wire_that_the_crane_has(crane, duty):
+    on_soft = soft(crane, duty)
+    assert on_soft.wire.E < 0.1 * crane.wire.E
+    assert plant_parameters(on_soft) == plant_parameters(crane)
+
+
 def test_a_late_sensor_costs_what_a_pure_delay_costs(crane):
     """0.2 s on a heave of 9.6 s leaves 2 sin(omega tau/2) = 13 %, beside the friction of the winch."""
     late = identify_residual(crane, Duty(F=1e6, s_w=500.0, sensors=Sensors(delay="0.2 s")), "ssc")

@@ -16,9 +16,9 @@ from typing import Any
 from pydantic import BaseModel, Field, field_validator
 
 from stillhook import units as u
-from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
+from stillhook.engine.certificate import as_if_validated
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
@@ -26,7 +26,6 @@ from stillhook.formats.lift.rigging_table import read_items
 from stillhook.formats.lift.tables import LiftTables, compensator_of, motion_unit_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
-from stillhook.kernels.build import results_hash
 from stillhook.library import load_crane
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -45,7 +44,7 @@ from stillhook.plan.definition.lift_plan import (
 )
 from stillhook.plan.definition.load_chart import CapacityStatement, ChartType, CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.operation import OperationTable, operation_of
-from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
+from stillhook.plan.definition.rules import Alternative, RuleSet, own_controllers, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of, under_water
 from stillhook.plan.definition.weights import WeightTable, weight_facts, weight_of
 from stillhook.plan.weather.records import check_headings
@@ -58,7 +57,7 @@ from stillhook.spec.lift.joining import Water, joined
 from stillhook.spec.lift.lowering import Rigging
 from stillhook.spec.lift.phase import LATER, OFF, Phase, PhaseKind
 from stillhook.spec.lift.rigging import RiggingTable
-from stillhook.spec.validity import Certified, Envelope
+from stillhook.spec.validity import Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Part, Spec, Text
@@ -96,6 +95,9 @@ class PlanFile(LiftTables):
     rules: Text = Field(default=RULES, description="set of rules: library name or file")
     alternatives: tuple[Alternative, ...] | None = Field(
         default=None, min_length=1, description="controllers side by side"
+    )
+    controllers: Mapping[Alternative, Text] = Field(
+        default_factory=dict, description="alternative = controller's file, for settings that are not the crane's"
     )
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
@@ -214,6 +216,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, h_tip, vessel, against = _place(file, table)
     unit = compensator_of(file, table)
+    alternatives = _alternatives(file, table, crane, unit)
     chart = _chart(file, table, crane)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
@@ -242,7 +245,8 @@ def _plan(table: TomlTable) -> LiftPlan:
         winch=file.winch,
         sensors=file.sensors,
         unit=motion_unit_of(file),
-        alternatives=_alternatives(file, table, crane, unit),
+        alternatives=alternatives,
+        controllers=own_controllers(file.controllers, alternatives, crane, table),
         compensator=unit,
         weather=weather,
         load_chart=chart,
@@ -329,20 +333,7 @@ def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Cra
         return crane
     if crane.certified is not None:
         raise table.wrong("the crane has a certificate of its own. Remove this table.", "synthetic_certificate")
-    record = Certified.of(
-        digest=hashlib.sha256(envelope.model_dump_json().encode()).hexdigest(),
-        date="no day",
-        criteria="none",
-        passed=True,
-        synthetic=True,
-        level=1,
-        variant=1,
-        version=__version__,
-        code=results_hash(),
-        content=content(crane),
-        envelope=envelope,
-    )
-    return crane.model_copy(update={"certified": record})
+    return as_if_validated(crane, envelope)
 
 
 def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
@@ -465,6 +456,8 @@ def _digest(plan: LiftPlan) -> str:
     if gear := plan.gear.model_dump(mode="json", exclude=set(Rigging.model_fields), exclude_defaults=True):
         content_of_plan["gear"] = gear
     content_of_plan |= {} if plan.statement is None else {"capacity": plan.statement.model_dump(mode="json")}
+    if plan.controllers:
+        content_of_plan["controllers"] = {a.value: k.changes_on(plan.crane) for a, k in plan.controllers.items()}
     if plan.reconciled:
         content_of_plan["reconciled"] = sorted((*at, reason) for at, reason in plan.reconciled.items())
     if plan.load_chart is not None:

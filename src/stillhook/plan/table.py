@@ -20,7 +20,6 @@ from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import CLAIMABLE, CREDITS, Cause, Credit, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
-from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.plan.weather.limit_table import SAME, LimitTable
 from stillhook.sea.spectra.spectrum import highest_sea
 from stillhook.spec.lift.phase import Phase
@@ -341,14 +340,14 @@ def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
         return tuple(f"certificate does not hold: {reason}" for reason in reasons)
     if crane.certified.synthetic and not plan.credits_synthetic:
         return (f"certificate {crane.certified.short} is SYNTHETIC: no crane was validated",)
-    if controlled(crane, alternative, plan.sensors)[0] != crane:
+    if plan.machine(alternative)[0] != crane:
         return (f"{alternative} runs with other settings of the controller than those that were validated",)
     return ()
 
 
 def _conditions(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> list[Conditions]:
     """What a phase asks in each sea, in the terms of a certificate."""
-    mode = controlled(plan.crane, alternative, plan.sensors)[1].mode.value
+    mode = plan.machine(alternative)[1].value
     still = [at_rest(plan, phase, z) for z in places(phase)]
     load, wire = max(s.F_tip for s in still) / G - plan.crane.hook_mass, [s.s_w for s in still]
     tip = tip_motion(plan, phase, seas)

@@ -70,7 +70,10 @@ def facts_of(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weather: W
             for alternative in plan.alternatives
             for each in limited(plan, phase, alternative)
         ],
-        "alternatives": [{"name": a.value} for a in plan.alternatives],
+        "alternatives": [
+            {"name": a.value} | ({"settings": plan.controllers[a].name} if a in plan.controllers else {})
+            for a in plan.alternatives
+        ],
         "inputs": _inputs(plan, alpha, weather),
         "not_covered": list(NOT_COVERED),
     }

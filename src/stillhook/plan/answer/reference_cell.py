@@ -119,7 +119,7 @@ def _winch(plan: LiftPlan, alternatives: Sequence[Alternative], progress: Progre
         return winches
     at = _water_phase(plan)
     deep = suspended_load(plan.crane, plan.hanging(-plan.depth, plan.tip_of(at).z), -plan.depth)
-    return ways(plan.crane, alternatives, [replace(deep.duty, sensors=plan.sensors)], progress=progress)
+    return ways(plan, alternatives, [replace(deep.duty, sensors=plan.sensors)], progress=progress)
 
 
 class Reference(NamedTuple):

@@ -36,7 +36,7 @@ def assess(state: PlanState, progress: Progress) -> dict[str, Any] | None:
     if state.records is None or not state.forecast.restricted:
         return None
     of, forecast = state.answered, state.forecast
-    judge = Workability.of(state.plan, of.axes, state.records, forecast)
+    judge = Workability.of(state.plan, of.axes, state.records, forecast.swell)
     result = table_of(state.records) | _stated(state) | {"alternative": of.shown().value, "window": forecast.window}
     result |= _by_credit(state, judge, of.claim, progress)
     return result | ({"as_credited": _by_credit(state, judge, CREDITS[1], progress)} if of.claim == CLAIMABLE else {})

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
@@ -351,39 +350,30 @@ ROOMS = (ROOM, "plan/definition")
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """`_top_speed`, kept on disk: it takes a tenth of a second."""
     question = ("v_top", F, s_w, name)
-    return CapacityValue(*kept(plan.crane, question, lambda: _top_speed(plan, F, s_w, name)[:2], ROOMS))
+    crane, mode = (plan.crane, MANUAL_MODE) if name == MANUAL_MODE else plan.machine(Alternative(name))
+    return CapacityValue(*kept(crane, question, lambda: _top_speed(crane, mode, F, s_w, name)[:2], ROOMS))
 
 
-@remembered
-def _controlled(plan: LiftPlan, name: str) -> tuple[Mode, Crane]:
-    """Mode and crane under a controller of this name."""
-    if name == MANUAL_MODE:
-        return MANUAL_MODE, plan.crane
-    return controller(name).mode, controller(name).on(plan.crane)
-
-
-def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
+def _top_speed(crane: Crane, mode: Mode, F: float, s_w: float, name: str) -> CapacityValue:
     """Highest steady wire speed with a tension F [N] at the tip and s_w of wire out [m], hoisting or lowering, and what
     stops it; 0 where the mode may not be used. Of a winch type without steady operating points: that at full
     command."""
-    crane = plan.crane
     load = F / G - crane.hook_mass  # the wire hangs as payload does
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
         return CapacityValue(0.0, f"{where}: more than the SWL")
-    mode, crane_of_mode = _controlled(plan, name)
     if hasattr(crane.plant.type.module, "speed_limit"):
         from stillhook.analysis.steady.limits import Direction, top_of_drive  # heavy
 
-        of_drive = [top_of_drive(crane_of_mode, load, s_w, direction) for direction in Direction]
+        of_drive = [top_of_drive(crane, load, s_w, direction) for direction in Direction]
         v, _, binds = min(of_drive, key=lambda top: top.v_w)
         return CapacityValue(v, f"{where}: {show(v, 'speed')}, stopped by {binds}")
     if not crane.plant.type.steady_operation:
-        v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
+        v = wire_speed_max(crane, 1.0, layer_diameter_at(crane, s_w))
         return CapacityValue(v, f"{where}: {show(v, 'speed')}, the speed at full command")
     from stillhook.analysis.steady.limits import Direction, Station  # heavy: only where no speed is kept
 
-    tops = [Station(crane_of_mode, load, s_w, direction).top_of_mode(mode) for direction in Direction]
+    tops = [Station(crane, load, s_w, direction).top_of_mode(mode) for direction in Direction]
     slow = next((top for top in tops if math.isnan(top.v_w)), None) or min(tops, key=lambda top: top.v_w)
     if math.isnan(slow.v_w):
         return CapacityValue(0.0, f"{where}: {name} may not be used, for {slow.binds}")

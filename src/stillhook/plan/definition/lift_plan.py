@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
+from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
@@ -38,7 +39,7 @@ from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSetti
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, WinchMode, called
 from stillhook.spec.lift.rigging import RiggingTable
-from stillhook.spec.scenario import Number, Record, Sensors
+from stillhook.spec.scenario import Mode, Number, Record, Sensors
 from stillhook.tables.html import table
 from stillhook.tables.range_text import values_of, with_point
 from stillhook.tables.table import Spec
@@ -225,8 +226,9 @@ class LiftPlan:
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
     T_POP planned time of the operation from the issue of the forecast [s] (T_POP_given: not the sum of the phases),
     lead of it before the start [s], parts that an operation which can be halted has, T_C contingency (None: not
-    assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side;
-    credits_synthetic: whether the crane's certificate is one that the plan assumes, to show what a validation is worth;
+    assessed, T_R is then twice T_POP); forecast_factors: table of alpha, name or file; alternatives side by side,
+    controllers of those whose settings are not the crane's; credits_synthetic: whether the crane's certificate is one
+    that the plan assumes, to show what a validation is worth;
     against: the tip's motion against the vessel that the payload is on (None: not known);
     unit: motion unit whose heave filter takes from what the PLC is given (None: no filter);
     load_chart in place of the crane's one SWL; statement of a dynamic factor of the crane's capacity; gear: legs and
@@ -261,6 +263,7 @@ class LiftPlan:
     winch: WinchSettings = field(default_factory=WinchSettings)
     sensors: Sensors = field(default_factory=Sensors)
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
+    controllers: Mapping[Alternative, Controller] = field(default_factory=dict)
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
     against: RelativeMotion | None = field(default=None, repr=False)
@@ -307,6 +310,11 @@ class LiftPlan:
         linked = alternative is Alternative.PHC and self.compensator is not None
         return self if linked is self.linked else self.once(_with_link, linked)
 
+    def machine(self, alternative: Alternative) -> tuple[Crane, Mode]:
+        """The crane as an alternative's controller sets it, and that controller's motor law; the plan's `controllers`
+        come first. Strong SSC compensates the delay of the motion signal."""
+        return self.once(_machine, alternative)
+
     @property
     def low(self) -> LiftPlan | None:
         """The plan with the low weight case on the hook; None without a weight build-up, and of that plan itself."""
@@ -352,6 +360,16 @@ def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[
 def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
     """The plan with or without the compensator in the load path."""
     return replace(plan, linked=linked)
+
+
+def _machine(plan: LiftPlan, alternative: Alternative) -> tuple[Crane, Mode]:
+    if alternative in plan.controllers:
+        own = plan.controllers[alternative]
+    elif alternative is Alternative.STRONG_SSC:
+        own = strong_ssc(plan.crane, delay=plan.sensors.delay)
+    else:
+        own = controller(alternative.value)
+    return own.on(plan.crane), own.mode
 
 
 def _with_low_weight(plan: LiftPlan) -> LiftPlan:

@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.controllers import STRONG
+from stillhook.analysis.controllers import STRONG, Controller, controller
 from stillhook.base.arrays import FloatArray
-from stillhook.control.registry import USUAL, Mode
+from stillhook.control.registry import DEFAULT_MODE, USUAL, Mode
+from stillhook.library.toml.file import TomlTable
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.statistics.extremes import MPM, P90
@@ -237,6 +238,27 @@ def usual_alternatives(crane: Crane) -> tuple[Alternative, ...]:
     winch = crane.plant.type
     strong = (Alternative.STRONG_SSC,) if Mode("ssc") in winch.modes and "active" in crane.circuits else ()
     return (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in winch.usual_modes), *strong)
+
+
+def own_controllers(
+    files: Mapping[Alternative, str], alternatives: tuple[Alternative, ...], crane: Crane, table: TomlTable
+) -> Mapping[Alternative, Controller]:
+    """Controllers of the table [controllers] of a plan file: of each alternative that it names the file with its
+    settings, seen from the plan's. Errors: StillhookError of one line, for an alternative that is not among those of
+    the plan, and a file that is no controller, of another motor law, or of another crane."""
+    found = {}
+    for alternative, name in files.items():
+        at = table.at("controllers", alternative.value)
+        if alternative not in alternatives or not alternative.twin:
+            named = ", ".join(a.value for a in alternatives if a.twin) or "none"
+            raise at.wrong(f"not a controller among the plan's alternatives. Choose among {named}.")
+        own = controller(table.relative_toml(name))
+        law = DEFAULT_MODE if alternative is Alternative.STRONG_SSC else Mode(alternative.value)
+        if own.mode is not law:
+            raise at.wrong(f'the file has mode "{own.mode.value}", and {alternative.value} needs "{law.value}".')
+        own.on(crane)  # refuses what the crane has not
+        found[alternative] = own
+    return found
 
 
 class Tier(StrEnum):

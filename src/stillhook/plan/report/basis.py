@@ -166,7 +166,7 @@ def credit(result: PlanResult) -> list[Part]:
         inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and a["name"] in twins else "-"
         note = sentence(a.get("credit_note") or "")
-        rows.append([named(a["name"]), described(a["name"]), note, share])
+        rows.append([named(a["name"]), described(a["name"], a.get("settings", "")), note, share])
     certificate = crane["certificate"]
     number = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")

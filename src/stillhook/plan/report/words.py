@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit, PlanResult, Remark
 from stillhook.report.formatting import EMPTY, days, direction, fixed, fmt, kind_of, percent
@@ -65,12 +66,13 @@ def sentence(remark: Remark) -> str:
     return remark if isinstance(remark, str) else write(TEXTS["causes"][remark["cause"]], **remark)
 
 
-def described(alternative: str) -> str:
-    """What an alternative is, in words."""
+def described(alternative: str, settings: str = "") -> str:
+    """What an alternative is, in words; settings: controller whose settings it has, in place of its usual ones."""
     texts = TEXTS["alternatives"]
-    if alternative in texts:
+    if alternative in texts and not settings:
         return write(texts[alternative], cap=CAP)
-    return write(texts["twin"], title=Mode(alternative).law.title)
+    law = DEFAULT_MODE if alternative == Alternative.STRONG_SSC else Mode(alternative)
+    return write(texts["set" if settings else "twin"], title=law.law.title, settings=settings)
 
 
 def listed(phases: Iterable[str]) -> str:

@@ -108,7 +108,7 @@ def winches_of(
 
 
 def _ways(plan: LiftPlan, *of: Any, **how: Any) -> Mapping[Alternative, Way]:
-    return ways(plan.crane, *of, **how)
+    return ways(plan, *of, **how)
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:

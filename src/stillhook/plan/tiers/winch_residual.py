@@ -8,34 +8,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stillhook.analysis.controllers import Controller, controller
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import StillhookError
+from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.response.lift import share_of_time, table_at
 from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.identify import Winch, identify_many, mixed
 from stillhook.response.winch.linear_form import Residual
-from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Sensors
 from stillhook.spec.validity import CAP
 
 BRAKE = Residual.constant(1.0, "winch on its brake")
 FLAT = Residual.constant(1.0 - CAP, f"{CAP:.0%} of the tip's motion taken, flat")
-
-
-def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tuple[Crane, Controller]:
-    """The crane as an alternative's controller sets it, and that controller. Strong SSC compensates the delay of the
-    motion signal."""
-    from stillhook.analysis.controllers import strong_ssc
-
-    setting = (
-        strong_ssc(crane, delay=sensors.delay)
-        if alternative is Alternative.STRONG_SSC
-        else controller(alternative.value)
-    )
-    return setting.on(crane), setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +82,7 @@ class Way:
 
 
 def ways(
-    crane: Crane,
+    plan: LiftPlan,
     alternatives: Sequence[Alternative],
     duties: Sequence[Duty],
     *,
@@ -114,8 +99,7 @@ def ways(
     ends = sorted({duty.s_w: duty for duty in duties}.items())
     chosen = [ends[0][1]] if len(ends) == 1 else [ends[0][1], ends[-1][1]]
     twins = [alternative for alternative in alternatives if alternative.twin]
-    set_up = {alternative: controlled(crane, alternative, duties[0].sensors) for alternative in twins}
-    winches = [Winch(set_up[a][0], duty, set_up[a][1].mode) for duty in chosen for a in twins]
+    winches = [Winch(crane, duty, mode) for duty in chosen for crane, mode in map(plan.machine, twins)]
     made = identify_many(winches, threads=threads, progress=progress)
     result = {a: Way((0.0,), (BRAKE,)) for a in Alternative if a.stands} | {Alternative.CAP: Way((0.0,), (FLAT,))}
     for i, alternative in enumerate(twins):

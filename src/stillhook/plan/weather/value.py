@@ -113,7 +113,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     Errors: WeatherError where the weather does not give the height, or no direction though the vessel's heading is
     fixed.
     """
-    judge = Workability.of(plan, axes, weather, forecast)
+    judge = Workability.of(plan, axes, weather, forecast.swell)
     window = Window.of(weather.time, weather.step, forecast.window)
 
     valid = np.isfinite(judge.seas.Hs)
@@ -159,15 +159,15 @@ class Workability:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, forecast: Forecast) -> Workability:
-        """Errors: as `weather_value`."""
+    def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, height: float) -> Workability:
+        """height that a forecast of the plan's swell may show [m], NaN without one. Errors: as `weather_value`."""
         seas, notes = seas_of(plan, weather)
         table = limit_table(plan, axes, np.zeros(axes.columns))
         headings = KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
         kinds = headings.kinds(table, seas.periods)
         kept = len(headings.counts)
-        swell = seas.systems.within(seas.ship, kept, forecast.swell)
-        notes = (*notes, *seas.systems.outside(forecast.swell))
+        swell = seas.systems.within(seas.ship, kept, height)
+        notes = (*notes, *seas.systems.outside(height))
         return cls(plan, axes, weather, seas, headings, kinds, swell, notes)
 
     def workable(self, op_wf: FloatArray) -> BoolArray:

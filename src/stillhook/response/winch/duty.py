@@ -16,6 +16,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.shaft import wire_EA
+from stillhook.engine.pack.winch import set_up_for
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.simulate import run_cases, unchanged
 from stillhook.errors import LiftError
@@ -41,11 +42,10 @@ class Duty:
 
     def on_spring(self, crane: Crane, k: float, zeta: float) -> Crane:
         """The crane with a wire of stiffness k [N/m] and damping ratio zeta: the change of tension is then
-        known."""
+        known. Its PLC knows the wire that it has."""
         w = crane.wire
-        return crane.model_copy(
-            update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / wire_EA(w), "zeta": zeta})}
-        )
+        on_spring = w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / wire_EA(w), "zeta": zeta})
+        return set_up_for(crane.model_copy(update={"wire": on_spring}), crane)
 
     def scenario(
         self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float, more: float = 0.0

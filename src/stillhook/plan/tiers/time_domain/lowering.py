@@ -20,7 +20,6 @@ from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.other_vessel import hook_on_deck, largest
 from stillhook.plan.tiers.situations import natural_period
-from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import wavenumber
@@ -123,8 +122,7 @@ def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
     """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
     if winch.controller is None:
         return plan.crane, plan.crane.plant.type.default_mode
-    crane, setting = controlled(plan.crane, winch.controller, plan.sensors)
-    return crane, setting.mode
+    return plan.machine(winch.controller)
 
 
 def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None, about: float | None = None) -> Course:

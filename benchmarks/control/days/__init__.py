@@ -1,0 +1,1 @@
+"""What each controller gains in a lift plan, in days."""
