@@ -17,7 +17,7 @@ from stillhook.analysis.controllers import Changes, Controller, controller
 from stillhook.control.registry import CONTROLLERS, DEFAULT_MODE, Mode
 from stillhook.errors import SpecError
 
-SHIPPED = ("ns", "hs", "ssc", "ssc-cubic", "ssc-optimal", "ff", "rope")
+SHIPPED = ("ns", "hs", "ssc", "ssc-cubic", "ssc-optimal", "ssc-scheduled", "ff", "rope")
 """Shipped controllers that are entries, where they are there."""
 PUBLISHED, REFERENCE = "ssc-published", "strong-ssc"
 """SSC with the settings of the crane file, which nothing is chosen for; SSC at its best, by which all are measured."""
