@@ -350,14 +350,15 @@ ROOMS = (ROOM, "plan/definition")
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """`_top_speed`, kept on disk: it takes a tenth of a second."""
     question = ("v_top", F, s_w, name)
-    crane, mode = (plan.crane, MANUAL_MODE) if name == MANUAL_MODE else plan.machine(Alternative(name))
-    return CapacityValue(*kept(crane, question, lambda: _top_speed(crane, mode, F, s_w, name)[:2], ROOMS))
+    of = plan.machine(Alternative(name))[0] if name in plan.controllers else plan.crane
+    return CapacityValue(*kept(of, question, lambda: _top_speed(plan, F, s_w, name)[:2], ROOMS))
 
 
-def _top_speed(crane: Crane, mode: Mode, F: float, s_w: float, name: str) -> CapacityValue:
+def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """Highest steady wire speed with a tension F [N] at the tip and s_w of wire out [m], hoisting or lowering, and what
     stops it; 0 where the mode may not be used. Of a winch type without steady operating points: that at full
     command."""
+    crane, mode = (plan.crane, MANUAL_MODE) if name == MANUAL_MODE else plan.machine(Alternative(name))
     load = F / G - crane.hook_mass  # the wire hangs as payload does
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
