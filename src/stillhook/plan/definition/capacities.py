@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.analysis.kept import ROOM, kept
 from stillhook.base.arrays import FloatArray
-from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
+from stillhook.control.registry import CLASSIC, MANUAL_MODE
 from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
@@ -22,7 +22,6 @@ from stillhook.plan.definition.load_chart import ChartPoint, ChartType
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.response.sideways import Line, WireShape, gust_factor, pendulum, wire_shape
 from stillhook.sea.steady_flow import T_MEAN
-from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import IN_AIR, UNDER_WATER
 from stillhook.spec.lift.phase import APART, OFF_DECK, Phase, PhaseKind, called
 from stillhook.spec.lift.rigging import Carrier, DAF_in_air
