@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, StrMethodFormatter
 from rich.console import Console
 from rich.table import Table
 
@@ -290,5 +291,8 @@ def _bars(ax: Axes, of: Mapping[str, Mapping[str, Mapping[str, Any]]], score: st
         x = np.arange(len(cases)) + (i - 0.5 * (len(of) - 1)) * width
         ax.bar(x, [1e2 * number(by_case[case][score]) for case in cases], width, label=name, color=colours[name])
     ax.set_yscale("log")
+    ax.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+    for which in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+        which(StrMethodFormatter("{x:g}"))
     ax.set_xticks(range(len(cases)), [case.replace(", ", "\n") for case in cases], fontsize="small")
     ax.grid(axis="y", alpha=0.3)
