@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.live.histories import HOUR, START
 
+from stillhook import Scenario, Session, load_crane
 from stillhook.errors import LiveError
 from stillhook.live.history import EventKind, History, HistorySink, overview, read, read_events
 from stillhook.live.history import sink as sink_module
@@ -39,6 +40,16 @@ def test_rows_are_stored_at_a_tenth_of_the_cycles_with_the_flags_of_all(tmp_path
     assert run.t_winch.attrs["long_name"] == "meaning of time"
     assert run.lateness.attrs["units"] == "s"
     assert set(run.data_vars) == {"cycle_number", "t_winch", "lateness", "e_c", "mode", "row", "status"}
+
+
+def test_the_settings_of_a_controller_are_columns_with_names_that_a_history_takes(tmp_path: Path):
+    twin = Session(load_crane("nov-250t"), Scenario(load="100 t", s_w="100 m", mode="ff"))
+    settings = [name for name in twin.parameters if name.startswith("ff.")]
+    assert settings
+    sink = HistorySink(tmp_path, OWN)
+    sink.rows(0, (*NAMES, *settings), [np.append(row, np.ones(len(settings))) for row in rows_of(0, 20)])
+    sink.close()
+    assert {name.replace(".", "_") for name in settings} <= set(read(tmp_path).data_vars)
 
 
 def test_events_keep_who_what_and_how_much(tmp_path: Path):

@@ -135,7 +135,8 @@ class HistorySink:
         unit, meaning = self._own.get(name, ("", ""))
         if name == OWN_TIME:
             name = WINCH_TIME
-        row = BY_NAME.get(name) or Variable(name, name, unit or "1", "", "", meaning, "")
+        column = name.replace(".", "_")  # settings of a controller, such as ff.tau_k
+        row = BY_NAME.get(name) or Variable(column, column, unit or "1", "", "", meaning, "")
         return row if row.unit else row._replace(unit="1")
 
     def _store(self) -> None:
