@@ -32,8 +32,8 @@ LEAST = 0.001
 T_WORTH, WORTH, MOST_WORTH = 30.0, 4.0, 100.0
 """Mean square of the wire that the loop would give: its time constant [s]; over that of noise, where the loop begins
 to act, half of where it acts in full [-]; most that counts [-]. Chosen."""
-T_START, MOST_AGE = 12.0, 25.0
-"""Time in the second half of which the loop comes in [s]; most of them that count [-], for the longest `T_ret`."""
+T_START = 12.0
+"""Time in the second half of which the loop comes in [s]."""
 STEADY = 0.01
 """Difference of the operator's speed from its slow mean above which the loop fades out [m/s]: the load is accelerated
 and its drag changes. Chosen."""
@@ -61,7 +61,7 @@ class Settings(NamedTuple):
 class Memory(NamedTuple):
     """What it carries from cycle to cycle."""
 
-    age: float = 0.0  # time in force over T_START, up to MOST_AGE [-]
+    age: float = 0.0  # time in force over T_START, up to 1 or that of T_ret [-]
     F: float = 0.0  # load cell less the wire's weight, low-pass filtered [N]
     F_s: float = 0.0  # its slow mean [N]
     v_s: float = 0.0  # slow mean of the operator's speed [m/s]
@@ -94,7 +94,7 @@ def cycle(r, plc, s, m):
     """
     y, h, plant = r.y, plc.t_cycle, plc.plant
     F_y = y.F - IN_WATER * G * plant.m_wire * y.s_w
-    begun, age = m.age > 0.0, fmin(m.age + h / T_START, MOST_AGE)
+    begun, age = m.age > 0.0, fmin(m.age + h / T_START, fmax(s.T_ret / T_START, 1.0))
     k = plant.EA / (y.s_w + plant.L_0)
     tau_F = fmin(s.tau_f, QUICK * sqrt(plant.SWL / (G * k)))
     F = low_pass(m.F, F_y, tau_F, h) if begun else F_y
