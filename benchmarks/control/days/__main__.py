@@ -1,6 +1,6 @@
 """What each controller gains in the example plan: `python -m benchmarks.control.days > FILE.json`.
 
-Limits by runs of the twin, which are kept in --store: some ten minutes on two idle cores. The same command continues
+Limits by runs of the twin, which are kept in --store: some twenty minutes on two idle cores. The same command continues
 from there.
 """
 
