@@ -170,6 +170,18 @@ def test_a_plc_on_a_soft_wire_knows_the_wire_that_the_crane_has(crane, duty):
     assert plant_parameters(on_soft) == plant_parameters(crane)
 
 
+@pytest.mark.slow
+def test_a_tension_loop_is_identified_on_a_long_wire_and_yields_to_tension():
+    """On a spring stiffer than the wire that it is set for it would swing, and nothing could be said of it."""
+    deep = load_crane("deep-250t")
+    found = {
+        mode: identify_residual(deep, Duty(F=1.25e6, s_w=1500.0), mode, excitation=QUICK, cache=False)
+        for mode in ("ssc", "rope")
+    }
+    slow = [np.abs(table.compliance.Y[0]).mean() for table in found.values()]
+    assert slow[1] > slow[0]
+
+
 def test_a_late_sensor_costs_what_a_pure_delay_costs(crane):
     """0.2 s on a heave of 9.6 s leaves 2 sin(omega tau/2) = 13 %, beside the friction of the winch."""
     late = identify_residual(crane, Duty(F=1e6, s_w=500.0, sensors=Sensors(delay="0.2 s")), "ssc")

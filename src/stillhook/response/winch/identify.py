@@ -18,6 +18,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.progress import Meter, Progress
+from stillhook.engine.pack.shaft import wire_EA
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.kernels.build import model_hash
@@ -146,6 +147,8 @@ def identify_compliance(
     LiftError where there is no sound one.
     """
     k = duty.F / STRETCH
+    if mode.law.yields:  # its loop is set for the wire that there is, and swings on a stiffer one
+        k = min(k, wire_EA(crane.wire) / (crane.wire.L_0 + duty.s_w))
     stiff = duty.on_spring(crane, k, ZETA)
     cases = [duty.scenario(stiff, mode, run.motion.tip, SETTLED, run.motion.tip.repeat, k / SLOW**2) for run in runs]
     results = run_twin(stiff, cases, SPACING, threads=threads, progress=progress)
