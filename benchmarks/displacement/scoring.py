@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -11,7 +10,6 @@ import numpy as np
 from benchmarks.control import course
 from benchmarks.displacement.points import LEADS, OPTIMAL, STRONG, Point, optimal
 from stillhook import Crane, Scenario
-from stillhook.analysis.loop_stability.governing import governing
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.runner import Run
 from stillhook.engine.simulate import run_cases
@@ -64,11 +62,8 @@ def cases(crane: Crane, seas: Seas, load: str | None = None) -> list[Scenario]:
 
 def largest_gain(crane: Crane, mode: Mode) -> float:
     """K_p that leaves 6 dB at both displacements, at this crane's load [1/m]: rounded down."""
-    wanted = (course.MARGIN, 0.0, math.inf)
     case = cases(crane, CHOSEN_IN)[0]
-    loads, wires = [case.load], [case.s_w]
-    gains = [governing(crane, mode, wanted, loads=loads, wires=wires, alpha_m=a).K_p for a in course.DISPLACEMENTS]
-    return math.floor(1e3 * min(gains)) / 1e3
+    return course.largest_gain(crane, mode, [case.load], [case.s_w])
 
 
 def scores_of(run: Run) -> dict[str, float]:

@@ -24,7 +24,7 @@ from stillhook.analysis.loop_stability.differences import (
     steady_tick,
     step_of,
 )
-from stillhook.analysis.loop_stability.linearisation import SETTLING, LawMemory, lateness_of, remembering
+from stillhook.analysis.loop_stability.linearisation import LawMemory, lateness_of, remembering, settling_cycles
 from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.base.arrays import FloatArray
@@ -191,8 +191,10 @@ def _point(
     s_tip = v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
     tick = steady_tick(case.mode, s_tip, v_tip)
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
-    if law_memory is not None:
-        laws = laws_after(d, (result.state, result.memory, laws, tick, tip, geometry, packed.params), SETTLING)
+    law = case.mode.law
+    if law_memory is not None or law.begins > 0.0:
+        before = (result.state, result.memory, laws, tick, tip, geometry, packed.params)
+        laws = laws_after(d, before, settling_cycles(law, crane.control.t_cycle))
     # a second cycle on the first one's memory: the filters have the state that they are asked about
     u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)

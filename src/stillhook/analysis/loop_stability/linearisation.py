@@ -235,6 +235,12 @@ SEA, SEA_TIME, SEA_GAIN = "sine 0.7 m 9 s", 120.0, 0.1
 SETTLING = 50
 """PLC cycles at the point before it is linearised, at the least, for filters of what is measured."""
 
+
+def settling_cycles(law: ControlLaw, t_cycle: float) -> int:
+    """PLC cycles after which the filters have settled, and a law that comes in late acts as it goes on."""
+    return max(SETTLING, math.ceil(law.begins / t_cycle))
+
+
 LawMemory = tuple[float, ...] | None
 """What a controller remembers, in the order of its Memory; None: what it starts from."""
 Hanging = tuple[float, float]
@@ -352,7 +358,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
     memory = plc.memory(point.u_m)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     law = mode_of_code(plc.tick.mode).law
-    plc.laws = laws_after(plc.driver, before, max(SETTLING, math.ceil(law.begins / settings.t_cycle)))
+    plc.laws = laws_after(plc.driver, before, settling_cycles(law, settings.t_cycle))
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
     states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
