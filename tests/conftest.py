@@ -1,12 +1,14 @@
 """What every test may use: the shared measured data, and one profile for property-based tests."""
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
+os.environ["STILLHOOK_CONFIG"] = tempfile.mkdtemp(prefix="stillhook-config-")  # nobody's own keys and trust list
 
 # The first example of a test may compile kernels, so time per example says nothing.
 # Continuous integration repeats the same examples.

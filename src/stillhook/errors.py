@@ -108,6 +108,10 @@ class ValidateError(StillhookError):
     """A validation campaign, its criteria or a certificate that cannot be used."""
 
 
+class TrustError(StillhookError):
+    """A key, a signature or a list of trusted keys that cannot be used."""
+
+
 class IdentifyError(StillhookError):
     """Data that do not determine the requested quantity."""
 

@@ -1,4 +1,5 @@
-"""Files of JSON with a checksum over all else that they say: a change is noticed. It is not a signature."""
+"""Files of JSON with a checksum over all else that they say: a change is noticed. It is not a signature; one that is
+in the file as well (`stillhook.trust`) is over that checksum and more, and not part of it."""
 
 from __future__ import annotations
 
@@ -12,6 +13,8 @@ from typing import Any
 from stillhook.errors import StillhookError
 from stillhook.units import quote
 
+DIGEST, SIGNATURE = "digest", "signature"
+"""Keys of the checksum and of a signature, which the checksum is not of."""
 DIGITS, EXACT = 10, 17
 """Significant digits of a number: as a certificate has it, and to the bit."""
 LARGEST = 50_000_000
@@ -34,13 +37,14 @@ def _rounded(x: Any, digits: int) -> Any:
 
 
 def digest_of(data: Mapping[str, Any], digits: int = DIGITS) -> str:
-    """SHA-256 of all contents but the digest itself."""
-    return hashlib.sha256(canonical({k: v for k, v in data.items() if k != "digest"}, digits).encode()).hexdigest()
+    """SHA-256 of all contents but the digest itself and a signature."""
+    content = {k: v for k, v in data.items() if k not in (DIGEST, SIGNATURE)}
+    return hashlib.sha256(canonical(content, digits).encode()).hexdigest()
 
 
 def sealed(data: Mapping[str, Any], digits: int = DIGITS) -> str:
     """The text of these contents with their digest."""
-    return canonical({**data, "digest": digest_of(data, digits)}, digits)
+    return canonical({**data, DIGEST: digest_of(data, digits)}, digits)
 
 
 def read_sealed(
@@ -53,7 +57,8 @@ def read_sealed(
     absent: str = "",
     digits: int = DIGITS,
 ) -> dict[str, Any]:
-    """Contents of a sealed file, unchanged; `error` of one line for any other.
+    """Contents of a sealed file, unchanged; `error` of one line for any other. A file that says the same in another
+    text (a key twice, more digits than were summed) counts as changed: its readers could see different things.
 
     Parameters: form: its "format", with a number at the end; noun: what it is, with an article; advice: what to do
     without it, a sentence; absent: more about a file that is not there.
@@ -63,7 +68,7 @@ def read_sealed(
             text = file.read(LARGEST + 1)
         if len(text) > LARGEST:
             raise ValueError(f"larger than {LARGEST // 1_000_000} MB")
-        data = json.loads(text.decode("utf-8"))
+        data = json.loads(written := text.decode("utf-8").replace("\r\n", "\n"))
         digest = digest_of(data, digits) if isinstance(data, dict) else ""
     except FileNotFoundError:
         raise error(f"{quote(str(path))}: no such file{absent}. {advice}") from None
@@ -77,4 +82,6 @@ def read_sealed(
         raise error(f"{path.name}: format {quote(came)}: this Stillhook reads {quote(form)}. {advice}")
     if data.get("digest") != digest:
         raise error(f"{path.name}: was changed after it was written: its digest does not fit. {advice}")
+    if written != canonical(data, digits):
+        raise error(f"{path.name}: was changed after it was written: not in the one form that is written. {advice}")
     return dict(data)

@@ -55,7 +55,12 @@ COMMANDS: dict[str, Entry | Group] = {
     "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
     "thesis": Entry("analysis.thesis", "thesis"),
-    "certificate": Entry("runs.validate", "certificate"),
+    "certificate": Entry("runs.certificate", "certificate"),
+    "certificate sign": Entry("runs.certificate", "sign"),
+    "certificate key": Group(
+        "Keys that sign certificates: make one, show them, say whose signatures are trusted.",
+        {name: Entry("runs.certificate", f"key_{name}") for name in ("new", "show", "trust")},
+    ),
     "condition": Entry("live.condition", "condition"),
     "identify": Group(
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",

@@ -207,6 +207,7 @@ class Program(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Help is printed before anything else is read; also without a command."""
+        args = two_words(self.entries, args)
         if not args or (text := requested(self.words, self.entries, args)):
             print(text if args else self.get_help(ctx))
             ctx.exit(0 if args else 2)
@@ -220,8 +221,15 @@ class Program(TyperGroup):
         return name, None if command is None else self.commands[command.name], others
 
 
+def two_words(entries: Mapping[str, Entry | Group], args: Sequence[str]) -> list[str]:
+    """A command line whose command has two words, beside one of the first word alone, with both in one."""
+    both = " ".join(args[:2])
+    return [both, *args[2:]] if both in entries else list(args)
+
+
 def requested(words: tuple[str, ...], entries: Mapping[str, Entry | Group], args: Sequence[str]) -> str:
     """The page of help that a command line requests; empty without."""
+    args = two_words(entries, args)
     name, typed = args[0], args[1 : args.index("--")] if "--" in args else args[1:]
     if (entry := entries.get(name)) is None or "--help" not in typed:
         return ""

@@ -37,7 +37,7 @@ def as_if_validated(crane: Crane, envelope: Envelope) -> Crane:
         content=content(crane),
         envelope=envelope,
     )
-    return crane.model_copy(update={"certified": record})
+    return crane.model_copy(update={"certified": record.assumed()})
 
 
 class Standing(NamedTuple):
@@ -144,8 +144,8 @@ def twin_line(crane: Crane) -> str:
     c = crane.certified
     if c is None:
         return "twin: not validated (level 1: no certificate)"
+    label = f"{c.mark} certificate".strip()
     if against := objections(crane):
-        return f"twin: certificate {c.short} of {c.date} does not hold: {', '.join(against)}"
-    label = "SYNTHETIC certificate" if c.synthetic else "certificate"
+        return f"twin: {label} {c.short} of {c.date} does not hold: {', '.join(against)}"
     by = f"{label} {c.short} of {c.date} by {c.criteria}"
-    return f"twin: level {c.level}, variant {c.variant_now}: {by} holds (unsigned)"
+    return f"twin: level {c.level}, variant {c.variant_now}: {by} holds, {c.judgement.sentence}"

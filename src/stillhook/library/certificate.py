@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from stillhook.base.sealed import read_sealed
+from stillhook.base.sealed import SIGNATURE, read_sealed
 from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
 from stillhook.units import KINDS
@@ -97,6 +97,7 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
             content=data["crane"]["content"],
             envelope=envelope,
             sub_models=data["twin"].get("sub_models", {}),
+            signature=data.get(SIGNATURE),
         )
     except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]

@@ -33,6 +33,7 @@ from stillhook.library.toml.tree import (
 from stillhook.library.write import crane_tree
 from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction, has_pumps
 from stillhook.tables.table import Spec
+from stillhook.trust.trust_list import users_trust
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
 from stillhook.winches.registry import WINCH_TYPES
@@ -142,9 +143,12 @@ def _crane(fields: Tree, label: str) -> Crane:
     if certified is not None:
         data["certified"] = certified.value if isinstance(certified, Leaf) else {"envelope": None} | values(certified)
     try:
-        return Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
+        crane = Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
     except ValidationError as error:
         raise explain(error, Crane, label, data) from None
+    if crane.certified is None or isinstance(certified, Leaf):
+        return crane
+    return crane.model_copy(update={"certified": crane.certified.judged(users_trust())})
 
 
 def _of_library(name: str) -> Tree:
@@ -209,6 +213,7 @@ def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | 
         record = certified_of(data, Path(name).name)
         if condition is not None or file.exists():
             record = record.followed(condition_of(file, data))
+        record = record.judged(users_trust(), str(path.parent / name))
     except StillhookError as problem:
         raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))

@@ -2,7 +2,9 @@
 for this run.
 
 The certificate itself is a file (`stillhook.validate`); a `Crane` carries the small record below, which stays with it
-in stored runs. Conditions are judged by a box: every number alone must lie within what the tests covered.
+in stored runs. A signature is over this record, which holds the digest of the complete certificate, so that it vouches
+for both; whether its key is trusted is judged where a record is read, and is never in a file. Conditions are judged by
+a box: every number alone must lie within what the tests covered.
 docs/explanation/validated-envelope.md says why.
 """
 
@@ -14,10 +16,13 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.tables.table import Spec, Text
+from stillhook.trust.signature import Signature, Signed, signature_of
+from stillhook.trust.standing import ASSUMED, UNSIGNED, Judgement, Standing, judge
+from stillhook.trust.trust_list import TrustList
 
 CAP = 0.80
 """Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of
@@ -26,11 +31,6 @@ criterion of Moslatt 2020, section 2.6, which cites DNV GL (reference 46) withou
 EDGE = 0.01
 """Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are
 hardly better, and a test repeated as it was is not an extrapolation."""
-UNSIGNED = (
-    "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
-    " Verify it by computing it again from the logs: stillhook certificate certificate.json --check."
-)
-"""Printed wherever credit rests on a certificate."""
 SHORT = 12
 """Digits of a digest that people are shown."""
 
@@ -133,7 +133,8 @@ class Certified(Spec):
     the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
     content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of
     the Stillhook that did it; envelope: None where not passed; condition: None where no campaign followed;
-    sub_models: level of each part of the twin, nothing in certificates of version 0.11 and before."""
+    sub_models: level of each part of the twin, nothing in certificates of version 0.11 and before; signature: as
+    `stillhook.trust.signature.Signature.to_dict`, None for none."""
 
     digest: Text
     date: Text
@@ -148,7 +149,17 @@ class Certified(Spec):
     envelope: Envelope | None
     condition: Condition | None = None
     sub_models: Mapping[str, int] = {}
+    signature: Mapping[str, str] | None = None
     seal: Text
+    _judgement: Judgement = PrivateAttr(default=UNSIGNED)
+    _file: str = PrivateAttr(default="")
+    _against: tuple[str, ...] = PrivateAttr(default=())
+
+    @field_validator("signature")
+    @classmethod
+    def _is_one(cls, value: Mapping[str, str] | None) -> Mapping[str, str] | None:
+        signature_of(value)
+        return value
 
     @model_validator(mode="after")
     def _sealed(self) -> Self:
@@ -172,6 +183,63 @@ class Certified(Spec):
         record = self.model_copy(update={"condition": condition})
         return record.model_copy(update={"seal": _seal(record)})
 
+    def __eq__(self, other: object) -> bool:
+        """Equal in all that a file has; who vouches for it is not in a file."""
+        return isinstance(other, Certified) and self.__dict__ == other.__dict__
+
+    @property
+    def statement(self) -> str:
+        """What a signature is over: SHA-256 of the record without what campaigns said since, the digest of the complete
+        certificate among it."""
+        return _hash_of(self, {"condition"})
+
+    def judged(self, trust: TrustList, file: str = "") -> Self:
+        """The record with what a trust list says of its signature; file: of the certificate, where it was read from
+        that."""
+        signature: Signature | None = signature_of(self.signature)
+        return self._with(_judgement=judge(signature, Signed.CERTIFICATE, self.statement, trust), _file=file)
+
+    def assumed(self) -> Self:
+        """The record as one that a plan assumes, which no signature is expected of; it is SYNTHETIC."""
+        return self._with(_judgement=ASSUMED)
+
+    def checked(self, against: tuple[str, ...]) -> Self:
+        """The record with what a check of the complete certificate found against it."""
+        return self._with(_against=against)
+
+    def _with(self, **private: Any) -> Self:
+        record = self.model_copy()
+        for name, value in private.items():
+            setattr(record, name, value)
+        return record
+
+    @property
+    def judgement(self) -> Judgement:
+        """Who vouches for it; unsigned where no trust list was asked."""
+        return self._judgement
+
+    @property
+    def file(self) -> str:
+        """The file of the complete certificate, "" where only the record is there."""
+        return self._file
+
+    @property
+    def vouched(self) -> bool:
+        """Whether it may count at all: a trusted key signed it, or the user's own plan assumes it."""
+        return self._judgement.trusted or self._judgement.standing is Standing.ASSUMED
+
+    @property
+    def real(self) -> bool:
+        """Whether it is of a crane: of measured logs, by a signer who is trusted. What nobody vouches for may as well
+        be of simulated logs."""
+        return self._judgement.trusted and not self.synthetic
+
+    @property
+    def mark(self) -> str:
+        """Why a certificate is not of a crane: "SYNTHETIC", "UNTRUSTED", or both; "" for one that is."""
+        marks = ("SYNTHETIC" if self.synthetic else "", "" if self.vouched else "UNTRUSTED")
+        return " ".join(filter(None, marks))
+
     @property
     def variant_now(self) -> int:
         """Variant of table 2.7: 3 instead of 2 since batches of data are watched (`stillhook condition`)."""
@@ -185,6 +253,8 @@ class Certified(Spec):
     def objections(self, content: Mapping[str, str], code: str) -> tuple[str, ...]:
         """Why it does not hold for a crane of this content on this code; empty where it holds."""
         reasons = [] if self.passed and self.envelope is not None else ["the validation was not passed"]
+        if not self.vouched:
+            reasons.append(f"it is {self.judgement.sentence}")
         if self.condition is not None and not self.condition.valid:
             reasons.append(self.condition.statement)
         parts = sorted(name for name in {*content, *self.content} if content.get(name) != self.content.get(name))
@@ -195,7 +265,7 @@ class Certified(Spec):
                 f"this Stillhook computes with other code ({code}) than the validated one ({self.code}, version"
                 f" {self.version})"
             )
-        return tuple(reasons)
+        return (*reasons, *self._against)
 
     def outside(self, conditions: Conditions) -> tuple[str, ...]:
         """Why a run is outside of what was validated, a reason each; empty inside. Everything is outside where nothing
@@ -204,6 +274,11 @@ class Certified(Spec):
 
 
 def _seal(record: Certified) -> str:
-    bare = {"seal"} | {name for name in ("condition", "sub_models") if not getattr(record, name)}
+    return _hash_of(record, set())[:16]
+
+
+def _hash_of(record: Certified, without: set[str]) -> str:
+    """SHA-256 of a record without its seal, its signature, some fields, and what came later and is empty."""
+    bare = {"seal", "signature"} | without | {name for name in ("condition", "sub_models") if not getattr(record, name)}
     data = record.model_dump(mode="json", exclude=bare)
-    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

@@ -1,25 +1,26 @@
-"""`stillhook validate` and `stillhook certificate`."""
+"""`stillhook validate`."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.groups import VERBOSE
-from stillhook.cli.parser import Json, Out, announce, present, refuse, say_left_out
+from stillhook.cli.parser import Json, Out, announce, present, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import Answer, Line, answer_of, print_document, progress_bar
-from stillhook.units import number, quote
+from stillhook.report.terminal import answer_of, print_document, progress_bar, say
+from stillhook.units import quote
 
 if TYPE_CHECKING:
-    from stillhook.validate.certificate.recheck import Check
     from stillhook.validate.criteria.results import StepNumber
     from stillhook.validate.validation import Validation
+
+
+NOT_SIGNED = "certificate: unsigned, so it is credited by nobody; to sign: stillhook certificate key new --name NAME"
 
 
 def validate(
@@ -50,10 +51,13 @@ def validate(
 
     numbers = _numbers(steps)
     todo = load_campaign(campaign)
+    key = None
     if out is not None:
+        from stillhook.cli.runs.certificate import users_key
         from stillhook.validate.certificate.certificate import check_out
 
         check_out(todo, out)
+        key = users_key()
     if criteria is not None:
         todo = replace(todo, criteria=load_criteria(criteria))
     with progress_bar("validating") as bar:
@@ -72,9 +76,11 @@ def validate(
     if out is not None:
         from stillhook.validate.certificate.certificate import save_validation
 
-        written = save_validation(result, out, certificate=criteria is None)
+        written = save_validation(result, out, certificate=criteria is None, key=key)
         if not json:
             _print_written(out, written)
+            if result.passed and criteria is None and result.complete:
+                say(f"certificate: signed by {key.name}" if key is not None else NOT_SIGNED)
         say_left_out(pdf=True)
     if VERBOSE.get() and not json:
         _print_missing(result, out, criteria)
@@ -117,68 +123,3 @@ def _print_missing(validation: Validation, out: Path | None, criteria: str | Non
         wrapped(
             "no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later"
         )
-
-
-def certificate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")],
-    check: Annotated[bool, typer.Option("--check", help="Verify it, recomputing everything from the logs.")] = False,
-    campaign: Annotated[
-        Path | None, typer.Option(help="With --check: campaign file, if it is not next to the certificate.")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="With --check: compare hashes only.")] = False,
-    json: Json = False,
-) -> None:
-    """Summary of a certificate; with --check whether it still holds: logs, campaign, criteria, crane and code are
-    compared, and everything is recomputed from the logs.
-
-    Exit code 1 where the validation was not passed; with --check where it is not valid or inputs are missing. 2 if the
-    file is not a certificate or was changed.
-
-    Example: stillhook certificate validation/certificate.json
-
-    Example: stillhook certificate validation/certificate.json --check
-    """
-    from stillhook.validate.certificate.certificate import load_certificate
-
-    if check:
-        raise typer.Exit(0 if _checked(file, campaign, quick=quick, json=json) else 1)
-    refuse({"--campaign": campaign, "--quick": quick}, "belongs to --check. Give it, or leave this out.")
-    read = load_certificate(file)
-    step, document = f"stillhook certificate {file} --check", read.summary()
-    brief = lambda: answer_of(document, step, "every criterion, signature")
-    present(read.data, brief=brief, json=json, show=lambda: print_document(document))
-    raise typer.Exit(0 if read.passed else 1)
-
-
-def _checked(file: Path, campaign: Path | None, *, quick: bool, json: bool) -> bool:
-    """Print whether a certificate still holds, and return it."""
-    from stillhook.validate.certificate.certificate import load_certificate
-    from stillhook.validate.certificate.recheck import check
-
-    read = load_certificate(file)
-    with progress_bar("checking") as bar:
-        result = check(file, read, campaign=campaign, quick=quick, progress=bar)
-    present(result.to_dict(), brief=lambda: _answer_of_check(file, result), json=json)
-    return bool(result.holds)
-
-
-def _answer_of_check(file: Path, result: Check) -> Answer:
-    """Whether it holds, and the first of what changed, is missing or differs."""
-    from stillhook.spec.validity import UNSIGNED
-
-    lines: list[Line] = [result.verdict]
-    if result.computed:
-        same = "identical to the byte" if result.same_bytes else "not identical to the byte; no number differs"
-        if result.where and not result.same_bytes:
-            most = number(100.0 * result.largest, 2)
-            same = f"not identical to the byte; numbers differ by up to {most} % ({result.where})"
-        lines.append(f"Recomputed from the logs: {same}.")
-    if result.certificate.data["synthetic"]:
-        lines.append("SYNTHETIC: a certificate of simulated logs, not of a real crane")
-    found = {"changed": result.changed, "missing": result.missing, "otherwise": result.lines}
-    lines += [f"{title}: {line}" for title, of in found.items() for line in of]
-    if result.computed and result.same_pdf is not None and result.same_bytes:
-        same = "the same to the byte" if result.same_pdf else "not the same: edited, or set with other libraries"
-        lines.append(partial(wrapped, f"PDF in the same folder: {same}"))
-    lines.append(partial(wrapped, UNSIGNED))
-    return Answer(f"{file}", lines, more="signature, PDF")

@@ -17,7 +17,7 @@ import numpy as np
 from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.engine.certificate import envelope_line, twin_line
+from stillhook.engine.certificate import envelope_line, objections, twin_line
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.simulate import simulate
 from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fmi3, osp, terminals, title
@@ -116,12 +116,13 @@ def json_text(data: Any) -> str:
 
 
 def validity(export: Export) -> dict[str, Any]:
-    """For what the twin is validated [SI]."""
+    """For what the twin is validated [SI], nothing where its certificate does not hold; and who vouches for that."""
     crane = export.crane
     certified = crane.certified
-    envelope = None if certified is None or certified.envelope is None else certified.envelope
+    envelope = None if certified is None or objections(crane) else certified.envelope
     return {
         "twin": twin_line(crane),
+        "signature": None if certified is None else certified.judgement.to_dict(),
         "in_words": envelope_line(crane),
         "ranges": None if envelope is None else envelope.ranges(),
         "modes": None if envelope is None else list(envelope.modes),

@@ -20,8 +20,8 @@ from stillhook.report.formatting import percent
 from stillhook.report.html import html
 from stillhook.report.kit import axis, band, draw_if_possible, legend, panels, pngs, threshold
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.spec.validity import UNSIGNED
 from stillhook.statistics.estimate import NORMAL_95, Estimate
+from stillhook.trust.standing import MEANING
 from stillhook.validate.criteria.results import plain
 
 REPORT, NUMBERS, PICTURE, PICTURE_HELD = "report.html", "condition.json", "trend.png", "held-out.png"
@@ -80,7 +80,7 @@ def document(condition: Condition, images: Mapping[str, bytes] | None = None) ->
         " are summed over what they may be.",
         f"Drift is shown where a level has left that of the certificate by more than half of its criterion's limit, at"
         f" {FALSE_A_YEAR:g} false alarms a year at most as the model has it.",
-        UNSIGNED,
+        MEANING,
     ]
     sections = [Section("Basis", [Bullets(basis)])]
     if images:

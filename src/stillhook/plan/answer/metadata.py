@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.engine.certificate import envelope_line, twin_line
+from stillhook.engine.certificate import envelope_line, objections, twin_line
 from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash
@@ -32,7 +32,7 @@ from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.report.payload_sheet import payload_rows
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.phase import PhaseKind
-from stillhook.spec.validity import CAP, UNSIGNED
+from stillhook.spec.validity import CAP
 from stillhook.units import show
 from stillhook.weather.alpha import TEXTS, AlphaTable
 from stillhook.weather.series import Weather
@@ -86,9 +86,10 @@ def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
         certificate = {
             "number": c.short,
             "statement": held or twin_line(crane),
-            "synthetic": c.synthetic,
+            "synthetic": not c.real,
             "assumed": assumed,
-            "unsigned": UNSIGNED,
+            "signature": c.judgement.to_dict(),
+            "objections": list(objections(crane)),
             "condition": None if c.condition is None else {**c.condition.model_dump(), "text": c.condition.statement},
         }
     more = {"digest": _crane_digest(crane), "twin": twin_line(crane), "certificate": certificate}
@@ -137,7 +138,10 @@ def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[
     """Files and records that the answer follows from, with a hash of what counts in each."""
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
     if plan.crane.certified is not None:
-        rows.append(("certificate", plan.crane.certified.short, plan.crane.certified.digest))
+        certified = plan.crane.certified
+        standing = _digest("\n".join((certified.judgement.sentence, *objections(plan.crane))))
+        rows.append(("certificate", certified.short, certified.digest))
+        rows.append(("its standing", certified.judgement.standing.value, standing))
     factors = _digest(repr((alpha.Hs, alpha.T_POP, alpha.alpha, alpha.T_POP_below, alpha.T_R_below)))
     rows += [
         ("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex()),

@@ -22,12 +22,14 @@ from stillhook.plan.report.words import (
     reading,
     rule_code,
     sentence,
+    signature_facts,
     valued,
 )
 from stillhook.plan.result import PlanResult, grouped
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fmt, groups, hours, percent
-from stillhook.spec.validity import SHORT, UNSIGNED
+from stillhook.spec.validity import SHORT
+from stillhook.trust.standing import MEANING
 from stillhook.units import number
 
 
@@ -175,8 +177,9 @@ def credit(result: PlanResult) -> list[Part]:
     parts: list[Part] = []
     state = (certificate or {}).get("condition")
     condition = [("condition", state["text"])] if state else []
-    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number), *condition]))
-    parts += [Text(UNSIGNED)] if certificate else []
+    signature = [("signature", signature_facts(certificate)["statement"])] if certificate else []
+    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number), *signature, *condition]))
+    parts += [Text(MEANING)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
     parts.append(Text(TEXTS["covered"]))
     return parts

@@ -23,7 +23,14 @@ from stillhook.plan.report.decision.short import short
 from stillhook.plan.report.detail import tolerance_sweep
 from stillhook.plan.report.figures import CLAIM, pictures
 from stillhook.plan.report.limits_summary import basis_rows, tables, verdict
-from stillhook.plan.report.words import TEXTS, named, sentence, write
+from stillhook.plan.report.words import (
+    TEXTS,
+    named,
+    sentence,
+    signature_facts,
+    untrusted,
+    write,
+)
 from stillhook.plan.result import (
     FACTS,
     FAILED,
@@ -102,7 +109,9 @@ def marks(result: PlanResult) -> list[str]:
     if "weather" in result and result["weather"].attrs["synthetic"]:
         lines.append(TEXTS["synthetic"])
     certificate = result.facts["crane"]["certificate"]
-    if certificate and certificate.get("synthetic"):
+    if certificate and untrusted(certificate):
+        lines.append(write(TEXTS["untrusted_certificate"], how=signature_facts(certificate)["statement"]))
+    elif certificate and certificate.get("synthetic"):
         lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))

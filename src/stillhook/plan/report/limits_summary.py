@@ -35,6 +35,8 @@ from stillhook.plan.report.words import (
     over,
     reading,
     sentence,
+    signature_facts,
+    untrusted,
     workable,
     worst_heading,
     write,
@@ -42,7 +44,7 @@ from stillhook.plan.report.words import (
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Grey, Part, Table, Text, Verdict, facts
 from stillhook.report.formatting import HOUR, direction, fixed, hours
-from stillhook.spec.validity import UNSIGNED
+from stillhook.trust.standing import MEANING
 
 RUN = ("frequency", "time")
 """Tiers that simulate."""
@@ -66,9 +68,11 @@ def verdict(result: PlanResult) -> Verdict:
     any_sea = bool((np.nan_to_num(credited) > 0.0).any())
     word = f"OP_LIM Hs {between(credited, highest(result))}" if any_sea else "NO WORKABLE SEA STATE"
     certificate = result.facts["crane"]["certificate"] or {}
-    unsigned = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [UNSIGNED] if certificate else []
+    basis = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [MEANING] if certificate else []
+    if untrusted(certificate):
+        basis = [write(TEXTS["untrusted_certificate"], how=signature_facts(certificate)["statement"])]
     swings = [f"{sentence(each)}." for each in result.caused("oscillates")]
-    sentences = [_credited(result, name), _twin(result, name), *swings, *unsigned, operation(result), *waiting(result)]
+    sentences = [_credited(result, name), _twin(result, name), *swings, *basis, operation(result), *waiting(result)]
     return Verdict(word, any_sea, sentences)
 
 
@@ -132,6 +136,8 @@ def _twin(result: PlanResult, name: str, *, brief: bool = False) -> str:
     label = SYNTHETIC_LINE if (certified or {}).get("assumed") else "certificate"
     reason = f"the crane's {label} does not cover it" if certified else "the crane has no certificate of validation"
     reason = reason if result.claim == CREDITED else "the crane's certificate is SYNTHETIC"
+    if untrusted(certified or {}):
+        reason = f"the crane's certificate is {signature_facts(certified)['statement']}"
     own, governing = between(limits(result, TWIN, name), highest(result)), f" {_mostly(result, name, TWIN)}"
     return _write("simulated", range=own, governing="" if brief else governing, reason=reason)
 

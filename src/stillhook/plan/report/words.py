@@ -18,6 +18,7 @@ from stillhook.plan.result import CREDITS, Credit, PlanResult, Remark
 from stillhook.report.formatting import EMPTY, days, direction, fixed, fmt, kind_of, percent
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
+from stillhook.trust.standing import UNSIGNED
 from stillhook.units import KINDS, number, quote, show
 
 if TYPE_CHECKING:
@@ -190,6 +191,17 @@ def highest(result: PlanResult) -> float:
 def limits(result: PlanResult, credit: Credit, alternative: str) -> FloatArray:
     """Limiting heights (heading, period) [m]."""
     return np.asarray(result.data["Hs_limit"].sel(credit=credit, alternative=alternative).values, dtype=float)
+
+
+def signature_facts(certificate: Mapping[str, Any]) -> Mapping[str, Any]:
+    """How the signature of a plan's certificate stands; those of earlier versions had none."""
+    signature: Mapping[str, Any] = certificate.get("signature") or UNSIGNED.to_dict()
+    return signature
+
+
+def untrusted(certificate: Mapping[str, Any]) -> bool:
+    """Whether there is a certificate that no trusted key vouches for, and that the plan does not assume itself."""
+    return bool(certificate) and not certificate.get("assumed") and not signature_facts(certificate)["trusted"]
 
 
 def differs(result: PlanResult, alternative: str, credit: Credit = TWIN, other: Credit | None = None) -> bool:

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook._version import __version__
-from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.base.sealed import canonical, digest_of
+from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
+from stillhook.base.sealed import SIGNATURE, canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
 from stillhook.kernels.build import PACKAGE, results_hash
@@ -37,6 +37,10 @@ from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.sub_models import levels_of
 from stillhook.spec.validity import Certified
+from stillhook.trust.keys import SigningKey
+from stillhook.trust.signature import Signed, sign
+from stillhook.trust.standing import Judgement
+from stillhook.trust.trust_list import TrustList, users_trust
 from stillhook.units import quote
 from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.criteria.results import StepNumber
@@ -185,6 +189,19 @@ class Certificate:
         """Name of its JSON file."""
         return f"{CERTIFICATE if self.passed else NOT_PASSED}.json"
 
+    def judged(self, trust: TrustList) -> Judgement:
+        """Who vouches for it, by a trust list."""
+        return self.short.judged(trust).judgement
+
+    def signed(self, key: SigningKey) -> Certificate:
+        """The certificate with a signature in place of any other; its digest stays. Signed twice it is the same."""
+        return self.with_signature(sign(Signed.CERTIFICATE, self.short.statement, key).to_dict())
+
+    def with_signature(self, signature: Mapping[str, str] | None) -> Certificate:
+        """The certificate with a signature as its file has it; None: without."""
+        bare = {name: value for name, value in self.data.items() if name != SIGNATURE}
+        return Certificate(bare if signature is None else {**bare, SIGNATURE: dict(signature)})
+
     def text(self) -> str:
         """Its canonical text."""
         return canonical(self.data)
@@ -200,8 +217,8 @@ class Certificate:
         return f"{Path(self.name).stem}-annex.pdf"
 
     def summary(self) -> Document:
-        """In short, for a terminal."""
-        return certificate_summary(self.data, self.digest, self.short.envelope)
+        """In short, for a terminal, with what the user's trust list says of its signature."""
+        return certificate_summary(self.data, self.digest, self.short.envelope, self.judged(users_trust()))
 
     def _repr_html_(self) -> str:
         """The same, for a notebook."""
@@ -288,7 +305,9 @@ def load_certificate(path: str | Path) -> Certificate:
     return Certificate(read_certificate(Path(path)))
 
 
-def certificate_files(validation: Validation, images: Mapping[str, Figure] | None = None) -> dict[str, bytes]:
+def certificate_files(
+    validation: Validation, images: Mapping[str, Figure] | None = None, key: SigningKey | None = None
+) -> dict[str, bytes]:
     """Files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it passed the crane's file.
 
     Parameters
@@ -297,6 +316,8 @@ def certificate_files(validation: Validation, images: Mapping[str, Figure] | Non
         What `validate` gave. One that was not passed gives a document that says so, and no crane.
     images : mapping, optional
         Pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
+    key : SigningKey, optional
+        Key that signs (`stillhook.trust.keys.read_key`); None leaves it unsigned, and it is then credited by nobody.
 
     Returns
     -------
@@ -312,6 +333,7 @@ def certificate_files(validation: Validation, images: Mapping[str, Figure] | Non
 
     figures = draw_if_possible(lambda: pictures(validation)) if images is None else images
     made, annexed = with_its_annex(certificate_of(validation), figures)
+    made = made if key is None else made.signed(key)
     files = {made.name: made.text().encode()}
     if annexed is not None:
         files |= {made.pdf_name: made.pdf(), made.annex_name: annexed}
@@ -380,7 +402,9 @@ def _crane_files(crane: Path) -> Iterator[Path]:
         crane = crane.parent / base
 
 
-def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
+def save_validation(
+    validation: Validation, folder: str | Path, *, certificate: bool = True, key: SigningKey | None = None
+) -> tuple[str, ...]:
     """Write everything that a validation gives, all or nothing, and take away what an earlier one has left there.
 
     Parameters
@@ -391,6 +415,8 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
         Folder to write.
     certificate : bool, default True
         Also the certificate, or what stands for one that was not passed; there is none unless all steps were taken.
+    key : SigningKey, optional
+        Key that signs the certificate, as of `certificate_files`.
 
     Returns
     -------
@@ -409,7 +435,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
         content = {f"{stem}.png": image.png for stem, image in images.items()}
         content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:
-            content |= certificate_files(validation, images)
+            content |= certificate_files(validation, images, key)
         tuned = _tuned(validation)
         if tuned is not None:
             content[TUNED] = tuned.encode()
@@ -438,3 +464,22 @@ def _clear(out: Path, written: tuple[str, ...]) -> None:
     for path in (*(out / name for name in SOMETIMES), *out.glob(PICTURES)):
         if path.name not in written:
             path.unlink(missing_ok=True)
+
+
+def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
+    """Sign the certificate in a file with a key, in place of any signature before, and set its PDF again if it lies
+    next to it. Signed twice, both have the same bytes.
+
+    Returns: the certificate with its signature.
+    Errors: StillhookError, one line, where the file is no certificate or cannot be written.
+    """
+    file = Path(path)
+    made = load_certificate(file).signed(key)
+    beside = file.with_suffix(".pdf")
+    content = {file: made.text().encode()}
+    if beside.exists() and can_set():
+        content[beside] = made.pdf()
+    for target, data in content.items():
+        with atomic_file(target) as part:
+            part.write_bytes(data)
+    return made

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from stillhook.base.sealed import SIGNATURE
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.report.formatting import fmt, groups
 from stillhook.spec.sub_models import levels_text
-from stillhook.spec.validity import SHORT, UNSIGNED
+from stillhook.spec.validity import SHORT
+from stillhook.trust.signature import signature_of
+from stillhook.trust.standing import MEANING
 from stillhook.units import KINDS, number, show
 from stillhook.validate.certificate.utilisation import utilisation
 from stillhook.validate.criteria.criteria import INFORMATION
@@ -31,7 +34,7 @@ def document(data: View) -> Document:
         Section("What this does not say", [Section(x["heading"], [Bullets(x["lines"])]) for x in data["limitations"]]),
         Section("Data", _data(data, MOST)),
         Section("Steps", [Table(("step", "", "verdict"), steps)]),
-        Section("How to check this document", [_checks(data), *map(Text, (*WORDS["procedure"], UNSIGNED))]),
+        Section("How to check this document", [_checks(data), *map(Text, (*WORDS["procedure"], MEANING))]),
     ]
     signatures = ("Reviewed by", "Place and date", "Signature")
     return _document(data, HEADING[data["passed"]], data["crane"]["title"], _front(data), sections, signatures)
@@ -84,6 +87,7 @@ def _front(data: View) -> list[Part]:
         ["twin", twin["statement"]],
         ["its sub-models", levels_text(twin.get("sub_models", {}))],
         ["computed by", f"Stillhook {twin['version']}, code {twin['code']}"],
+        ["signed by", _signer(data)],
     ]
     parts: list[Part] = [Verdict(WORD[data["outcome"]], data["passed"], [sentence])]
     parts += [*deciding(data), facts([*about(data)[1:], *about_twin])]
@@ -213,12 +217,19 @@ def _checks(data: Mapping[str, Any]) -> Table:
     return facts(
         [
             ("number", groups(data["digest"])),
+            ("signed by", _signer(data)),
             ("annex", _annex(data)),
             ("code of the twin", twin["code"]),
             ("code of the method", twin["method"]),
             ("Stillhook, libraries", f"{twin['version']}; {libraries}"),
         ]
     )
+
+
+def _signer(data: Mapping[str, Any]) -> str:
+    """Who signed, and by which key; whether that key is trusted is for each reader to say."""
+    signature = signature_of(data.get(SIGNATURE))
+    return "nobody (unsigned)" if signature is None else f"{signature.name}, key id {groups(signature.key.id)}"
 
 
 def _annex(data: Mapping[str, Any]) -> str:

@@ -1,5 +1,5 @@
-"""Does a certificate still hold? Its inputs compared by their hashes, and everything computed again with what is there
-now."""
+"""Does a certificate still hold? Its signature judged, its inputs compared by their hashes, and everything computed
+again with what is there now."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.sealed import digest_of
+from stillhook.base.sealed import SIGNATURE, digest_of
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.write import items
 from stillhook.report.document import Figure
 from stillhook.report.kit import can_draw, can_set
 from stillhook.spec.crane import Crane
-from stillhook.spec.validity import UNSIGNED
+from stillhook.trust.standing import Judgement
+from stillhook.trust.trust_list import TrustList, users_trust
 from stillhook.units import number, quote, show
 from stillhook.validate.certificate.certificate import (
     Certificate,
@@ -39,12 +40,13 @@ MOST_SHOWN = 12
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found. changed: inputs that are other than they were; missing: inputs that are not there or
-    unusable; lines: verdict lines and ends of the envelope that differ; computed: whether they were computed again;
-    same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF files, None where there is none;
-    largest: relative difference of two numbers, and where it is."""
+    """What a check found. judgement: of the signature; changed: inputs that are other than they were; missing: inputs
+    that are not there or unusable; lines: verdict lines and ends of the envelope that differ; computed: whether they
+    were computed again; same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF files, None where
+    there is none; largest: relative difference of two numbers, and where it is."""
 
     certificate: Certificate
+    judgement: Judgement
     changed: tuple[str, ...]
     missing: tuple[str, ...]
     lines: tuple[str, ...] = ()
@@ -56,9 +58,14 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Passed, none of its inputs has changed, and what was computed again has the same verdict lines and
-        envelope."""
-        return self.certificate.passed and not (self.changed or self.missing or self.lines)
+        """Passed, signed by a trusted key, none of its inputs has changed, and what was computed again has the same
+        verdict lines and envelope."""
+        return self.certificate.passed and self.judgement.trusted and not self.against
+
+    @property
+    def against(self) -> tuple[str, ...]:
+        """What was found against it, signature aside, a line each."""
+        return (*self.changed, *self.missing, *self.lines)
 
     @property
     def verdict(self) -> str:
@@ -69,7 +76,10 @@ class Check:
             return "NOT VALID: inputs are missing or unusable, so it cannot be verified."
         if self.holds:
             basis = "recomputed" if self.computed else "by its hashes; not recomputed"
-            return f"VALID: none of its inputs has changed ({basis})."
+            return f"VALID: {self.judgement.sentence}; none of its inputs has changed ({basis})."
+        if not self.against:
+            basis = "and the recomputation gives the same" if self.computed else "by their hashes; not recomputed"
+            return f"NOT VALID: {self.judgement.sentence}. None of its inputs has changed ({basis})."
         if self.lines:
             return "NOT VALID: the recomputation gives other results."
         again = " The verdict lines are the same: stillhook validate issues a new certificate." if self.computed else ""
@@ -90,7 +100,7 @@ class Check:
             "same_pdf": self.same_pdf,
             "largest_difference": self.largest,
             "where": self.where,
-            "unsigned": UNSIGNED,
+            "signature": self.judgement.to_dict(),
         }
 
 
@@ -100,38 +110,43 @@ def check(
     *,
     campaign: str | Path | None = None,
     quick: bool = False,
+    numbers: bool = False,
+    trust: TrustList | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Check:
     """Whether the certificate in this file still holds.
 
-    Parameters: path and content of the file; campaign: its file, where it is not one of `_near`; quick: hashes alone.
+    Parameters: path and content of the file; campaign: its file, where it is not one of `_near`; quick: hashes alone;
+    numbers: neither figures nor PDF are made again; trust: keys that are trusted, by default the user's.
     """
-    data = certificate.data
+    data, judgement = certificate.data, certificate.judged(users_trust() if trust is None else trust)
     file = Path(campaign) if campaign is not None else _near(Path(path), data)
     code = (*_annex(data, Path(path)), *_code(data["twin"]))
     if not file.is_file():
         hint = "State it with --campaign." if campaign is None else "Check the path."
-        return Check(certificate, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
+        return Check(certificate, judgement, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
     changed, missing = (*_files(data, file), *code), tuple(_missing(data, file))
     try:
         todo = load_campaign(file)
         changed = (*_files(data, file), *_inputs(data, todo), *code)
         if quick or missing:
-            return Check(certificate, changed, missing)
+            return Check(certificate, judgement, changed, missing)
         validation = validate(todo, progress=progress)
     except StillhookError as problem:
-        return Check(certificate, changed, missing or (str(problem),))
-    comparable = can_draw() and can_set()
+        return Check(certificate, judgement, changed, missing or (str(problem),))
+    comparable = can_draw() and can_set() and not numbers
     figures = pictures(validation) if comparable else {}
     again = certificate_of(validation)
     if campaign is not None:
         again = _named(again, data["campaign"]["file"])
     if comparable and data["annex"] is not None:
         again, _ = with_its_annex(again, figures)
+    again = again.with_signature(data.get(SIGNATURE))
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
     same_pdf = _same_pdf(Path(path), again, figures) if comparable else None
     return Check(
         certificate,
+        judgement,
         changed,
         (),
         (*_lines(data, again.data), *_envelope(data, again.data)),

@@ -24,7 +24,8 @@ from stillhook.report.document import (
     facts,
 )
 from stillhook.spec.sub_models import levels_text
-from stillhook.spec.validity import SHORT, UNSIGNED, Envelope
+from stillhook.spec.validity import SHORT, Envelope
+from stillhook.trust.standing import Judgement
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
 from stillhook.validate.data_set.campaign import MARK
@@ -238,8 +239,8 @@ def _terse(line: View) -> tuple[Cell, ...]:
     return cells["key"], cells["value"], bare, line["limit"], line["weight"], shown
 
 
-def certificate_summary(data: View, number: str, envelope: Envelope | None) -> Document:
-    """A certificate in short, for a terminal, from its data; number: its digest."""
+def certificate_summary(data: View, number: str, envelope: Envelope | None, judgement: Judgement) -> Document:
+    """A certificate in short, for a terminal, from its data; number: its digest; judgement: of its signature."""
     mark = f"{MARK} " if data["synthetic"] and MARK not in data["title"] else ""
     twin, ranges = data["twin"], envelope.says().items() if envelope is not None else ()
     rows = [
@@ -250,7 +251,7 @@ def certificate_summary(data: View, number: str, envelope: Envelope | None) -> D
         ["computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"],
         *([f"validated: {name}", text] for name, text in ranges),
     ]
-    front = [*verdict(data), facts(rows), Text(UNSIGNED)]
+    front = [*verdict(data), facts(rows), *map(Text, judgement.lines)]
     return Document(f"{mark}{data['title']}", [Section("lines", terse_lines(data))], front)
 
 

@@ -43,7 +43,7 @@ def credit_of(plan: LiftPlan, of: Answered, alternative: Alternative) -> dict[st
         return {"by": "none"}
     certificate = plan.crane.certified
     share = float(np.nanmean(of.certified.share[i])) if alternative.twin else 0.0
-    if certificate is None or certificate.synthetic or share == 0.0:
+    if certificate is None or not certificate.real or share == 0.0:
         return {"by": "cap", "cap": CAP}
     return {"by": "certificate", "certificate": certificate.short, "cap": CAP, "share": share}
 

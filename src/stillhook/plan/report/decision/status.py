@@ -7,7 +7,7 @@ from typing import Any
 
 from stillhook.plan.assessments.failures.drive_off import TIMES_ONLY
 from stillhook.plan.assessments.rigging.section import AT_LIMIT
-from stillhook.plan.report.words import TEXTS, sentence, write
+from stillhook.plan.report.words import TEXTS, sentence, signature_facts, untrusted, write
 from stillhook.plan.result import FAILED, UNSEALED, PlanResult
 
 CARRY = ("card", "failures", "rigging", "quality")
@@ -24,12 +24,16 @@ def status_of(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> dict[st
 
 def _reasons(result: PlanResult, bands: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
     facts = result.facts
+    certificate = facts["crane"]["certificate"] or {}
     charts = [each["file"] for each in facts["inputs"] if each["item"] == "load chart"]
     synthetic = {
-        "certificate": bool((facts["crane"]["certificate"] or {}).get("synthetic")),
+        "certificate": bool(certificate.get("synthetic")) and not untrusted(certificate),
         "weather": "weather" in result and bool(result["weather"].attrs["synthetic"]),
         "chart": any(str(name).startswith(SYNTHETIC) for name in charts),
     }
+    if untrusted(certificate):
+        how = signature_facts(certificate)["statement"]
+        yield "untrusted-certificate", write(TEXTS["status"]["untrusted-certificate"], how=how)
     for name, yes in synthetic.items():
         if yes:
             yield f"synthetic-{name}", write(TEXTS["status"][f"synthetic-{name}"])

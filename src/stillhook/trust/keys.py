@@ -1,0 +1,173 @@
+"""Ed25519 keys as PEM files: the private one as PKCS8, its owner's alone and encrypted where a passphrase is given; the
+public one as SubjectPublicKeyInfo. Source: RFC 8032 (Ed25519), RFC 8410 (its PEM), RFC 7468 (text before it)."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.errors import TrustError
+from stillhook.trust.home import open_to_others, text_of
+from stillhook.units import quote
+
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+PASSPHRASE = "STILLHOOK_PASSPHRASE"
+"""Environment variable with the passphrase of the private key."""
+LARGEST_PEM = 16_384
+ID = 32
+"""Hexadecimal digits of a key's id: 128 bits of its SHA-256."""
+LONGEST = 80
+_NAME = re.compile(r"^Name: (.*)$", re.MULTILINE)
+_NEW = "Make a key: stillhook certificate key new --name NAME."
+_GIVE = "Give the public.pem that stillhook certificate key new wrote."
+
+
+@dataclass(frozen=True)
+class PublicKey:
+    """A public key. raw: its 32 bytes as hexadecimal digits; name: what its owner calls himself, which proves
+    nothing."""
+
+    raw: str
+    name: str = field(default="", compare=False)
+
+    @property
+    def id(self) -> str:
+        """The digits that people compare: from the SHA-256 of its SubjectPublicKeyInfo."""
+        from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+
+        der = _ed25519(self.raw).public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)
+        return hashlib.sha256(der).hexdigest()[:ID]
+
+    def pem(self) -> str:
+        """Its file, or its part of a trust list."""
+        from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+
+        text = _ed25519(self.raw).public_bytes(Encoding.PEM, PublicFormat.SubjectPublicKeyInfo).decode()
+        return f"Name: {self.name}\nKey id: {self.id}\n{text}" if self.name else text
+
+    def fits(self, value: str, message: bytes) -> bool:
+        """Whether a signature (hexadecimal digits) is one of this message by this key."""
+        from cryptography.exceptions import InvalidSignature
+
+        try:
+            _ed25519(self.raw).verify(bytes.fromhex(value), message)
+        except (InvalidSignature, ValueError):
+            return False
+        return True
+
+
+@dataclass(frozen=True)
+class SigningKey:
+    """A private key in memory, and the name that it signs by."""
+
+    name: str
+    private: Ed25519PrivateKey = field(repr=False)
+
+    @property
+    def public(self) -> PublicKey:
+        """Its public key."""
+        return PublicKey(self.private.public_key().public_bytes_raw().hex(), self.name)
+
+    def sign(self, message: bytes) -> str:
+        """The signature as hexadecimal digits; the same of the same message."""
+        return self.private.sign(message).hex()
+
+
+def _ed25519(raw: str) -> Any:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+    return Ed25519PublicKey.from_public_bytes(bytes.fromhex(raw))
+
+
+def checked_name(name: str) -> str:
+    """The name of a signer: one printable line. Errors: TrustError."""
+    if not name.strip() or not name.isprintable() or len(name) > LONGEST:
+        raise TrustError(f"Name {quote(name)}: give one printable line of at most {LONGEST} characters.")
+    return name.strip()
+
+
+def new_key(name: str) -> SigningKey:
+    """A new key. Errors: TrustError for the name."""
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+    return SigningKey(checked_name(name), Ed25519PrivateKey.generate())
+
+
+def write_key(key: SigningKey, private: Path, public: Path, passphrase: str = "") -> None:
+    """Write both files, the private one readable by its owner alone. Errors: TrustError where one exists, or cannot be
+    written."""
+    from cryptography.hazmat.primitives import serialization as s
+
+    lock: Any = s.BestAvailableEncryption(passphrase.encode()) if passphrase else s.NoEncryption()
+    text = key.private.private_bytes(s.Encoding.PEM, s.PrivateFormat.PKCS8, lock).decode()
+    for path, content, mode in ((private, f"Name: {key.name}\n{text}", 0o600), (public, key.public.pem(), 0o644)):
+        try:
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "w", newline="\n") as file:
+                file.write(content)
+        except FileExistsError:
+            raise TrustError(
+                f"{path}: exists, and a key that is lost signs nothing any more. Choose another folder with --out."
+            ) from None
+        except OSError as problem:
+            raise TrustError(f"{path}: cannot be written ({problem.strerror}). Choose another folder.") from None
+
+
+def read_key(path: Path, passphrase: Callable[[], str]) -> SigningKey:
+    """The private key of a file; passphrase: called where it is encrypted. Errors: TrustError, one line."""
+    from cryptography.exceptions import UnsupportedAlgorithm
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
+    text = text_of(path, "a private key", _NEW, LARGEST_PEM)
+    if rights := open_to_others(path, 0o077):
+        raise TrustError(f"{path}: others may read or change it (rights {rights}). Take them away: chmod 600 {path}.")
+    word = passphrase().encode() if "ENCRYPTED" in text else None
+    try:
+        private = load_pem_private_key(text.encode(), word)
+    except (ValueError, TypeError, UnsupportedAlgorithm):
+        reason = (
+            f"wrong passphrase in {PASSPHRASE} or typed, or damaged"
+            if word is not None
+            else "damaged, or of another kind"
+        )
+        raise TrustError(f"{path}: not a private key ({reason}). {_NEW}") from None
+    if not isinstance(private, Ed25519PrivateKey):
+        raise TrustError(f"{path}: a key of another algorithm than Ed25519. {_NEW}")
+    return SigningKey(checked_name(_name_in(text) or path.stem), private)
+
+
+def read_public(path: Path) -> PublicKey:
+    """The public key of a file. Errors: TrustError, one line."""
+    return public_of(text_of(path, "a public key", _GIVE, LARGEST_PEM), path.name)
+
+
+def public_of(pem: str, label: str) -> PublicKey:
+    """The public key of a PEM text; label: its place in errors (TrustError, one line)."""
+    from cryptography.exceptions import UnsupportedAlgorithm
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+    from cryptography.hazmat.primitives.serialization import load_pem_public_key
+
+    if "PRIVATE KEY" in pem:
+        raise TrustError(f"{label}: a private key, which is nobody's business but its owner's. {_GIVE}")
+    try:
+        public = load_pem_public_key(pem.encode())
+    except (ValueError, UnsupportedAlgorithm):
+        raise TrustError(f"{label}: not a public key in PEM. {_GIVE}") from None
+    if not isinstance(public, Ed25519PublicKey):
+        raise TrustError(f"{label}: a key of another algorithm than Ed25519. {_GIVE}")
+    return PublicKey(public.public_bytes_raw().hex(), _name_in(pem))
+
+
+def _name_in(pem: str) -> str:
+    """The name before a PEM block, "" where there is none that can be shown."""
+    stated = _NAME.search(pem.partition("-----BEGIN")[0])
+    name = stated[1].strip() if stated else ""
+    return name if name.isprintable() and len(name) <= LONGEST else ""
