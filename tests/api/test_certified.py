@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.signers import KEY, NAME
 from tests.validate.staged_certificate import staged, write
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
@@ -47,8 +48,8 @@ def stored(made, folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory):
-    """A certificate of logs that are not synthetic."""
-    return certificate_of(staged(write(tmp_path_factory.mktemp("campaign"), synthetic=False)))
+    """A certificate of logs that are not synthetic, signed by a key that is trusted."""
+    return certificate_of(staged(write(tmp_path_factory.mktemp("campaign"), synthetic=False))).signed(KEY)
 
 
 @pytest.fixture
@@ -78,7 +79,8 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     assert str(run.notes.values) == UNCERTIFIED_NOTES
     assert doubts(crane, case()) == ()
     assert re.fullmatch(
-        r"twin: level 2, variant 2: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 3 holds \(unsigned\)",
+        r"twin: level 2, variant 2: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 3 holds, signed by "
+        rf"{NAME} \(key {KEY.public.id[:16]}\), trusted by the user's list",
         run.attrs["twin"],
     )
 
@@ -166,7 +168,7 @@ def test_other_code_does_not_hold(crane, monkeypatch):
 
 @pytest.mark.slow
 def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
-    made = certificate_of(staged(write(tmp_path), e_c_pp_deviation=0.3))
+    made = certificate_of(staged(write(tmp_path), e_c_pp_deviation=0.3)).signed(KEY)
     (tmp_path / "not-passed.json").write_text(made.text(), encoding="utf-8")
     (tmp_path / "own.toml").write_text('base = "nov-250t"\nname = "nov-250t"\ncertificate = "not-passed.json"\n')
     found = load_crane(tmp_path / "own.toml")
@@ -176,7 +178,7 @@ def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
 
 @pytest.mark.slow
 def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
-    found = load_crane(stored(certificate_of(staged(write(tmp_path))), tmp_path))
+    found = load_crane(stored(certificate_of(staged(write(tmp_path))).signed(KEY), tmp_path))
     (note,) = doubts(found, case())
     assert note.endswith("is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
     assert "SYNTHETIC" in twin_line(found)
@@ -240,7 +242,7 @@ def test_a_crane_with_a_friction_set_from_a_file_needs_no_file_but_its_certifica
     trial.mkdir()
     (trial / "ours.friction.toml").write_text(set_toml(load_friction("crane-1")), encoding="utf-8")
     (trial / "ours.toml").write_text('base = "nov-250t"\n[friction]\nlibrary = "ours.friction.toml"\n')
-    made = certificate_of(staged(write(trial, crane="ours.toml", synthetic=False)))
+    made = certificate_of(staged(write(trial, crane="ours.toml", synthetic=False))).signed(KEY)
     alone = tmp_path / "alone"
     alone.mkdir()
     crane = load_crane(stored(made, alone))

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from tests.signers import KEY
 from tests.validate.staged_certificate import staged, write
 
 from stillhook.live.condition import measured, outputs
@@ -98,7 +99,7 @@ def certified(folder: Path, date: str = "2026-11-21", *, logs: str = "", extra: 
     file.write_text(file.read_text().replace("2026-11-21", date))
     for log in (place / "logs").iterdir():
         log.write_text(log.read_text() + logs)
-    made = certificate_of(staged(file))
+    made = certificate_of(staged(file)).signed(KEY)
     (folder / "certificate.json").write_text(made.text(), encoding="utf-8")
     (folder / "crane.toml").write_text(extra + made.crane_toml(), encoding="utf-8")
     return folder / "crane.toml"

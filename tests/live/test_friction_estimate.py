@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.signers import signed
 
 import stillhook
 from stillhook.engine.certificate import NO_CERTIFICATE
@@ -280,7 +281,7 @@ def certified(*, synthetic: bool = False, code: str = "", **envelope: object) ->
         content=content(CRANE),
         envelope={**ENVELOPE, **envelope},
     )
-    return CRANE.model_copy(update={"certified": record})
+    return CRANE.model_copy(update={"certified": signed(record)})
 
 
 def test_without_a_certificate_nothing_is_applied():

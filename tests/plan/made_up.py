@@ -7,13 +7,14 @@ import xarray
 
 from stillhook.plan.definition.rules import ALTERNATIVES
 from stillhook.plan.result import PlanResult
-from stillhook.spec.validity import UNSIGNED
+from stillhook.trust.standing import Judgement, Standing
 
 HEADINGS = np.radians([150.0, 165.0, 180.0])
 PERIODS = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0])
 PHASES = ("lift off deck", "over-boarding", "splash zone", "lowering", "deep", "landing")
 KINDS = ("lift-off", "in-air", "splash-zone", "lowering", "deep", "landing")
 TIERS = ("closed-form", "frequency", "time")
+SIGNATURE = Judgement(Standing.TRUSTED, "Sea trials", "0123456789abcdef" * 2, trust_list="the user's list").to_dict()
 DIGEST = "c0ffee" * 10 + "beef"
 STRENGTH = {"none": 1.0, "cap-80": 1.55, "ns": 1.5, "hs": 1.62, "ssc": 2.0, "strong-ssc": 2.05}
 STANDARD = {
@@ -344,7 +345,7 @@ def _facts(certificate: bool) -> dict[str, Any]:
             "SWL": 250e3,
             "digest": "ab" * 32,
             "twin": twin,
-            "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "unsigned": UNSIGNED}
+            "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "signature": SIGNATURE}
             if certificate
             else None,
         },

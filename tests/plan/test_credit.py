@@ -6,6 +6,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from tests.signers import signed
 
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import results_hash
@@ -16,7 +17,8 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.table import inside
 from stillhook.spec.crane import content
 from stillhook.spec.lift.phase import PhaseKind
-from stillhook.spec.validity import UNSIGNED, Certified
+from stillhook.spec.validity import Certified
+from stillhook.trust.trust_list import users_trust
 
 SEAS = Seas(np.array([0.5, 1.5, 2.5, 4.0]), np.full(4, 9.0), np.full(4, math.pi))
 ENVELOPE = {
@@ -39,16 +41,29 @@ def plan(example):
     return replace(example, crane=example.crane.model_copy(update={"certified": None}), credits_synthetic=False)
 
 
-def test_a_plan_tells_of_every_certificate_that_it_is_unsigned(plan):
-    """An envelope that was widened by hand, its digest made anew, is credited: whoever reads the credit must know that it can be."""
+def test_a_certificate_that_nobody_signed_covers_no_sea_and_counts_as_synthetic(plan):
+    """An envelope that was widened by hand, its seal made anew, was credited once."""
     assert facts_of_crane(plan.crane, False)["certificate"] is None
-    told = facts_of_crane(certified(plan, load=("1 t", "250 t")).crane, False)["certificate"]
-    assert told["unsigned"] == UNSIGNED
-    for word in ("checksum, not a signature", "stillhook certificate certificate.json --check"):
-        assert word in UNSIGNED
+    forged = certified(plan, sign=False, load=("1 t", "250 t"))
+    found = asked(forged)
+    assert not found[0].any()
+    assert "unsigned" in found[1][0]
+    told = facts_of_crane(forged.crane, False)["certificate"]
+    assert told["synthetic"]
+    assert told["signature"]["standing"] == "unsigned"
+    assert "level 2" not in told["statement"]
 
 
-def certified(plan, *, synthetic=False, code=None, **envelope):
+def test_a_record_with_the_signature_of_another_covers_no_sea(plan):
+    signature = certified(plan).crane.certified.signature
+    record = certified(plan, sign=False, load=("1 t", "250 t")).crane.certified
+    stolen = record.model_copy(update={"signature": signature}).judged(users_trust())
+    found = asked(replace(plan, crane=plan.crane.model_copy(update={"certified": stolen})))
+    assert not found[0].any()
+    assert "the signature does not fit" in found[1][0]
+
+
+def certified(plan, *, synthetic=False, code=None, sign=True, **envelope):
     record = Certified.of(
         digest="0" * 64,
         date="2026-05-03",
@@ -62,6 +77,7 @@ def certified(plan, *, synthetic=False, code=None, **envelope):
         content=content(plan.crane),
         envelope={**ENVELOPE, **envelope},
     )
+    record = signed(record) if sign else record
     return replace(plan, crane=plan.crane.model_copy(update={"certified": record}))
 
 
@@ -122,7 +138,7 @@ def test_a_crane_with_a_certificate_of_its_own_is_given_no_other(example, tmp_pa
     with pytest.raises(StillhookError, match=r"synthetic_certificate.*load: from 180000 to 80000"):
         load_plan(file)
     file.write_text(text, encoding="utf-8")
-    monkeypatch.setattr("stillhook.plan.file.load_crane", lambda name: example.crane)
+    monkeypatch.setattr("stillhook.plan.file.crane_of", lambda file, table: example.crane)
     with pytest.raises(StillhookError, match="the crane has a certificate of its own"):
         load_plan(file)
 

@@ -20,7 +20,8 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.report import document as writing
 from stillhook.plan.report import figures as drawing
 from stillhook.plan.report.actions import actions
-from stillhook.plan.report.document import document, save_report
+from stillhook.plan.report.decision.status import status_of
+from stillhook.plan.report.document import document, marks, save_report
 from stillhook.plan.report.figures import answer, depth, figures, limit_tables, pictures
 from stillhook.plan.report.limits_summary import verdict
 from stillhook.plan.report.words import between, differs, height, named
@@ -29,7 +30,7 @@ from stillhook.report.document import Document, Figure, Table
 from stillhook.report.html import html
 from stillhook.report.kit import png
 from stillhook.report.pdf import pages, pdf
-from stillhook.spec.validity import UNSIGNED
+from stillhook.trust.standing import MEANING, UNSIGNED
 
 pytestmark = pytest.mark.slow
 
@@ -158,12 +159,24 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     assert "not validated" not in told(covered)
 
 
-def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
+def test_credit_that_rests_on_a_certificate_says_who_signed_it_and_what_that_shows(result):
     covered = made_up(certificate=True)
-    assert UNSIGNED in verdict(covered).text
+    assert MEANING in verdict(covered).text
     section = written(covered).section("Credit for compensation")
-    assert UNSIGNED in texts(section)
-    assert UNSIGNED not in told(result)  # no certificate, nothing to sign
+    assert MEANING in texts(section)
+    assert "signed by Sea trials (key 0123456789abcdef), trusted by the user's list" in told(covered)
+    assert MEANING not in told(result)  # no certificate, nothing to sign
+
+
+def test_a_certificate_that_nobody_vouches_for_is_marked_on_every_page_and_not_for_approval():
+    covered = made_up(certificate=True)
+    crane = covered.facts["crane"]
+    for signature in (UNSIGNED.to_dict(), None):  # of a version that knew of none
+        certificate = {**crane["certificate"], "signature": signature, "synthetic": True}
+        found = replace(covered, facts={**covered.facts, "crane": {**crane, "certificate": certificate}})
+        assert any(mark.startswith("UNTRUSTED CERTIFICATE: it is unsigned") for mark in marks(found))
+        assert "untrusted-certificate" in [reason["code"] for reason in status_of(found, ())["reasons"]]
+        assert "UNTRUSTED CERTIFICATE" in verdict(found).text
 
 
 def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():

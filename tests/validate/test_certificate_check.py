@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.signers import KEY, NAME
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
@@ -12,7 +13,7 @@ from stillhook.base.sealed import canonical, digest_of
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
 from stillhook.report.document import Text
-from stillhook.spec.validity import UNSIGNED
+from stillhook.trust.standing import MEANING
 from stillhook.validate import certificate_files, load_certificate
 from stillhook.validate.certificate import certificate as certificate_content
 from stillhook.validate.certificate import recheck as certificate_check
@@ -35,13 +36,13 @@ def found(monkeypatch) -> dict[str, float]:
 
 @pytest.fixture
 def file(found, tmp_path: Path) -> Path:
-    """A certificate beside its campaign, of a crane that has a file of its own."""
+    """A certificate, signed by a trusted key, beside its campaign, of a crane that has a file of its own."""
     (tmp_path / "ours.toml").write_text(crane_toml(load_crane("nov-250t")), encoding="utf-8")
     campaign = write(tmp_path, crane="ours.toml")
     out = tmp_path / "out"
     out.mkdir()
     if not FILES:  # the same bytes in every folder
-        FILES.update(certificate_files(staged(campaign)))
+        FILES.update(certificate_files(staged(campaign), key=KEY))
     for name, content in FILES.items():
         (out / name).write_bytes(content)
     return out / "certificate.json"
@@ -174,6 +175,13 @@ def forged(file: Path, **envelope) -> dict:
     return data
 
 
+def unsigned(file: Path) -> dict:
+    """The certificate without its signature."""
+    made = load_certificate(file).with_signature(None)
+    file.write_text(made.text(), encoding="utf-8")
+    return made.data
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("envelope", "told"),
@@ -222,7 +230,7 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
 def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
     assert command(["certificate", "--check", str(file), "--verbose"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("VALID: ")
+    assert out.startswith(f"VALID: signed by {NAME}")
     assert "recomputed: identical to the byte" in out
     assert "PDF in the same folder: the same to the byte" in out
     edit(tmp_path / "logs/1.csv", "0.1,0.1", "0.1,0.9")
@@ -251,17 +259,20 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
 
 
 @pytest.mark.thorough
-def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsys):
-    data = forged(file, load=[1e3, 250e3])  # reads as genuine
-    assert command(["certificate", str(file), "--verbose"]) == 0
-    assert UNSIGNED in " ".join(capsys.readouterr().out.split())
-    assert command(["certificate", "--check", str(file), "--quick", "--verbose"]) == 0
-    assert UNSIGNED in capsys.readouterr().out
-    assert (
-        command(["certificate", "--check", str(file), "--json"]) == 1
-    )  # computed again from the logs it does not hold
-    assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
-    assert Text(UNSIGNED) in document(data).section("How to check this document").parts
+def test_an_envelope_that_was_widened_with_a_new_digest_is_valid_nowhere(file, capsys):
+    """The digest fits, the signature does not; without a signature nobody vouches for it."""
+    for data, how in ((forged(file, load=[1e3, 250e3]), "signature does not fit"), (unsigned(file), "unsigned")):
+        assert command(["certificate", str(file), "--verbose"]) == 0
+        assert how in " ".join(capsys.readouterr().out.split())
+        assert command(["certificate", "--check", str(file), "--quick", "--verbose"]) == 1
+        out = " ".join(capsys.readouterr().out.split())
+        assert "NOT VALID: " in out
+        assert how in out
+        assert command(["certificate", "--check", str(file), "--json"]) == 1
+        told = json.loads(capsys.readouterr().out)
+        assert told["signature"]["standing"] == how
+        assert told["lines"] == ["envelope, load: 1000 to 250000 -> 82000 to 164000"]
+        assert Text(MEANING) in document(data).section("How to check this document").parts
 
 
 @pytest.mark.slow

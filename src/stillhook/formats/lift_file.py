@@ -14,9 +14,16 @@ from stillhook.errors import LiftError
 from stillhook.formats.lift.flow import current_of
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import Place, other_vessel_of, place_of, still_place, tip_of
-from stillhook.formats.lift.tables import LiftTables, compensator_of, deck_of, motion_unit_of, payload_of, read_lift
+from stillhook.formats.lift.tables import (
+    LiftTables,
+    compensator_of,
+    crane_of,
+    deck_of,
+    motion_unit_of,
+    payload_of,
+    read_lift,
+)
 from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
-from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml, unknown_name
 from stillhook.library.toml.tree import shelf, toml_text
@@ -187,7 +194,7 @@ def lifts() -> tuple[str, ...]:
 
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
     table, file = read_lift(table, LiftTables)
-    crane, payload = load_crane(table.relative_toml(file.crane)), payload_of(file, table)
+    crane, payload = crane_of(file, table), payload_of(file, table)
     deck = deck_of(file, table)
     if file.start_depth is None and deck is not None and deck.slack is not None:
         file = file.model_copy(update={"start_depth": -deck.height})

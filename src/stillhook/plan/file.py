@@ -23,10 +23,9 @@ from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
 from stillhook.formats.lift.rigging_table import read_items
-from stillhook.formats.lift.tables import LiftTables, compensator_of, motion_unit_of, payload_of, read_lift
+from stillhook.formats.lift.tables import LiftTables, compensator_of, crane_of, motion_unit_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
-from stillhook.library import load_crane
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
@@ -62,6 +61,7 @@ from stillhook.tables.plausible import implausible_values
 from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import quote, show
+from stillhook.validate.certificate.credit import checked
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.load_path.interface import JointUnit
 
@@ -213,7 +213,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     operation = operation_of(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
-    crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
+    crane = _certified(checked(crane_of(file, table), recompute=False), file.synthetic_certificate, table)
     at, h_tip, vessel, against = _place(file, table)
     unit = compensator_of(file, table)
     alternatives = _alternatives(file, table, crane, unit)

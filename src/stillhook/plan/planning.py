@@ -46,6 +46,7 @@ from stillhook.plan.weather.records import occurrence, seas_of, weather_used
 from stillhook.plan.weather.value import YEAR, forecast_limits, weather_block, weather_value
 from stillhook.report.formatting import DAY, HOUR
 from stillhook.units import quote
+from stillhook.validate.certificate.credit import checked
 from stillhook.weather.alpha import DEFAULT
 from stillhook.weather.series import Weather
 
@@ -140,7 +141,8 @@ def _planned(
     execution = Execution(store, client, threads, seed)
     expected = {name: EXPECTED[name] for name in PARTS[last]} | {each.NAME: each.EXPECTED for each in ASSESSMENTS}
     begun, parts = time.perf_counter(), Parts(progress, expected)
-    parts("preparation")
+    crane = checked(lift_plan.crane, recompute=True, progress=parts("preparation"))
+    lift_plan = replace(lift_plan, crane=crane)
     table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)

@@ -29,7 +29,7 @@ class Standing(StrEnum):
 
 
 _SENTENCES = {
-    Standing.TRUSTED: "signed by {by}, which is trusted",
+    Standing.TRUSTED: "signed by {by}, trusted by {list}",
     Standing.UNSIGNED: "unsigned, so that its origin is unknown",
     Standing.UNKNOWN: "signed by a key that is not trusted: {key} of somebody who gives the name {name}",
     Standing.REVOKED: "signed by {by}, which was revoked on {day}{reason}",
@@ -51,14 +51,14 @@ _STEPS = {
 @dataclass(frozen=True)
 class Judgement:
     """standing; name: of the signer, by the trust list where that has the key, else as he calls himself; key: id; day:
-    of revocation, end or begin; reason of the revocation; file: of the trust list."""
+    of revocation, end or begin; reason of the revocation; trust_list: whose list says so."""
 
     standing: Standing
     name: str = ""
     key: str = ""
     day: date | None = None
     reason: str = ""
-    file: str = ""
+    trust_list: str = ""
 
     @property
     def trusted(self) -> bool:
@@ -71,7 +71,12 @@ class Judgement:
         short = f"key {self.key[:SHORT]}"
         reason = f" ({self.reason})" if self.reason else ""
         return _SENTENCES[self.standing].format(
-            by=f"{self.name} ({short})", key=short, name=f'"{self.name}"', day=self.day, reason=reason
+            by=f"{self.name} ({short})",
+            key=short,
+            name=f'"{self.name}"',
+            day=self.day,
+            reason=reason,
+            list=self.trust_list,
         )
 
     @property
@@ -88,6 +93,7 @@ class Judgement:
             "trusted": self.trusted,
             "signer": self.name or None,
             "key": self.key or None,
+            "trust_list": self.trust_list or None,
             "statement": self.sentence,
         }
 
@@ -107,16 +113,16 @@ def judge(signature: Signature | None, kind: Signed, digest: str, trust: TrustLi
     if signature is None:
         return UNSIGNED
     key, of = signature.key, trust.entry(signature.key)
-    name, file = signature.name if of is None else of.name, str(trust.file)
+    name = signature.name if of is None else of.name
     if not signature.fits(kind, digest):
-        return Judgement(Standing.ALTERED, name, key.id, file=file)
+        return Judgement(Standing.ALTERED, name, key.id, trust_list=trust.label)
     if of is None:
-        return Judgement(Standing.UNKNOWN, name, key.id, file=file)
+        return Judgement(Standing.UNKNOWN, name, key.id, trust_list=trust.label)
     today = trust.clock()
     if of.revoked is not None:
-        return Judgement(Standing.REVOKED, name, key.id, of.revoked, of.reason, file)
+        return Judgement(Standing.REVOKED, name, key.id, of.revoked, of.reason, trust_list=trust.label)
     if of.valid_from is not None and today < of.valid_from:
-        return Judgement(Standing.NOT_YET, name, key.id, of.valid_from, file=file)
+        return Judgement(Standing.NOT_YET, name, key.id, of.valid_from, trust_list=trust.label)
     if of.valid_until is not None and today > of.valid_until:
-        return Judgement(Standing.EXPIRED, name, key.id, of.valid_until, file=file)
-    return Judgement(Standing.TRUSTED, name, key.id, file=file)
+        return Judgement(Standing.EXPIRED, name, key.id, of.valid_until, trust_list=trust.label)
+    return Judgement(Standing.TRUSTED, name, key.id, trust_list=trust.label)

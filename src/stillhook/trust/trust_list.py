@@ -78,11 +78,13 @@ class TrustedKey:
 
 @dataclass(frozen=True)
 class TrustList:
-    """Keys with their file, which need not exist; clock: the day of today, for tests another one."""
+    """Keys with their file, which need not exist; clock: the day of today, for tests another one; label: whose list it
+    is, for sentences."""
 
     file: Path
     keys: tuple[TrustedKey, ...] = ()
     clock: Callable[[], date] = field(default=utc_today, repr=False, compare=False)
+    label: str = field(default="the user's list", compare=False)
 
     def entry(self, public: PublicKey) -> TrustedKey | None:
         """What it says of a key, which is the one of the same 32 bytes."""
@@ -114,7 +116,8 @@ def users_trust(clock: Callable[[], date] = utc_today) -> TrustList:
 
 def plans_trust(file: Path) -> TrustList:
     """The keys of a list that a plan names, less those that the user's list revokes. Errors: TrustError, one line."""
-    return read_trust(file).with_revocations(users_trust())
+    named = replace(read_trust(file), label=f"the plan's list {file.name}")
+    return named.with_revocations(users_trust())
 
 
 def read_trust(file: Path, clock: Callable[[], date] = utc_today) -> TrustList:

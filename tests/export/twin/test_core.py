@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.export.twin.host import DIVERGED, NO_NUMBER, NOT_NOW, OK, OUT_OF_RANGE, WRONG_STEP, Host
+from tests.signers import KEY
 from tests.validate.staged_certificate import staged, write
 
 import stillhook
@@ -327,7 +328,7 @@ def test_a_platform_that_is_unknown_leaves_nothing_behind(nov: stillhook.Crane, 
 
 def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, compiled):
     """Staged: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m, 8 s to 11 s, ns and ssc; ends reach 1 % further."""
-    made = certificate_of(staged(write(tmp_path, synthetic=False)))
+    made = certificate_of(staged(write(tmp_path, synthetic=False))).signed(KEY)
     (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
     (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
     crane = stillhook.load_crane(tmp_path / "crane.toml")

@@ -15,11 +15,13 @@ from stillhook.errors import LiftError, MotionError, ScenarioError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.lift.flow import with_profiles
 from stillhook.formats.lift.forms import today
+from stillhook.library import load_crane
 from stillhook.library.catalogue import read_compensator, read_payload
 from stillhook.library.toml.file import TomlTable
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.motion_unit import HEAVE_DAMPING, MotionUnit
 from stillhook.sea.vessel.realisation import Resolution
+from stillhook.spec.crane import Crane
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.lowering import DeepWire, WinchSettings
 from stillhook.spec.lift.payload import Payload
@@ -27,6 +29,7 @@ from stillhook.spec.lift.phase import Phase
 from stillhook.spec.lift.rigging import RiggingTable
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Flag, Number, Part, Spec, Text, with_place
+from stillhook.trust.trust_list import plans_trust
 from stillhook.winches.load_path.interface import JointUnit
 from stillhook.winches.load_path.registry import unit_of
 
@@ -145,6 +148,7 @@ class LiftTables(Spec):
 
     name: Text | None = Field(default=None, description="name; default that of the file")
     crane: Text = Field(description="library name or crane file")
+    trust: Text | None = Field(default=None, description="list of trusted keys in place of the user's")
     vessel: Text | None = Field(default=None, description="library name or vessel file")
     payload: Any = Field(description="library name, payload file or a table [payload]")
     tip: TipTable = Field(default_factory=TipTable)
@@ -194,6 +198,16 @@ def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]
             message = "each phase starts where the one before it ends, and the lift at the start_depth of the file."
             raise table.wrong(f"{message} Leave it out.", "phase", i, "start_depth")
     return table, file
+
+
+def crane_of(file: LiftTables, table: TomlTable) -> Crane:
+    """A crane of the library, or a file seen from this one; the signature of its certificate is judged by the list of
+    trusted keys that this file names, if it names one."""
+    crane = load_crane(table.relative_toml(file.crane))
+    trust = None if file.trust is None else plans_trust(table.relative_file(file.trust, "trust"))
+    if trust is None or crane.certified is None:
+        return crane
+    return crane.model_copy(update={"certified": crane.certified.judged(trust, crane.certified.file)})
 
 
 def payload_of(file: LiftTables, table: TomlTable) -> Payload:
