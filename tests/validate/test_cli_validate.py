@@ -109,7 +109,7 @@ def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
     monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: (drawn,)})
     monkeypatch.setattr("stillhook.validate.data_set.campaign.load_campaign", lambda path: staged().campaign)
-    monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn: {"certificate.json": b"{}"})
+    monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn, key: {"certificate.json": b"{}"})
     asked = {}
 
     def put(found: Validation) -> dict:

@@ -251,7 +251,8 @@ def certificate_summary(data: View, number: str, envelope: Envelope | None, judg
         ["computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"],
         *([f"validated: {name}", text] for name, text in ranges),
     ]
-    front = [*verdict(data), facts(rows), *map(Text, judgement.lines)]
+    (answer, *why), (how, step) = verdict(data), judgement.lines
+    front = [answer, Text(how), *why, facts(rows), Text(step)]
     return Document(f"{mark}{data['title']}", [Section("lines", terse_lines(data))], front)
 
 
