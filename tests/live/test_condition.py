@@ -8,6 +8,7 @@ import pytest
 from tests.live.conditions import DATES, WEAR, campaign, certified, fits, settle, worn
 
 from stillhook import load_crane
+from stillhook.base.named_files import VARIABLE
 from stillhook.cli import run as command
 from stillhook.engine.certificate import objections
 from stillhook.errors import LiveError, StillhookError
@@ -18,8 +19,10 @@ __all__ = ["fits"]
 
 
 @pytest.fixture
-def root(tmp_path: Path, fits) -> Path:
-    """A crane that wears, with its campaigns."""
+def root(tmp_path: Path, fits, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A crane that wears, with its campaigns, which name it in a folder next to theirs: one that is given by itself
+    needs leave for it."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
     worn(tmp_path)
     return tmp_path
 
@@ -126,6 +129,13 @@ def test_campaigns_in_any_order_say_the_same(root: Path):
     assert (
         outputs.to_dict(follow_condition(files))["numbers"] == outputs.to_dict(follow_condition(files[::-1]))["numbers"]
     )
+
+
+def test_a_folder_that_is_given_allows_its_campaigns_to_name_files_in_it(root: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv(VARIABLE)
+    assert not follow_condition([root]).gathered.refused
+    with pytest.raises(StillhookError, match=r"leads out of the folder of this file.*STILLHOOK_FILES="):
+        follow_condition([root / DATES[0] / "campaign.toml"])
 
 
 def test_nothing_is_written_without_a_folder(root: Path, capsys: pytest.CaptureFixture[str]):

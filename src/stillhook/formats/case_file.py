@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationError
 
+from stillhook.base.named_files import named_path
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError
 from stillhook.formats.motion.open import read_ship_motion, read_tip_motion, stored_motion
@@ -196,7 +197,7 @@ def _subject(table: TomlTable) -> Subject:
     fields = scenario_fields(file.scenario, folder, table.path.stem) if file.scenario else {}
     settings = file.settings
     if settings.store is not None:
-        settings = settings.model_copy(update={"store": str(folder / settings.store)})
+        settings = settings.model_copy(update={"store": str(table.named_path(settings.store, "settings", "store"))})
     return Subject(load_crane(table.relative_toml(file.crane)), fields, settings, file.step)
 
 
@@ -232,7 +233,8 @@ def read_tip(tip: Any, folder: Path) -> Motion:
         )
     source = _checked(TipFile, tip, "tip")
     options = {key: value for key, value in tip.items() if key != "file"}
-    stored = stored_motion(folder / source.file)
+    path = _beside(folder, source.file)
+    stored = stored_motion(path)
     if stored is not None:
         if options:
             key = next(iter(options))
@@ -240,7 +242,12 @@ def read_tip(tip: Any, folder: Path) -> Motion:
         return stored
     position = tuple(source.position) if isinstance(source.position, list) else source.position
     options = {key: value for key, value in options.items() if key not in ("position", "mapping", "columns")}
-    return read_tip_motion(folder / source.file, tip=position, columns=_columns(source, folder), **options)
+    return read_tip_motion(path, tip=position, columns=_columns(source, folder), **options)
+
+
+def _beside(folder: Path, name: str, where: str = "tip.file") -> Path:
+    """A file that a tip's table names. Errors: ScenarioError where it is not in the folder of the case file."""
+    return named_path(folder, name, lambda why: ScenarioError(f"{where} = {quote(name)}: {why}"))
 
 
 def _checked(model: type[Checked], data: Any, where: str) -> Checked:
@@ -253,7 +260,9 @@ def _checked(model: type[Checked], data: Any, where: str) -> Checked:
 
 def _columns(table: TipFile | VesselTable, folder: Path) -> dict[str, Any]:
     """Columns of a log, those of the table before those of its mapping file."""
-    return corrections(None if table.mapping is None else folder / table.mapping) | dict(table.columns)
+    return corrections(None if table.mapping is None else _beside(folder, table.mapping, "tip.mapping")) | dict(
+        table.columns
+    )
 
 
 def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
@@ -280,7 +289,7 @@ def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
     sign = motions.pop("heave", None)
     if motions:
         raise ScenarioError(f"tip.{next(iter(motions))}: {table.file} holds the motion of the vessel. Leave it out.")
-    ship = read_ship_motion(folder / table.file, heave=sign, columns=_columns(table, folder), **log)
+    ship = read_ship_motion(_beside(folder, table.file), heave=sign, columns=_columns(table, folder), **log)
     return VesselTip.from_log(ship, table.boom, **moves, unit=unit)
 
 

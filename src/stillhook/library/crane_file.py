@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import certified_of, read_certificate
 from stillhook.library.condition import condition_of, state_file
@@ -199,6 +200,11 @@ def _named_file(key: str, node: Leaf | Tree, path: Path, example: str) -> str:
     return name
 
 
+def beside(path: Path, key: str, name: str) -> Path:
+    """The file that a crane file names under a key. Errors: SpecError where it is not in the crane file's folder."""
+    return named_path(path.parent, name, lambda why: SpecError(f"{path.name}: {key} = {quote(name)}: {why}"))
+
+
 def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | None, path: Path) -> Leaf:
     """The certificate that a crane file names, in short, with the state of its condition beside the crane file, or
     where that names it."""
@@ -207,13 +213,14 @@ def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | 
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     example, file = f'a condition\'s state, such as "{state_file(path).name}"', state_file(path)
     if condition is not None:
-        file = path.parent / _named_file("condition", condition, path, example)
+        file = beside(path, "condition", _named_file("condition", condition, path, example))
+    of = beside(path, "certificate", name)
     try:
-        data = read_certificate(path.parent / name)
+        data = read_certificate(of)
         record = certified_of(data, Path(name).name)
         if condition is not None or file.exists():
             record = record.followed(condition_of(file, data))
-        record = record.judged(users_trust(), str(path.parent / name))
+        record = record.judged(users_trust(), str(of))
     except StillhookError as problem:
         raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))
@@ -229,7 +236,7 @@ def _on_base(fields: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...
         raise SpecError(f"{path.name}: base = {quote(name)}: no such crane; the library has {have}{hint}")
     if path.resolve() in above:
         raise SpecError(f"{path.name}: base = {quote(name)}: the files build on each other in a circle.")
-    below_path: str | Path = name if name in cranes() else path.parent / name
+    below_path: str | Path = name if name in cranes() else beside(path, "base", name)
     _, below = _fields(below_path, (*above, path.resolve()))
     fields.setdefault("name", Leaf(path.stem, Source(text=f"name of the file {path.name}", kind=SourceKind.USER)))
     return _over_base(below, fields, path.name)

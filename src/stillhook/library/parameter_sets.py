@@ -15,6 +15,7 @@ from stillhook import units as u
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.errors import SpecError
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind
@@ -196,13 +197,13 @@ def is_path(name: str) -> bool:
 
 def load_friction(name_or_path: str | Path) -> FrictionSet:
     """A system friction by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
-    label, table = _table(FRICTION, name_or_path, "friction set", Path())
+    label, table = _table(FRICTION, name_or_path, "friction set")
     return _set(FrictionSet, label, table, user=_is_file(FRICTION, name_or_path))
 
 
 def load_losses(name_or_path: str | Path) -> LossSet:
     """A motor by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
-    label, table = _table(MOTORS, name_or_path, "motor", Path())
+    label, table = _table(MOTORS, name_or_path, "motor")
     return _set(LossSet, label, table, user=_is_file(MOTORS, name_or_path))
 
 
@@ -216,7 +217,7 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
         names = (*shelf(FRICTION), *shelf(MOTORS))
         have = f"{', '.join(names)}{nearest(str(name_or_path), names)}"
         raise SpecError(f"set {quote(str(name_or_path))}: the library has {have} A file's name ends in .toml.")
-    label, table = _table(FRICTION, name_or_path, ANY, Path())
+    label, table = _table(FRICTION, name_or_path, ANY)
     kind: type[FrictionSet | LossSet] = LossSet if "D_max" in table or "loss" in table else FrictionSet
     return _set(kind, label, table, user=True)
 
@@ -294,8 +295,10 @@ def _evidence_lines(e: Evidence) -> Iterator[str]:
     yield "]"
 
 
-def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) -> tuple[str, dict[str, Any]]:
-    """Label for errors and the parsed tables of a set's file."""
+def _table(
+    shelf_name: str, name_or_path: str | Path, where: str, folder: Path | None = None
+) -> tuple[str, dict[str, Any]]:
+    """Label for errors and the parsed tables of a set's file; folder: of the file that names it, None for the user."""
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         have = ", ".join(shelf(shelf_name))
         raise SpecError(f"{where} = {quote(name_or_path)}: give a name ({have}) or the path of a .toml file.")
@@ -304,7 +307,9 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
             return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
         except SpecError as problem:
             raise SpecError(f"{problem} A file's name ends in .toml.") from None
-    path = folder / name_or_path
+    path = Path(name_or_path)
+    if folder is not None:
+        path = named_path(folder, str(path), lambda why: SpecError(f"{where} = {quote(str(name_or_path))}: {why}"))
     try:
         text = toml_text(path)
     except SpecError as problem:
@@ -317,7 +322,9 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     if isinstance(at, dict) and isinstance(at.get(key), dict):
         at, key = at[key], "value"
     if isinstance(at, dict) and str(at.get(key)).endswith(".csv"):  # seen from this file
-        at[key] = str(path.parent / at[key])
+        name = at[key]
+        wrong = lambda why: SpecError(f"{path.name}: loss_model.map = {quote(name)}: {why}")
+        at[key] = str(named_path(path.parent, name, wrong))
     return path.name, table
 
 

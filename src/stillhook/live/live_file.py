@@ -113,9 +113,9 @@ def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = F
 
 
 def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
-    file, place = table.read(LiveTables), table.path.parent
+    file = table.read(LiveTables)
     case = load_case(table.relative_file(file.case, "case"))
-    folder = place / file.folder
+    folder = table.named_path(file.folder, "folder")
     of_opcua = of_modbus = of_udp = None
     if file.opcua is not None:
         of_opcua = OpcUaSettings(folder / "opcua", file.opcua.host, file.opcua.port, insecure)

@@ -18,6 +18,7 @@ from pydantic import BaseModel, Field, field_validator
 from stillhook import units as u
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.engine.certificate import as_if_validated
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
@@ -26,7 +27,7 @@ from stillhook.formats.lift.rigging_table import read_items
 from stillhook.formats.lift.tables import LiftTables, compensator_of, crane_of, motion_unit_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
-from stillhook.library.catalogue import weather_file
+from stillhook.library.catalogue import weather_file, weathers
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import toml_text
@@ -374,8 +375,8 @@ def _factors(operation: OperationTable, table: TomlTable) -> str | None:
     if name is None:
         return None
     file, _, key = name.partition("#")
-    near = table.path.parent / file
-    return f"{near}{f'#{key}' if key else ''}" if near.is_file() else name
+    near = table.named_path(file, "operation", "forecast_factors")
+    return f"{near}{f'#{key}' if key else ''}" if near.suffix else name
 
 
 def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
@@ -412,7 +413,8 @@ def _doubts(plan: LiftPlan) -> tuple[str, ...]:
 
 def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     """Weather that waiting is calculated with."""
-    file, where = str(folder / weather.file) if is_table(folder / weather.file) else weather.file, "weather.file: "
+    beside = named_path(folder, weather.file, lambda why: PlanError(f"weather.file = {quote(weather.file)}: {why}"))
+    file, where = weather.file if weather.file in weathers() else str(beside), "weather.file: "
     weather = weather.with_times()
     if file.endswith(".toml") and is_table(Path(file)):  # a description, over which the plan's own words win
         file, stated = description.described(file)

@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
 from stillhook.base.arrays import FloatArray, copied
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.engine.pack.settings import ASSUMED
 from stillhook.engine.pack.winch import gains, set_up_for
 from stillhook.engine.scenario.checks import check
@@ -220,11 +221,7 @@ class Uncertainty:
                     f"{nearest(str(name), FACTORS)}"
                 )
         return cls(
-            {
-                name: _library_factor(name, table[name], f"{label}: {name}", folder or Path())
-                for name in FACTORS
-                if name in table
-            }
+            {name: _library_factor(name, table[name], f"{label}: {name}", folder) for name in FACTORS if name in table}
         )
 
     @classmethod
@@ -288,7 +285,7 @@ class Uncertainty:
         return rows
 
 
-def _library_factor(name: str, value: Any, where: str, folder: Path) -> Distribution | Set:
+def _library_factor(name: str, value: Any, where: str, folder: Path | None) -> Distribution | Set:
     f = FACTORS[name]
     if value == DEFAULT:
         return f.default
@@ -301,9 +298,11 @@ def _library_factor(name: str, value: Any, where: str, folder: Path) -> Distribu
     return distribution(value, f.kind, where, f.least, f.most)
 
 
-def _set(name: str, path: Any, where: str, folder: Path) -> Set:
+def _set(name: str, path: Any, where: str, folder: Path | None) -> Set:
     load = load_friction if name == "friction" else load_losses
-    source = folder / path if isinstance(path, str) and is_path(path) else path
+    source = path
+    if folder is not None and isinstance(path, str) and is_path(path):
+        source = named_path(folder, path, lambda why: SpecError(f"{where}.set = {quote(path)}: {why}"))
     try:
         parameter_set: Set = load(source)
     except StillhookError as problem:

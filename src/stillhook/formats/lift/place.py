@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.base.named_files import named_path
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.lift.tables import LiftTables, SeaTable, motion_unit_of
@@ -207,7 +208,7 @@ def _sea(sea: SeaTable, table: TomlTable) -> Sea:
 
 
 def _measured_sea(sea: SeaTable, table: TomlTable, heading: float | None) -> Sea:
-    path = table.path.parent / sea.wave
+    path = table.named_path(sea.wave, "wave")
     if not path.is_file():
         raise table.wrong("no such file next to the lift file. Check the path, or write waves as a text.", "wave")
     if heading is None:
@@ -227,7 +228,7 @@ def _vessel(name: str, table: TomlTable, where: str = "vessel") -> Rao:
     """A vessel of the library, or the file of this path, seen from the lift file."""
     if name in vessels():
         return read_vessel(vessel_file(name))
-    path = table.path.parent / name
+    path = named_path(table.path.parent, name, lambda why: SeaError(f"{where} = {quote(name)}: {why}"))
     if not exists(path):
         known = f"neither a file next to the lift file nor one of {', '.join(vessels())}"
         raise SeaError(f"{where} = {quote(name)}: {known}.")

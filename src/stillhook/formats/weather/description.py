@@ -13,17 +13,19 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.errors import SpecError, WeatherError
 from stillhook.formats.table.corrections import ColumnRow, row_of
 from stillhook.formats.table.understood import ReadColumn, Understood, ends
 from stillhook.formats.weather.columns import SENSES
 from stillhook.formats.weather.file import read_weather
 from stillhook.formats.weather.times import ORDERS
+from stillhook.library.catalogue import weathers
 from stillhook.library.toml.file import TomlTable, named, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
-from stillhook.tables.sheet import is_table
 from stillhook.tables.table import Spec, Text
+from stillhook.units import quote
 from stillhook.weather.limit_text import KIND, NAMED, SPELT, mapped
 from stillhook.weather.persistence import stamp
 from stillhook.weather.series import Weather
@@ -105,8 +107,10 @@ def described(path: str | Path) -> tuple[str, Description]:
     description = read_toml_raising(
         WeatherError, path, FileKind.WEATHER, lambda table: table.read(Description), start=start
     )
-    neighbour = Path(path).parent / description.file
-    return str(neighbour) if is_table(neighbour) else description.file, description.with_times()
+    label = Path(path).name
+    wrong = lambda why: WeatherError(f"{label}: file = {quote(description.file)}: {why}")
+    neighbour = named_path(Path(path).parent, description.file, wrong)
+    return description.file if description.file in weathers() else str(neighbour), description.with_times()
 
 
 def _mapped(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from stillhook import units as u
+from stillhook.base.named_files import named_path
 from stillhook.errors import IdentifyError
 from stillhook.library import load_crane
 from stillhook.library.crane_file import changed
@@ -71,7 +72,9 @@ def component_settings(mapping: Path | None) -> ComponentSettings:
     except ValidationError as problem:
         raise explain(problem, ComponentSettings, where, data, IdentifyError) from None
     if settings.base is not None and settings.base.endswith(".toml"):
-        settings = settings.model_copy(update={"base": str(mapping.parent / settings.base)})
+        base = settings.base
+        path = named_path(mapping.parent, base, lambda why: IdentifyError(f"{where}.base = {quote(base)}: {why}"))
+        settings = settings.model_copy(update={"base": str(path)})
     return settings
 
 

@@ -11,13 +11,13 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from os.path import isfile
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import parsed, toml_text
@@ -105,13 +105,20 @@ class TomlTable:
         return place_of((*self.loc, *loc), self.data)
 
     def relative_toml(self, name: str) -> str:
-        """The path of a TOML file seen from the folder of this one, or a name of the library unchanged."""
-        neighbour = self.path.parent / name
-        return str(neighbour) if name.endswith(".toml") and isfile(neighbour) else name
+        """The path of a TOML file seen from the folder of this one, or a name of the library unchanged. Errors: for a
+        path that leads out of that folder."""
+        if not name.endswith(".toml"):
+            return name
+        return str(named_path(self.path.parent, name, lambda why: self.error(f"{quote(name)}: {why}")))
+
+    def named_path(self, name: str, *loc: int | str) -> Path:
+        """A path that this file names, which need not exist; loc: of its name. Errors: for one that leads out of the
+        folder of this file."""
+        return named_path(self.path.parent, name, lambda why: self.wrong(why, *loc))
 
     def relative_file(self, name: str, *loc: int | str) -> Path:
-        """A file that exists, seen from the folder of this one; loc: of its name."""
-        path = self.path.parent / name
+        """The same of a file, or an Excel file's sheet, that exists."""
+        path = self.named_path(name, *loc)
         if not is_table(path):
             raise self.wrong("no such file next to this file. Check the path.", *loc)
         return path

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.choice import nearest
+from stillhook.base.named_files import named_path
 from stillhook.errors import SpecError, UnitError
 from stillhook.library.toml.kinds import LIBRARY
 from stillhook.library.toml.tree import Leaf, Tree, shelf, toml_text
@@ -62,7 +63,7 @@ def _file(name: Any, where: str, folder: Path | None) -> Path | None:
     if not name.endswith(".csv"):
         have = shelf(EXAMPLES, ".csv")
         raise SpecError(f"{where}: no map of the library, which has {', '.join(have)}{nearest(name, have)}")
-    return None if folder is None else folder / name
+    return None if folder is None else named_path(folder, name, lambda why: SpecError(f"{where}: {why}"))
 
 
 def read_loss_map(path: Path, where: str) -> dict[str, list[float]]:

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
+from stillhook.base.named_files import allowing
 from stillhook.errors import LiveError, StillhookError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
@@ -64,31 +65,34 @@ def gather(sources: Sequence[str | Path], *, out: Path | None = None, vanished: 
 
     Parameters: sources: campaign files, and folders with campaigns at any depth, each in its `campaign.toml`; out: a
     folder that is not searched; vanished: whether a folder may be away for a while, as while it is watched.
+    A folder that is given allows campaigns to name files anywhere in it (`stillhook.base.named_files`).
     A file that is given and cannot be read is an error; one in a folder is refused in a line, and the others count.
     Errors: StillhookError of one line.
     """
     campaigns: list[Campaign] = []
     events: list[Event] = []
     refused, waiting = [], []
-    for source in map(Path, sources):
-        if source.is_file():
-            campaigns.append(load_campaign(source))
-            continue
-        if not source.is_dir():
-            if vanished:
-                waiting.append(f"{source}: not there now")
+    folders = [path for path in map(Path, sources) if path.is_dir()]
+    with allowing(folders):
+        for source in map(Path, sources):
+            if source.is_file():
+                campaigns.append(load_campaign(source))
                 continue
-            raise LiveError(f"{source}: no such campaign file or folder. Check the path.")
-        if (source / EVENTS).is_file():
-            events += _events(source / EVENTS)
-        for file in _campaigns_in(source, out):
-            if reason := _incomplete(file):
-                waiting.append(f"{file}: {reason}")
-                continue
-            try:
-                campaigns.append(load_campaign(file))
-            except StillhookError as problem:
-                refused.append(f"{file}: {problem}")
+            if not source.is_dir():
+                if vanished:
+                    waiting.append(f"{source}: not there now")
+                    continue
+                raise LiveError(f"{source}: no such campaign file or folder. Check the path.")
+            if (source / EVENTS).is_file():
+                events += _events(source / EVENTS)
+            for file in _campaigns_in(source, out):
+                if reason := _incomplete(file):
+                    waiting.append(f"{file}: {reason}")
+                    continue
+                try:
+                    campaigns.append(load_campaign(file))
+                except StillhookError as problem:
+                    refused.append(f"{file}: {problem}")
     once = {c.file.resolve(): c for c in campaigns}
     ordered = sorted(once.values(), key=lambda c: (c.date, str(c.file)))
     return Gathered(tuple(ordered), tuple(sorted(events, key=lambda e: e.date)), tuple(refused), tuple(waiting))

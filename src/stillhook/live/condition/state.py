@@ -14,6 +14,7 @@ from stillhook.base.atomic import durable_file
 from stillhook.errors import LiveError
 from stillhook.library.certificate import read_certificate
 from stillhook.library.condition import Entry, State, read_state, stands, state_file
+from stillhook.library.crane_file import beside
 from stillhook.library.toml.tree import Leaf, file_tree
 from stillhook.live.condition.measured import Measured, hash_of
 from stillhook.live.history.journal import lock
@@ -68,8 +69,8 @@ def next_state(measured: Sequence[Measured], drifts: Sequence[str]) -> Standing:
         )
     todo = f' Add condition = "{file.name}" as the first line of {path.name}: a copy without its state is then refused.'
     if isinstance(elsewhere, Leaf):
-        file, todo = path.parent / str(elsewhere.value), ""
-    data = read_certificate(path.parent / str(certificate.value))
+        file, todo = beside(path, "condition", str(elsewhere.value)), ""
+    data = read_certificate(beside(path, "certificate", str(certificate.value)))
     state = read_state(file) if file.exists() else None
     entry = _change(state, data, crane, measured, drifts)
     checked = last.date.isoformat()

@@ -110,9 +110,12 @@ class PlcPlan(NamedTuple):
 
     def bus(self) -> Bus:
         """The bus that the file names. Errors: LiveError where it names none, or two."""
-        of, folder = self.file, self.path.parent
+        of = self.file
         if of.opcua is not None and of.modbus is None:
-            return OpcUaBus(OpcUaBusSettings(of.opcua.url, folder / of.opcua.folder, folder / of.opcua.server))
+            folder, server = (
+                self.table.named_path(getattr(of.opcua, key), "opcua", key) for key in ("folder", "server")
+            )
+            return OpcUaBus(OpcUaBusSettings(of.opcua.url, folder, server))
         if of.modbus is not None and of.opcua is None:
             registers = self.table.relative_file(of.modbus.registers, "modbus", "registers")
             session = Session(self.plant, self.scenario)
@@ -129,7 +132,7 @@ def read_plc_file(path: str | Path) -> PlcPlan:
 
 
 def _plan(table: TomlTable) -> PlcPlan:
-    file, folder = table.read(PlcTables), table.path.parent
+    file = table.read(PlcTables)
     case = load_case(table.relative_file(file.case, "case"))
     plant, mode = case.crane, file.controller
     names = [each.value for each in Mode]
@@ -145,4 +148,4 @@ def _plan(table: TomlTable) -> PlcPlan:
         lead = crane.control.feedforward_lead + file.command_delay
         crane = changed(crane, {"control": {"t_lead_ff": f"{1e3 * lead:.9g} ms"}})
     script = Script() if file.script is None else read_script(table.relative_file(file.script, "script"))
-    return PlcPlan(crane, plant, case.case, mode, folder / file.log, script, file, table)
+    return PlcPlan(crane, plant, case.case, mode, table.named_path(file.log, "log"), script, file, table)

@@ -23,6 +23,7 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
+from stillhook.base.named_files import named_path
 from stillhook.errors import PlanError, StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.corrections import corrections
@@ -35,7 +36,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import IN_AIR, UNDER_WATER
 from stillhook.spec.lift.phase import Phase
 from stillhook.tables.table import Number, Spec, Text
-from stillhook.units import show
+from stillhook.units import quote, show
 
 COLUMNS = (
     ColumnSpec("radius", "length", ("r", "working_radius", "outreach"), "radius [m]", required=True),
@@ -229,7 +230,9 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     Errors: PlanError, LogError, UnitError of one line: a chart that cannot be read, one that carries more than the
     crane, and an axis of slewing that is missing or given twice.
     """
-    chart = read_load_chart(file, None if table.mapping is None else file.parent / table.mapping, table.columns)
+    wrong = lambda why: PlanError(f"load_chart.mapping = {quote(table.mapping)}: {why}")
+    mapping = None if table.mapping is None else named_path(file.parent, table.mapping, wrong)
+    chart = read_load_chart(file, mapping, table.columns)
     for radius, point in (each for row in chart.rows for each in row):
         if point.SWL > crane.SWL * (1.0 + SAME):
             raise PlanError(

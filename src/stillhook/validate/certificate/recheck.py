@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.named_files import named_path
 from stillhook.base.sealed import SIGNATURE, digest_of
-from stillhook.errors import StillhookError
+from stillhook.errors import StillhookError, ValidateError
 from stillhook.library import crane_from_toml
 from stillhook.library.write import items
 from stillhook.report.document import Figure
@@ -192,10 +193,16 @@ def _named(certificate: Certificate, file: str) -> Certificate:
     return Certificate({**data, "digest": digest_of(data)})
 
 
+def _log(campaign: Path, log: Mapping[str, Any]) -> Path:
+    """A log that the certificate names. Errors: ValidateError where it is not in the folder of the campaign."""
+    name = str(log["file"])
+    return named_path(campaign.parent, name, lambda why: ValidateError(f"log {quote(name)} of the certificate: {why}"))
+
+
 def _missing(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
     """Logs that the certificate names and that are not there."""
     for log in data["campaign"]["logs"]:
-        if not (campaign.parent / log["file"]).is_file():
+        if not _log(campaign, log).is_file():
             yield (
                 f'log {quote(log["file"])} of test "{log["test"]}": no such file in the folder of {campaign.name}.'
                 " Restore it."
@@ -207,7 +214,7 @@ def _files(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
     if sha256_of(campaign) != data["campaign"]["sha256"]:
         yield f"campaign {campaign.name}: changed since."
     for log in data["campaign"]["logs"]:
-        path = campaign.parent / log["file"]
+        path = _log(campaign, log)
         if path.is_file() and sha256_of(path) != log["sha256"]:
             yield f'log {log["file"]} of test "{log["test"]}": changed since.'
 

@@ -1,0 +1,119 @@
+"""A file reads and writes what it names in its own folder, and elsewhere only where the user allows it."""
+
+import os
+from pathlib import Path
+
+import pytest
+from tests.commands import refusal
+
+import stillhook
+from stillhook.base.named_files import VARIABLE, named_path
+from stillhook.errors import SpecError, StillhookError
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder with a crane above it that a file in it may not name."""
+    (tmp_path / "up.toml").write_text('base = "nov-250t"\n')
+    (tmp_path / "case").mkdir()
+    return tmp_path / "case"
+
+
+def wrong(why: str) -> StillhookError:
+    return SpecError(f"file.toml: base: {why}")
+
+
+@pytest.mark.parametrize("name", ["../up.toml", "/etc/passwd", "sub/../../up.toml", "./../case/../up.toml"])
+def test_a_path_that_leads_out_of_the_folder_is_refused_by_its_name(project: Path, name: str) -> None:
+    with pytest.raises(SpecError, match="leads out of the folder of this file"):
+        named_path(project, name, wrong)
+
+
+@pytest.mark.parametrize(
+    "name", ["a.toml", "./a.toml", "sub/a.toml", "sub/../a.toml", "..a.toml", "a..toml", "~/a.toml"]
+)
+def test_a_path_below_the_folder_is_taken_whether_or_not_it_exists(project: Path, name: str) -> None:
+    assert named_path(project, name, wrong) == project / name
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_link_that_leads_out_of_the_folder_is_refused(project: Path) -> None:
+    (project / "near.toml").symlink_to(project.parent / "up.toml")
+    (project / "own.toml").write_text("")
+    (project / "inside.toml").symlink_to(project / "own.toml")
+    assert named_path(project, "inside.toml", wrong).is_file()
+    with pytest.raises(SpecError, match="is a link that leads out"):
+        named_path(project, "near.toml", wrong)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_folder_that_is_reached_by_a_link_is_its_own_folder(project: Path) -> None:
+    (project.parent / "short").symlink_to(project)
+    (project / "a.toml").write_text("")
+    assert named_path(project.parent / "short", "a.toml", wrong).is_file()
+
+
+def test_a_path_that_no_system_follows_is_one_line(project: Path) -> None:
+    with pytest.raises(SpecError, match="not a path that can be followed"):
+        named_path(project, "a\0b", wrong)
+
+
+def test_the_line_names_what_the_user_sets_to_allow_it(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (project / "own.toml").write_text('base = "../up.toml"\n')
+    with pytest.raises(SpecError) as refused:
+        stillhook.load_crane(project / "own.toml")
+    assert str(refused.value) == (
+        'own.toml: base = "../up.toml": leads out of the folder of this file. Copy it there, or allow its folder in the'
+        f" environment: {VARIABLE}={project.parent}."
+    )
+    variable, _, folder = str(refused.value).rpartition(": ")[2].rstrip(".").partition("=")
+    monkeypatch.setenv(variable, folder)
+    assert stillhook.load_crane(project / "own.toml").SWL == stillhook.load_crane("nov-250t").SWL
+
+
+def test_a_folder_that_is_allowed_does_not_allow_those_above_it(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, os.pathsep.join([str(project / "logs"), ""]))
+    with pytest.raises(SpecError, match="leads out"):
+        named_path(project, "../up.toml", wrong)
+
+
+CASE = 'crane = "{crane}"\n[scenario]\nload = "100 t"\ns_w = "100 m"\nmode = "ssc"\nduration = "10 s"\n{more}\n'
+OUT = {
+    "crane": (CASE.format(crane="../up.toml", more='tip = "sine 1 m 12 s"'), ("run",)),
+    "motion": (CASE.format(crane="nov-250t", more='tip = { file = "/etc/passwd" }'), ("run",)),
+    "mapping": (
+        CASE.format(crane="nov-250t", more='tip = { file = "log.csv", mapping = "../up.toml", position = "tip" }'),
+        ("run",),
+    ),
+    "certificate": ('base = "nov-250t"\ncertificate = "../certificate.json"\n', ("crane",)),
+    "condition": ('base = "nov-250t"\ncertificate = "c.json"\ncondition = "../up.json"\n', ("crane",)),
+    "base": ('base = "../up.toml"\n', ("crane",)),
+    "friction": ('base = "nov-250t"\nname = "own"\n[friction]\nlibrary = "../up.toml"\n', ("crane",)),
+}
+
+
+@pytest.mark.parametrize("field", OUT)
+def test_every_field_with_a_path_keeps_to_the_folder(
+    project: Path, capsys: pytest.CaptureFixture[str], field: str
+) -> None:
+    text, command = OUT[field]
+    file = project / "own.toml"
+    file.write_text(text)
+    (project / "log.csv").write_text("t [s],heave [m]\n0,0\n1,1\n")
+    assert "leads out of the folder of this file" in refusal(capsys, *command, file)
+
+
+def test_the_store_of_a_case_file_is_not_written_elsewhere(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = project / "own.toml"
+    file.write_text(CASE.format(crane="nov-250t", more='tip = "sine 1 m 12 s"') + '[settings]\nstore = "../kept"\n')
+    assert "leads out" in refusal(capsys, "map", file)
+    assert not (project.parent / "kept").exists()
+
+
+def test_a_file_of_the_working_folder_is_not_taken_for_one_next_to_the_file(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(project.parent)
+    file = project / "own.toml"
+    file.write_text(CASE.format(crane="up.toml", more='tip = "sine 1 m 12 s"'))
+    assert "no such file" in refusal(capsys, "run", file)
