@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.base.cells import csv_of
 from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
 from stillhook.report.document import Document, Table, words
@@ -267,7 +268,7 @@ def _verified(tests: Campaign, result: Friction | None, answer: dict[str, Any], 
     if out is not None:
         pictures = draw_if_possible(lambda: pngs(report.verification_figures(verified), LOG_DPI))
         page = html(report.verification_report(verified, pictures))
-        table = report.stretches_table(verified).to_csv(index=False)
+        table = csv_of(report.stretches_table(verified))
         write_out(out, dict(zip(VERIFY_FILES, (page, numbers, table), strict=True)), quiet=json)
     return 0 if verified.passed else 1
 
@@ -297,8 +298,8 @@ def _friction_files(result: Friction) -> dict[str, Any]:
     files = _report_files(page, lambda: figures(result), lambda pictures: report(result, pictures, logs))
     files |= {
         numbers: to_dict(result),
-        points: points_table(result).to_csv(index=False),
-        stretches: stretches_table(result).to_csv(index=False),
+        points: csv_of(points_table(result)),
+        stretches: csv_of(stretches_table(result)),
     }
     if not result.usable:
         say(f"{chosen} is not written: the data cannot determine what a winch model needs.")

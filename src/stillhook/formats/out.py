@@ -26,6 +26,7 @@ import pandas as pd
 
 from stillhook import units
 from stillhook.base.atomic import atomic_file
+from stillhook.base.cells import csv_of
 from stillhook.base.extras import need
 from stillhook.errors import ConvertError
 from stillhook.formats.table.workbook import Sheet, write_sheets
@@ -143,7 +144,7 @@ class Format(NamedTuple):
 
 
 def _csv(content: Content, file: Path) -> None:
-    _one_table(content).to_csv(file, index=False, lineterminator="\n")
+    file.write_text(csv_of(_one_table(content)), encoding="utf-8", newline="")
 
 
 def _xlsx(content: Content, file: Path) -> None:

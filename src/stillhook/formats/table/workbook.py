@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook.base.atomic import atomic_file
+from stillhook.base.cells import cell_of
 from stillhook.base.extras import need
 from stillhook.errors import StillhookError
 from stillhook.units import quote
@@ -39,10 +40,10 @@ def write_sheets(sheets: Sequence[Sheet], file: Path, error: type[StillhookError
         raise error(f"{file}: a table is written as {' or '.join(WRITTEN)}. Give a name that ends so.")
     if file.suffix.lower() == ".csv":
         with atomic_file(file) as part, part.open("w", encoding="utf-8", newline="") as stream:
-            stream.writelines(f"# {remark}\n" for remark in sheets[0].remarks)
+            stream.writelines(f"# {' '.join(remark.split())}\n" for remark in sheets[0].remarks)
             writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(sheets[0].headings)
-            writer.writerows([_plain(cell) for cell in row] for row in sheets[0].rows)
+            writer.writerow(map(cell_of, sheets[0].headings))
+            writer.writerows([cell_of(_plain(cell)) for cell in row] for row in sheets[0].rows)
         return file
     need("openpyxl", file.name, error)
     if long := next((sheet for sheet in sheets if len(sheet.rows) > MOST_ROWS), None):
@@ -64,7 +65,8 @@ def write_sheets(sheets: Sequence[Sheet], file: Path, error: type[StillhookError
         def cell(value: Any, bold: bool = False, of: Any = sheet) -> Any:
             result = WriteOnlyCell(of, value=value)
             if isinstance(value, str):
-                result.data_type = "s"  # a text that begins with = is no formula
+                result.data_type = "s"  # a text that begins with = is not a formula
+                result.quotePrefix = cell_of(value) != value  # nor becomes one where the cell is edited
             if bold:
                 result.font = Font(bold=True)
             return result

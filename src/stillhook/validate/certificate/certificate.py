@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
+from stillhook.base.cells import csv_of
 from stillhook.base.sealed import SIGNATURE, canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
@@ -442,10 +443,10 @@ def save_validation(
         for name, data in content.items():
             (part / name).write_bytes(data)
         save_json(to_dict(validation), part / NUMBERS)
-        segments_table(validation).to_csv(part / SEGMENTS, index=False)
+        (part / SEGMENTS).write_text(csv_of(segments_table(validation)), encoding="utf-8", newline="")
         deviations = deviations_table(validation)
         if deviations is not None:
-            deviations.to_csv(part / DEVIATIONS, index=False)
+            (part / DEVIATIONS).write_text(csv_of(deviations), encoding="utf-8", newline="")
         written = tuple(sorted(p.name for p in part.iterdir()))
         _clear(out, written)
     return written
