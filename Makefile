@@ -12,7 +12,7 @@ STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel sbom lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
@@ -25,6 +25,7 @@ help:
 	@echo "make site        set up, then build the documentation site in build/site/html: no network is needed to read it"
 	@echo "make validation  set up, then compute the validation pages anew"
 	@echo "make wheel       set up, then build a wheel with compiled kernels for Linux, Windows and macOS in dist (minutes)"
+	@echo "make sbom        set up, then write dist/stillhook.cdx.json: every locked package, hashes and licences (CycloneDX)"
 	@echo "make lock        write requirements.lock, that of tests/ and that of docs/ anew from pyproject.toml"
 	@echo "make clean       remove the environment and everything that tools leave behind"
 
@@ -72,6 +73,9 @@ validation: $(STAMP_MORE)
 wheel: $(STAMP)
 	@$(BIN)/python -m hatchling build -t wheel
 
+sbom: $(STAMP)
+	@$(BIN)/python release/sbom.py dist/stillhook.cdx.json
+
 # The set-up is done again only when the lock or pyproject.toml has changed. Bytecode is written for what is imported alone.
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -103,7 +107,7 @@ lock:
 	@cat lock.tmp >> requirements.lock
 	@touch tests/requirements.lock && cp tests/requirements.lock lock.tmp
 	@$(UV) pip compile --group development --constraints requirements.lock --quiet --universal --generate-hashes --python-version 3.11 \
-		--no-emit-index-url --no-emit-find-links --no-header --no-annotate $(UV_ARGS) --output-file lock.tmp
+		--no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
 	@printf '%s\n' '# What checks, benchmarks and a few tests take on top of requirements.lock, with hashes. Written by: make lock' > tests/requirements.lock
 	@cat lock.tmp >> tests/requirements.lock
 	@cp docs/requirements.lock lock.tmp

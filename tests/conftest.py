@@ -36,7 +36,9 @@ MISSING = re.compile(r"No module named '(numba|fmpy|capytaine)")
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
     """A file of tests that imports one of the libraries in tests/requirements.lock is skipped where it is missing."""
     report = yield
     if report.failed and (library := MISSING.search(str(report.longrepr))):
