@@ -86,7 +86,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# What checks, benchmarks and a few tests take on top, at the same versions: 400 MB that others do without.
+# What checks, benchmarks and a few tests take on top, at the same versions: 390 MB that others do without.
 $(STAMP_MORE): tests/requirements.lock $(STAMP)
 	@$(PIP) install --no-compile --require-hashes -r tests/requirements.lock
 	@touch $@
