@@ -7,11 +7,12 @@ TEST_ENV := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
+STAMP_MORE := $(VENV)/.installed-more
 STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel sbom lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
@@ -24,7 +25,8 @@ help:
 	@echo "make site        set up, then build the documentation site in build/site/html: no network is needed to read it"
 	@echo "make validation  set up, then compute the validation pages anew"
 	@echo "make wheel       set up, then build a wheel with compiled kernels for Linux, Windows and macOS in dist (minutes)"
-	@echo "make lock        write requirements.lock and docs/requirements.lock anew from pyproject.toml"
+	@echo "make sbom        set up, then write dist/stillhook.cdx.json: every locked package, hashes and licences (CycloneDX)"
+	@echo "make lock        write requirements.lock, that of tests/ and that of docs/ anew from pyproject.toml"
 	@echo "make clean       remove the environment and everything that tools leave behind"
 
 demo: $(STAMP)
@@ -36,21 +38,21 @@ test: $(STAMP)
 test-fast: $(STAMP)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not thorough"
 
-# What `make test` leaves out.
-test-thorough: $(STAMP)
+# What `make test` leaves out; and what it skips where tests/requirements.lock is not installed.
+test-thorough: $(STAMP_MORE)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m thorough
 
-test-all: test test-thorough
+test-all: $(STAMP_MORE) test test-thorough
 	@$(BIN)/python docs/validation/make.py --check
 
-check: $(STAMP)
+check: $(STAMP_MORE)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .
 	@echo "ruff format" && $(BIN)/ruff format --quiet --check .
 	@echo "import layers" && $(BIN)/lint-imports --no-logo --no-cache
 	@echo "mypy" && $(BIN)/mypy --no-error-summary
 	@echo "check: passed"
 
-bench: $(STAMP)
+bench: $(STAMP_MORE)
 	@$(BIN)/python -m benchmarks.run
 	@$(BIN)/python -m benchmarks.winch_types
 	@$(BIN)/python -m benchmarks.exports
@@ -65,20 +67,28 @@ site: $(STAMP_SITE)
 		--doctree-dir build/site/doctrees $(SITE_ARGS) docs build/site/html
 	@echo "build/site/html/index.html: open it in a browser"
 
-validation: $(STAMP)
+validation: $(STAMP_MORE)
 	@$(BIN)/python docs/validation/make.py
 
 wheel: $(STAMP)
 	@$(BIN)/python -m hatchling build -t wheel
 
-# The set-up is done again only when the lock or pyproject.toml has changed.
+sbom: $(STAMP)
+	@$(BIN)/python release/sbom.py dist/stillhook.cdx.json
+
+# The set-up is done again only when the lock or pyproject.toml has changed. Bytecode is written for what is imported alone.
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Stillhook needs Python 3.11 or newer. Choose one: make PYTHON=python3.12"; exit 1; }
 	@echo "Setting up $(VENV) from requirements.lock (a few minutes the first time)"
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@$(PIP) install --require-hashes -r requirements.lock
+	@$(PIP) install --no-compile --require-hashes -r requirements.lock
 	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# What checks, benchmarks and a few tests take on top, at the same versions: 390 MB that others do without.
+$(STAMP_MORE): tests/requirements.lock $(STAMP)
+	@$(PIP) install --no-compile --require-hashes -r tests/requirements.lock
 	@touch $@
 
 # What the site needs on top, at the same versions: 200 MB that tests do without.
@@ -92,9 +102,14 @@ UV ?= uv
 lock:
 	@cp requirements.lock lock.tmp
 	@$(UV) pip compile pyproject.toml --quiet --universal --generate-hashes --python-version 3.11 \
-		--extra dev --extra compiler --extra native --extra gas --extra report --extra stability --extra logs --extra dask --extra sea --extra live --extra learn --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
+		--extra dev --extra native --extra gas --extra report --extra stability --extra logs --extra dask --extra sea --extra live --extra learn --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
 	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > requirements.lock
 	@cat lock.tmp >> requirements.lock
+	@touch tests/requirements.lock && cp tests/requirements.lock lock.tmp
+	@$(UV) pip compile --group development --constraints requirements.lock --quiet --universal --generate-hashes --python-version 3.11 \
+		--no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
+	@printf '%s\n' '# What checks, benchmarks and a few tests take on top of requirements.lock, with hashes. Written by: make lock' > tests/requirements.lock
+	@cat lock.tmp >> tests/requirements.lock
 	@cp docs/requirements.lock lock.tmp
 	@$(UV) pip compile --group docs --constraints requirements.lock --quiet --universal --generate-hashes --python-version 3.11 \
 		--no-emit-index-url --no-emit-find-links --no-header --no-annotate $(UV_ARGS) --output-file lock.tmp

@@ -126,7 +126,10 @@ def cross_compile(sources: Sequence[Path], target: Target, file: Path, flags: Se
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         pairs = zip(sources, objects, strict=True)
         list(pool.map(lambda pair: zig(["cc", *compiling, "-o", str(pair[1]), str(pair[0])]), pairs))
-    zig([*LINK, "-target", target.triple, "--name", "kernels", f"-femit-bin={file}", *map(str, objects)])
+    name = (
+        ["-install_name", f"@rpath/{file.name}"] if file.suffix == ".dylib" else []
+    )  # else it is the path of this build
+    zig([*LINK, *name, "-target", target.triple, "--name", "kernels", f"-femit-bin={file}", *map(str, objects)])
 
 
 def zig(arguments: Sequence[str]) -> None:

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-import polars as pl
+import pandas as pd
 
 from stillhook.logs.log import mapping_from, read_log
 
@@ -28,7 +28,7 @@ MAPPING = {
 }
 
 
-def table(rows: int, start: float, rng: np.random.Generator) -> pl.DataFrame:
+def table(rows: int, start: float, rng: np.random.Generator) -> pd.DataFrame:
     """A staircase with noise, and columns that nobody wants."""
     t = start + np.arange(rows) / RATE
     u = np.sign(np.sin(2.0 * np.pi * t / 48.0)) * np.clip(0.1 + 0.02 * np.floor((t % 1200.0) / 48.0), 0.0, 0.6)
@@ -41,7 +41,7 @@ def table(rows: int, start: float, rng: np.random.Generator) -> pl.DataFrame:
         "alpha": 80.0 + 0.1 * rng.standard_normal(rows),
         "wire": 100.0 - 5.0 * np.cumsum(u) / RATE / 60.0,
     }
-    return pl.DataFrame(columns | {f"other{i}": rng.standard_normal(rows) for i in range(COLUMNS - len(columns))})
+    return pd.DataFrame(columns | {f"other{i}": rng.standard_normal(rows) for i in range(COLUMNS - len(columns))})
 
 
 def campaign(folder: Path) -> None:
@@ -49,7 +49,7 @@ def campaign(folder: Path) -> None:
     rng = np.random.default_rng(1)
     paths = [folder / f"log{i:02d}.csv" for i in range(LOGS)]
     for path in paths:
-        table(MINUTES * 60 * RATE, 0.0, rng).write_csv(path, float_precision=4)
+        table(MINUTES * 60 * RATE, 0.0, rng).to_csv(path, index=False, float_format="%.4f")
     mapping = mapping_from(MAPPING, "benchmark")
     size = sum(path.stat().st_size for path in paths) / 1e6
     for turn in ("first", "again"):
@@ -64,7 +64,7 @@ def long_log(folder: Path, megabytes: float) -> None:
     path, rng, start, rows = folder / "long.csv", np.random.default_rng(2), 0.0, 200_000
     with path.open("wb") as stream:
         while stream.tell() < megabytes * 1e6:
-            stream.write(table(rows, start, rng).write_csv(include_header=start == 0.0, float_precision=4).encode())
+            table(rows, start, rng).to_csv(stream, index=False, header=start == 0.0, float_format="%.4f")
             start += rows / RATE
     subprocess.run([sys.executable, "-m", "benchmarks.logs", "read", str(path)], check=True)
 

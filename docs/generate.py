@@ -116,8 +116,32 @@ def rules() -> str:
     return page("Rules of lift plans", lead, head, rows)
 
 
+def licences() -> str:
+    """Every package that an installation may bring, with its licence."""
+    if (folder := str(ROOT / "release")) not in sys.path:
+        sys.path.append(folder)
+    from sbom import Materials
+
+    materials = Materials()
+    uses = sorted(
+        ((materials.use(p), p) for p in materials.packages), key=lambda pair: (not pair[0].core, pair[1].name)
+    )
+    rows = [(p.name, p.version, p.marker, materials.licence(p), use.text) for use, p in uses]
+    lead = (
+        "Stillhook itself is under the Apache License 2.0. These packages are installed with it, core, or by its"
+        " extras, at the versions of `requirements.lock` and `tests/requirements.lock`; dev runs the tests. A licence"
+        " is an SPDX expression of what the package states about itself; libraries inside its files (compiler runtimes,"
+        " codecs) are listed in its own notices. The core holds no copyleft; the only LGPL packages are readers of logs"
+        " and the OPC UA server, each in an extra, and each called unchanged. Kernels in a wheel hold parts of Zig's"
+        " compiler runtime (MIT). The same as a bill of materials: `make sbom` writes `dist/stillhook.cdx.json`"
+        " (CycloneDX 1.6)."
+    )
+    return page("Licences", lead, ("package", "version", "where", "licence", "for"), rows)
+
+
 PAGES: Mapping[str, Callable[[], str]] = {
     "reference/criteria.md": criteria,
+    "reference/licences.md": licences,
     "reference/nomenclature.md": nomenclature,
     "reference/rules.md": rules,
     "reference/units.md": units,

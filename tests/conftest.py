@@ -1,8 +1,13 @@
-"""What every test may use: the shared measured data, and one profile for property-based tests."""
+"""What every test may use: the shared measured data, one profile for property-based tests, and skips of what takes a
+library of tests/requirements.lock that is not installed."""
 
+import importlib
 import os
+import re
 import tempfile
+from collections.abc import Generator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from hypothesis import settings
@@ -25,6 +30,31 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         from tests.kernels import compile_all
 
         compile_all()
+
+
+MISSING = re.compile(r"No module named '(numba|fmpy|capytaine)")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """A file of tests that imports one of the libraries in tests/requirements.lock is skipped where it is missing."""
+    report = yield
+    if report.failed and (library := MISSING.search(str(report.longrepr))):
+        report.outcome = "skipped"
+        report.longrepr = (str(collector.path), 0, f"Skipped: {library[1]} is of tests/requirements.lock: make check")
+    return report
+
+
+@pytest.fixture(scope="session")
+def numba() -> ModuleType:
+    """Numba, with scalar functions as it inlines them; skipped where it is not installed, or compiles nothing."""
+    library = pytest.importorskip("numba", reason="numba is of tests/requirements.lock: make check")
+    if library.config.DISABLE_JIT:
+        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
+    importlib.import_module("stillhook.kernels.by_numba")
+    return library
 
 
 @pytest.fixture(scope="session")

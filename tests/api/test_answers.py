@@ -243,5 +243,5 @@ def test_help_names_the_controllers_and_winch_types_that_are_registered() -> Non
     "name", ["plan", "compare", "weather alpha", "live run", "uncertainty", "tip", "friction draws"]
 )
 def test_help_of_a_command_loads_nothing_heavy(name: str) -> None:
-    heavy = {"numpy", "scipy", "pandas", "xarray", "polars", "pydantic", "numba", "matplotlib", "rich"}
+    heavy = {"numpy", "scipy", "pandas", "xarray", "duckdb", "pydantic", "numba", "matplotlib", "rich"}
     assert heavy & imported(*name.split(), "--help") == set()

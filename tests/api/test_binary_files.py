@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from tests.api import odd_readers
+from tests.parquet import write_parquet
 
 from stillhook import load_run
 from stillhook.cli import run as command
@@ -41,9 +42,7 @@ BUSY = 30.0
 
 
 def parquet(path: Path) -> None:
-    import polars
-
-    polars.DataFrame(COLUMNS).write_parquet(path)
+    write_parquet(COLUMNS, path)
 
 
 def mat(path: Path) -> None:
@@ -358,9 +357,7 @@ def test_a_spreadsheet_that_unpacks_to_gigabytes_is_refused_before_it_does(tmp_p
 
 @pytest.mark.thorough
 def test_a_table_of_more_cells_than_any_map_has_is_refused(tmp_path):
-    import polars
-
-    polars.DataFrame({name: np.zeros(2_000_000) for name in COLUMNS}).write_parquet(tmp_path / "map.parquet")
+    write_parquet({name: np.zeros(2_000_000) for name in COLUMNS}, tmp_path / "map.parquet")
     assert "claims 6000000 cells; up to 5000000 make a map" in refusal(FORMATS["Parquet map"], tmp_path / "map.parquet")
 
 

@@ -18,7 +18,7 @@ PICTURES = f"Pictures are left out. {REPORT}"
 PICTURES_AND_PDF = f"Pictures and the PDF are left out. {REPORT}"
 FILM = '--film: matplotlib is not installed. Get it with: pip install "stillhook[report]".'
 NO_FIGURES = '--figures: matplotlib is not installed. Get it with: pip install "stillhook[report]".'
-PARQUET = 'is Parquet, which takes the reader polars: pip install "stillhook[logs]".'
+PARQUET = 'is Parquet, which takes the reader duckdb: pip install "stillhook[logs]".'
 EXCEL = 'is Excel, which takes the reader openpyxl: pip install "stillhook[logs]".'
 ANSWERED = {  # command -> its line, and what it writes
     "compare case.toml --controllers ssc": (PICTURES, {"runs.nc", "summary.json"}),

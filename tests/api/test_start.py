@@ -57,7 +57,7 @@ def imported(*arguments: str, environment: Mapping[str, str] | None = None) -> s
 @pytest.mark.slow
 def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
     modules = imported("--help")
-    heavy = {*ALWAYS_HEAVY, "numpy", "scipy", "xarray", "polars", "pydantic", "rich.markdown", "rich.traceback"}
+    heavy = {*ALWAYS_HEAVY, "numpy", "scipy", "xarray", "duckdb", "pydantic", "rich.markdown", "rich.traceback"}
     assert heavy & modules == set()
     assert {name for name in modules if name.startswith("stillhook.cli.")} == {
         "stillhook.cli.groups",
@@ -71,7 +71,7 @@ def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_pa
     """Kernels that are compiled already do not ask for their compiler."""
     command = [name, case_file(tmp_path, duration="10 s", warm_up="2 s"), *options]
     run(command)
-    heavy = {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray", "polars"}
+    heavy = {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray", "duckdb"}
     if compiler() is None:
         heavy.remove("numba")
     assert heavy & imported(*command) == set()

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
-from tests.export.fmu.test_fmu import OWN, Slave, given
+from tests.export.fmu.slave import OWN, Slave, given
 from tests.export.plc.structured_text import Machine
 from tests.export.twin.test_core import CLOSE, case_of, rows
 

@@ -163,6 +163,7 @@ def test_kernels_of_somebody_else_are_not_loaded(tmp_path, monkeypatch, temporar
 
 
 @posix
+@pytest.mark.usefixtures("numba")
 def test_planted_code_is_never_unpickled(tmp_path):
     """The attack itself: an index that runs a command when it is unpickled, in a folder that others may write to."""
     script, shared = tmp_path / "load.py", tmp_path / "shared"

@@ -5,7 +5,6 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,7 +22,7 @@ from stillhook.engine.scenario import run as case_module
 from stillhook.engine.scenario.run import Ready, ScenarioBlock, first_lane
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import SimulationError, SpecError
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
 from stillhook.kernels.statistics import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
@@ -200,7 +199,7 @@ def test_a_run_that_is_stopped_and_taken_up_again_equals_one_that_was_not(plant,
     assert np.array_equal(whole.series, pieces.series)
 
 
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: everything is interpreted")
+@pytest.mark.skipif(interpreted(), reason="NUMBA_DISABLE_JIT: everything is interpreted")
 @plants
 @pytest.mark.parametrize("friction", ["lugre", "regularised"])
 def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from tests.engine.test_c99 import SAME, compile_c
-from tests.export.fmu.test_fmu import OWN, Slave, given, same
+from tests.export.fmu.slave import OWN, Slave, given, same
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.differences import numbers_of

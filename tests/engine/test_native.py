@@ -54,7 +54,7 @@ def doubled(entry) -> list[float]:
 @pytest.mark.thorough
 @pytest.mark.parametrize("plant", ["active-passive", "pure-active"])
 @pytest.mark.parametrize("lanes", [1, VL])
-def test_zig_and_numba_agree_to_the_bit(plant, lanes, monkeypatch):
+def test_zig_and_numba_agree_to_the_bit(plant, lanes, monkeypatch, numba):
     crane = load_crane({"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active"}[plant])
     cases = [
         Scenario(load=f"{10 + 3 * i} t", s_w="80 m", tip="sine 2 m 9 s", mode="hs", duration="120 s")
@@ -68,9 +68,9 @@ def test_zig_and_numba_agree_to_the_bit(plant, lanes, monkeypatch):
     d = driver(plant, lanes)
     monkeypatch.setattr(d, "run", d.run.other())
     monkeypatch.setattr(d, "at_rest", d.at_rest.other())
-    for ours, numba in zip(by_zig, results(), strict=True):
-        np.testing.assert_array_equal(ours.series, numba.series)
-        assert ours.stats == numba.stats
+    for ours, theirs in zip(by_zig, results(), strict=True):
+        np.testing.assert_array_equal(ours.series, theirs.series)
+        assert ours.stats == theirs.stats
 
 
 @needs_zig

@@ -7,21 +7,16 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
-import numba
 import numpy as np
 import pytest
-from numba import float64, int64, njit
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.kernels import (
-    build,
-    by_numba,  # noqa: F401  (Numba learns what scalar functions are)
-)
+from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
 from stillhook.physics.scalar import STRICT
@@ -41,13 +36,11 @@ plants = pytest.mark.parametrize("plant", sorted(FAMILIES))
 
 
 @pytest.fixture(scope="module", params=sorted(FAMILIES))
-def listing(request: pytest.FixtureRequest) -> SimpleNamespace:
+def listing(request: pytest.FixtureRequest, numba: ModuleType) -> SimpleNamespace:
     """LLVM and machine code of `run` on sixteen lanes, compiled here: what comes from a cache cannot be looked into."""
-    if numba.config.DISABLE_JIT:
-        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
-    array = float64[::1]
-    run = njit(nogil=True, **STRICT)(driver(request.param, VL).run.py_func)
-    run.compile((array, array, int64, array, array, array, *[int64] * 7, float64))
+    array, whole = numba.float64[::1], numba.int64
+    run = numba.njit(nogil=True, **STRICT)(driver(request.param, VL).run.py_func)
+    run.compile((array, array, whole, array, array, array, *[whole] * 7, numba.float64))
     return SimpleNamespace(llvm=run.inspect_llvm(run.signatures[0]), asm=run.inspect_asm(run.signatures[0]))
 
 

@@ -9,6 +9,7 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -247,7 +248,8 @@ def machine() -> dict[str, Any]:
 
 @functools.cache
 def same_machine() -> bool:
-    return path_of(MACHINE).exists() and stored(MACHINE) == machine()
+    """Whether bits may be asked for; without LLVM's binding nothing says which machine this is."""
+    return path_of(MACHINE).exists() and find_spec("llvmlite") is not None and stored(MACHINE) == machine()
 
 
 # Compare

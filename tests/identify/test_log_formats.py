@@ -4,9 +4,9 @@ import sys
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-import polars as pl
 import pytest
 from tests.identify.refusals import refused as refusal
+from tests.parquet import write_parquet
 
 from stillhook.errors import LogError, UnitError
 from stillhook.logs import log as log_module
@@ -167,7 +167,7 @@ def columns_of(short):
 
 
 def test_parquet_reads_the_same(tmp_path, short, plain):
-    pl.DataFrame(columns_of(short)).write_parquet(tmp_path / "log.parquet")
+    write_parquet(columns_of(short), tmp_path / "log.parquet")
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
@@ -175,15 +175,14 @@ def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
     table = columns_of(short)
     start = datetime(2020, 5, 1, 23, 59, 50, tzinfo=UTC)
     table["time"] = [start + timedelta(seconds=float(t)) for t in table.pop("time [s]")]
-    pl.DataFrame(table).write_parquet(tmp_path / "log.parquet")
+    write_parquet(table, tmp_path / "log.parquet")
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
 def test_parquet_in_small_pieces_with_missing_values(tmp_path, short, monkeypatch):
-    table = pl.DataFrame(columns_of(short)).with_columns(
-        pl.when(pl.int_range(pl.len()) == 50).then(None).otherwise(pl.col("p_a [bar]")).alias("p_a [bar]")
-    )
-    table.write_parquet(tmp_path / "log.parquet")
+    table = columns_of(short)
+    table["p_a [bar]"] = [None if i == 50 else x for i, x in enumerate(table["p_a [bar]"])]
+    write_parquet(table, tmp_path / "log.parquet")
     monkeypatch.setattr(log_module, "CHUNK", 4096)
     assert [finding.text for finding in read_log(tmp_path / "log.parquet").findings] == [
         "p_a: 1 sample missing (empty cells), first near 0.5 s"
@@ -285,7 +284,7 @@ def test_tdms_with_a_channel_of_stamps_reads_the_same(tmp_path, short, plain):
     ("module", "magic", "text"),
     [
         ("asammdf", b"MDF     4.10", 'x.log: is MDF, which takes the reader asammdf: pip install "stillhook[logs]".'),
-        ("polars", b"PAR1", 'x.log: is Parquet, which takes the reader polars: pip install "stillhook[logs]".'),
+        ("duckdb", b"PAR1", 'x.log: is Parquet, which takes the reader duckdb: pip install "stillhook[logs]".'),
         ("nptdms", b"TDSm", 'x.log: is TDMS, which takes the reader nptdms: pip install "stillhook[logs]".'),
     ],
 )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.parquet import write_parquet
 from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.errors import LogError, StillhookError, UnitError
@@ -85,9 +86,8 @@ def test_every_dialect_gives_the_same_map(tmp_path, plain, name):
 @pytest.mark.slow
 def test_parquet_and_excel_give_the_same_map(tmp_path, plain):
     import openpyxl
-    import polars as pl
 
-    pl.DataFrame(dict(zip(HEAD, zip(*CELLS, strict=True), strict=True))).write_parquet(tmp_path / "map.parquet")
+    write_parquet(dict(zip(HEAD, zip(*CELLS, strict=True), strict=True)), tmp_path / "map.parquet")
     book = openpyxl.Workbook()
     book.active.append(["# from the bench"])
     book.active.append(list(HEAD))

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.live.histories import COLUMNS, HOUR, START, numbers, write_hours
+from tests.parquet import read_parquet
 
 import stillhook
 from stillhook.base.variable import Variable
@@ -132,9 +133,7 @@ def test_a_clock_that_stands_still_does_not_fill_the_journal(tmp_path: Path, mon
 
 
 def read_file(path: Path) -> list[float]:
-    import polars
-
-    return polars.read_parquet(path)["row"].to_list()
+    return read_parquet(path)["row"].tolist()
 
 
 def test_row_numbers_rise_over_restarts_and_removals(tmp_path: Path):

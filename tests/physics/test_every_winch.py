@@ -347,6 +347,7 @@ def test_c_runs_the_same_physics(name: str, lanes: int, tmp_path: Path) -> None:
 @pytest.mark.thorough
 @pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
 @every_winch
+@pytest.mark.usefixtures("numba")
 def test_compiled_c_and_numba_agree_to_the_bit(name: str) -> None:
     cases = mixed(name, 1)
     np.testing.assert_array_equal(series(name, cases), series(name, cases, lambda d: d.run.other()))

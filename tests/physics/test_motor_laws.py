@@ -149,7 +149,7 @@ def test_the_power_of_kernels_is_that_of_the_library(x, n):
 
 
 @laws
-def test_c_and_numba_give_the_same_loss(law, tmp_path):
+def test_c_and_numba_give_the_same_loss(law, tmp_path, numba):
     from stillhook.kernels.by_numba import machine_code
 
     load, fit = access(type(FITS[law]), 1).load, FITS[law]

@@ -5,16 +5,13 @@ import re
 from itertools import pairwise
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import float64, njit
 from scipy.integrate import solve_ivp
 
 from stillhook.engine.pack.payload import pack_payload, wetted_at
-from stillhook.kernels import by_numba as by_numba  # so that Numba knows scalar functions
 from stillhook.kernels.lanes import VL, access
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path import payload as phys
@@ -470,12 +467,12 @@ def test_every_joule_of_a_lowering_from_air_to_soil_is_accounted_for():
     assert z[-1] == pytest.approx(-12.1, abs=1e-3)
 
 
-def test_machine_code_gives_what_python_gives():
+def test_machine_code_gives_what_python_gives(numba):
     record, rows = pack_payload(plate(), RHO, 8.0)
     lo, hi, water = WettedLevel(*rows[16]), WettedLevel(*rows[17]), Water(0.3, 0.2, 0.1, -0.4, 0.5, 0.4, -0.1, 0.3)
     h = 0.7 * lo.h + 0.3 * hi.h
 
-    @njit
+    @numba.njit
     def kernel(z, v):
         wet = phys.wetted(h, lo, hi)
         return (
@@ -493,9 +490,7 @@ def test_machine_code_gives_what_python_gives():
         assert (*compiled[0], *compiled[1]) == pytest.approx(python, rel=1e-12)
 
 
-def test_sixteen_payloads_side_by_side_are_vector_code():
-    if numba.config.DISABLE_JIT:
-        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
+def test_sixteen_payloads_side_by_side_are_vector_code(numba):
     load, put = access(Lane, VL).load, access(phys.WaterForce, VL).store
 
     def kernel(A, B):
@@ -503,8 +498,8 @@ def test_sixteen_payloads_side_by_side_are_vector_code():
             b = load(A, l)
             put(B, l, phys.water_force(b.z, b.v, phys.wetted(b.h, b.lo, b.hi), b.water, b.pay))
 
-    compiled = njit(nogil=True, **STRICT)(kernel)
-    compiled.compile((float64[::1], float64[::1]))
+    compiled = numba.njit(nogil=True, **STRICT)(kernel)
+    compiled.compile((numba.float64[::1], numba.float64[::1]))
     listing = compiled.inspect_llvm(compiled.signatures[0])
     operations = re.findall(r"= f(?:add|sub|mul|div) [^\n]*?(<\d+ x double>|double)", listing)
     scalars = operations.count("double")

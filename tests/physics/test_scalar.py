@@ -2,13 +2,11 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.kernels.by_numba import kernel_of
 from stillhook.physics.scalar import clip, copysign, exp, quantise, scalar_of, tanh
 
 EXP = 1.0e-14
@@ -16,8 +14,9 @@ EXP = 1.0e-14
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: there is no compiled exponential")
-def test_the_compiled_exponential_is_the_exponential():
+def test_the_compiled_exponential_is_the_exponential(numba):
+    from stillhook.kernels.by_numba import kernel_of
+
     kernel = kernel_of(scalar_of(exp))
 
     @numba.njit

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
-import polars
+import pandas as pd
 import pytest
 from trials.campaigns.__main__ import main
 from trials.campaigns.friction import (
@@ -55,7 +55,7 @@ def plan(crane: str = "nov-150t", motors: int = 11, rows=((2365.0, 77.0), (1800.
 def signals(path: Path) -> dict[str, np.ndarray]:
     """The log's columns by our names, in SI."""
     assert path.open(encoding="utf-8").readline() == f"# {MARK}\n"
-    table = polars.read_csv(path, comment_prefix="#")
+    table = pd.read_csv(path, comment="#", float_precision="round_trip")
     unit = {"bar": BAR, "rev/min": RPM, "kN": 1e3, "m": 1.0, "1": 1.0}
     return {"time": table["Time"].to_numpy()} | {c.name: table[c.heading].to_numpy() * unit[c.unit] for c in COLUMNS}
 

@@ -4,7 +4,7 @@ import functools
 from pathlib import Path
 
 import numpy as np
-import polars as pl
+import pandas as pd
 from tests.validate.ahc_logs import TWIN, sea
 
 from stillhook import Scenario, simulate
@@ -47,7 +47,7 @@ STEPS = {
 """Standard deviation and last digit of the samples [SI]."""
 
 
-def logged(case: Scenario, seed: int = 0) -> pl.DataFrame:
+def logged(case: Scenario, seed: int = 0) -> pd.DataFrame:
     """What the PLC logs of a run, from the end of its warm-up on: it computes its error from the samples of tip and wire that it logs."""
     rng = np.random.default_rng(seed)
     run = simulate(TWIN, case, every="10 ms")
@@ -66,11 +66,11 @@ def logged(case: Scenario, seed: int = 0) -> pl.DataFrame:
     si["e_c_measured"] = np.where(active, si["s_tip"] - si["s_w"] + datum, 0.0)
     for name, values in si.items():
         out[COLUMNS[name][0]] = np.round(values * COLUMNS[name][2], 5)
-    return pl.DataFrame(out)
+    return pd.DataFrame(out)
 
 
 @functools.cache
-def ahc(seconds: float = 140.0, seed: int = 1) -> pl.DataFrame:
+def ahc(seconds: float = 140.0, seed: int = 1) -> pd.DataFrame:
     """Heave compensation of 90 t with 487 m of wire out."""
     return logged(
         Scenario(load="90 t", s_w="487 m", tip=sea(seed), mode="ssc", duration=f"{seconds + 40.0} s", warm_up="40 s")
@@ -78,7 +78,7 @@ def ahc(seconds: float = 140.0, seed: int = 1) -> pl.DataFrame:
 
 
 @functools.cache
-def manual() -> pl.DataFrame:
+def manual() -> pd.DataFrame:
     """Hoisting and lowering without load, with rests of five seconds between."""
     points, t = [("0 s", "0 m/min")], 3.0
     for v in (20, -20, 30, -30, 25, -25):
@@ -103,7 +103,7 @@ def with_clock(*names: str, column: str = "T2") -> dict[str, str]:
 
 def write(
     folder: Path,
-    frame: pl.DataFrame,
+    frame: pd.DataFrame,
     *,
     test: str = 'load = "90 t"',
     kind: str = "ahc",
@@ -112,7 +112,7 @@ def write(
     modes: str = "",
 ) -> Path:
     """A campaign of one test."""
-    frame.write_csv(folder / "x.csv")
+    frame.to_csv(folder / "x.csv", index=False)
     mapping = "\n".join(f"{name} = {row}" for name, row in (signals() if rows is None else rows).items())
     table = f"[modes]\n{modes}\n" if modes else ""
     path = folder / "campaign.toml"
@@ -123,18 +123,18 @@ def write(
     return path
 
 
-def read(folder: Path, frame: pl.DataFrame, **more):
+def read(folder: Path, frame: pd.DataFrame, **more):
     """The record of a test."""
     (record,) = read_records(load_campaign(write(folder, frame, **more)), lambda share: None)
     return record
 
 
-def changed(frame: pl.DataFrame, heading: str, values: np.ndarray) -> pl.DataFrame:
-    return frame.with_columns(pl.Series(heading, values))
+def changed(frame: pd.DataFrame, heading: str, values: np.ndarray) -> pd.DataFrame:
+    return frame.assign(**{heading: values})
 
 
-def at(frame: pl.DataFrame, t: np.ndarray) -> pl.DataFrame:
+def at(frame: pd.DataFrame, t: np.ndarray) -> pd.DataFrame:
     """The log as if it had been written at other times [s]."""
     own = frame["Time"].to_numpy()
     out = {h: np.interp(t, own, frame[h].to_numpy()) for h in frame.columns if h != "Time"}
-    return pl.DataFrame({"Time": np.round(t, 6), **out})
+    return pd.DataFrame({"Time": np.round(t, 6), **out})

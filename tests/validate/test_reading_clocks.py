@@ -23,7 +23,7 @@ def by_another_clock(frame, offset, drift, names=TIP):
     return (
         changed(frame, "T2", np.round(t * (1.0 + drift), 5))
         if "T2" in frame.columns
-        else frame.with_columns(T2=np.round(t * (1.0 + drift), 5))
+        else frame.assign(T2=np.round(t * (1.0 + drift), 5))
     )
 
 

@@ -1,7 +1,7 @@
 """A record in parts: modes in the PLC's own words, loads from the cell, wire and tip from what there is."""
 
 import numpy as np
-import polars as pl
+import pandas as pd
 import pytest
 from tests.validate.crane_logs import ahc, changed, manual, read, signals
 
@@ -21,9 +21,9 @@ def refusal(folder, frame, **more):
     return str(caught.value)
 
 
-def half_on(frame: pl.DataFrame, on, off, start: float = 40.0) -> pl.DataFrame:
+def half_on(frame: pd.DataFrame, on, off, start: float = 40.0) -> pd.DataFrame:
     """The log with another sign for its mode before and after a moment."""
-    return frame.with_columns(pl.Series("Mode", [on if t >= start else off for t in frame["Time"]]))
+    return frame.assign(Mode=[on if t >= start else off for t in frame["Time"]])
 
 
 # --- modes -----------------------------------------------------------------------------------------------------------------------------------
@@ -60,10 +60,10 @@ def test_a_mean_of_two_modes_in_one_bin_is_no_mode(tmp_path):
     frame = half_on(ahc(), 5, 0, 70.004)
     t = np.arange(0.0, 139.0, 0.001)
     own = frame["Time"].to_numpy()
-    fast = pl.DataFrame(
+    fast = pd.DataFrame(
         {h: (np.round(t, 4) if h == "Time" else np.interp(t, own, frame[h].to_numpy())) for h in frame.columns}
     )
-    fast = fast.with_columns(pl.Series("Mode", np.where(t < 70.004, 0, 5)))
+    fast = fast.assign(Mode=np.where(t < 70.004, 0, 5))
     record = read(tmp_path, fast)
     assert set(np.unique(record.signals["mode"])) == {0.0, 5.0}
     assert len(record.segments) == 1
@@ -77,7 +77,7 @@ def test_without_a_mode_in_the_log_the_stated_one_holds_throughout(tmp_path):
 # --- loads -----------------------------------------------------------------------------------------------------------------------------------
 
 
-def heavier(frame: pl.DataFrame, tonnes: float, start: float, ramp: float = 0.0) -> pl.DataFrame:
+def heavier(frame: pd.DataFrame, tonnes: float, start: float, ramp: float = 0.0) -> pd.DataFrame:
     t = frame["Time"].to_numpy()
     return changed(
         frame,
@@ -152,7 +152,7 @@ def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):
     assert record.derived == {"s_tip"}
 
 
-def jumped(frame: pl.DataFrame) -> pl.DataFrame:
+def jumped(frame: pd.DataFrame) -> pd.DataFrame:
     t = frame["Time"].to_numpy()
     return changed(frame, "Time", np.where(t > 70.0, t + 1e6, t))
 
@@ -227,7 +227,7 @@ def test_period_and_range_of_the_tip_are_those_of_its_waves(tmp_path):
     t = np.arange(0.0, 140.0, 0.01)
     frame = ahc()[: len(t)]
     swing = np.round(0.7 * np.sin(2.0 * np.pi * t / 8.0) + 1e-3 * np.random.default_rng(2).standard_normal(len(t)), 3)
-    frame = frame.with_columns(pl.Series("Tip pos", swing)).drop("Tip speed", "Tip acc")
+    frame = changed(frame, "Tip pos", swing).drop(columns=["Tip speed", "Tip acc"])
     (segment,) = read(tmp_path, frame, rows=signals(v_tip=None, a_tip=None, e_c_measured=None)).segments
     assert segment.period == pytest.approx(8.0, abs=0.02)
     assert segment.s_tip_pp == pytest.approx(1.4, rel=0.02)  # smoothing over half a second takes 0.6 %

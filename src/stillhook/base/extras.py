@@ -10,13 +10,12 @@ EXTRAS = {
     "matplotlib": "report",
     "typst": "report",
     "control": "stability",
-    "polars": "logs",
+    "duckdb": "logs",
     "asammdf": "logs",
     "nptdms": "logs",
     "openpyxl": "logs",
     "asyncua": "live",
     "pymodbus": "live",
-    "duckdb": "live",
     "lightgbm": "learn",
 }
 """Name of a library as it is imported, and the extra that it belongs to."""

@@ -29,6 +29,7 @@ from stillhook.base.atomic import atomic_file
 from stillhook.base.cells import csv_of
 from stillhook.base.extras import need
 from stillhook.errors import ConvertError
+from stillhook.formats.table import parquet
 from stillhook.formats.table.workbook import Sheet, write_sheets
 from stillhook.variables import BY_NAME
 
@@ -154,10 +155,8 @@ def _xlsx(content: Content, file: Path) -> None:
 
 
 def _parquet(content: Content, file: Path) -> None:
-    import polars as pl
-
-    columns = {name: column.tolist() for name, column in _one_table(content).items()}
-    pl.DataFrame(columns).write_parquet(file, metadata=dict(content.facts))
+    columns = {str(name): column.to_numpy() for name, column in _one_table(content).items()}
+    parquet.write_table(columns, content.facts, file)
 
 
 def _one_table(content: Content) -> pd.DataFrame:
@@ -237,7 +236,7 @@ def _in_kilo(content: Content) -> pd.DataFrame:
 FORMATS = {
     "csv": Format(".csv", "text with commas", _csv),
     "xlsx": Format(".xlsx", "Excel", _xlsx, library="openpyxl"),
-    "parquet": Format(".parquet", "Parquet", _parquet, library="polars"),
+    "parquet": Format(".parquet", "Parquet", _parquet, library="duckdb"),
     "mat": Format(".mat", "MATLAB", _mat),
     "mdf": Format(".mf4", "MDF 4", _mdf, series=True, library="asammdf"),
     "orcaflex": Format(".txt", "OrcaFlex time history", _orcaflex, series=True),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.export.fmu.test_fmu import OWN, Slave, given
+from tests.export.fmu.slave import OWN, Slave, given
 from tests.export.twin.test_core import CLOSE, case_of, rows
 
 import stillhook

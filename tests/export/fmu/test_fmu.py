@@ -15,11 +15,9 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
-from fmpy.model_description import read_model_description
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
+from tests.export.fmu.slave import CLOSE, OWN, RELATIVE, TIP, Slave, given, same
 
 import stillhook
 from stillhook.cli import run as command
@@ -28,16 +26,10 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.export.fmu import package, write_fmu, write_reference, write_ssp
 from stillhook.export.fmu.description import exponents
 from stillhook.export.fmu.package import source_of
-from stillhook.export.twin import CONTENTS, PLATFORMS, Export, ExportError, compile_library, export, own_platform
+from stillhook.export.twin import CONTENTS, PLATFORMS, Export, ExportError, compile_library, export
 from stillhook.library import crane_from_toml, cranes
 
-CLOSE = 1e-12
-"""Control error that compilers may differ by [m]: the issue's bound."""
-RELATIVE = 1e-9
-"""Part of a signal's largest value by which it may differ: the issue's bound."""
-TIP = ("s_tip", "v_tip", "a_tip")
 SIGNALS = ("e_c", "s_w", "v_w", "F_w", "u_p", "p_a", "p_b", "omega_m", "alpha_m", "p_hp", "V_acc", "T_f")
-OWN = own_platform()
 HOST = Path(__file__).with_name("host.c")
 
 pytestmark = pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
@@ -71,67 +63,6 @@ def fmus(made: Export, shipped_fmus, tmp_path_factory: pytest.TempPathFactory) -
     folder = tmp_path_factory.mktemp("fmus")
     with shipped_fmus():
         return {v: write_fmu(made, folder / f"nov{v}.fmu", fmi=v, platforms=[str(OWN)])[0] for v in ("2", "3")}
-
-
-class Slave:
-    """An FMU in FMPy, by names, whichever its version."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        self.description = read_model_description(str(file), validate=True)
-        self.numbers = {v.name: v.valueReference for v in self.description.modelVariables}
-        two = self.description.fmiVersion.startswith("2")
-        unzipped = fmpy.extract(str(file), str(folder))
-        self.fmu = (FMU2Slave if two else FMU3Slave)(
-            guid=self.description.guid,
-            unzipDirectory=unzipped,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="one",
-        )
-        self.messages: list[str] = []
-        self.two = two
-        self.set_real = self.fmu.setReal if two else self.fmu.setFloat64
-        self.get_real = self.fmu.getReal if two else self.fmu.getFloat64
-        self.set_int = self.fmu.setInteger if two else self.fmu.setInt32
-        self.get_int = self.fmu.getInteger if two else self.fmu.getInt32
-        self.fmu.instantiate()
-
-    def begin(self, reals: dict[str, float], integers: dict[str, int]) -> None:
-        if self.two:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.set(**reals)
-        self.set_int([self.numbers[n] for n in integers], list(integers.values()))
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
-
-    def set(self, **values: float) -> None:
-        self.set_real([self.numbers[n] for n in values], list(values.values()))
-
-    def get(self, *names: str) -> list[float]:
-        return list(self.get_real([self.numbers[n] for n in names]))
-
-    def text(self, name: str) -> str:
-        found = self.fmu.getString([self.numbers[name]])[0]
-        return found.decode() if isinstance(found, bytes) else str(found)
-
-    def step(self, time: float, h: float) -> None:
-        self.fmu.doStep(currentCommunicationPoint=time, communicationStepSize=h)
-
-    def state(self):
-        return self.fmu.getFMUstate() if self.two else self.fmu.getFMUState()
-
-    def saved(self) -> bytes:
-        state = self.state()
-        return bytes(self.fmu.serializeFMUstate(state) if self.two else self.fmu.serializeFMUState(state))
-
-    def restore(self, data: bytes) -> None:
-        if self.two:
-            self.fmu.setFMUstate(self.fmu.deSerializeFMUstate(data))
-        else:
-            self.fmu.setFMUState(self.fmu.deserializeFMUState(data))
-
-
-def given(row: np.ndarray) -> dict[str, float]:
-    return dict(zip(TIP, map(float, row), strict=True))
 
 
 @pytest.fixture(params=["2", "3"])
@@ -289,12 +220,6 @@ def library(fmu: Path, folder: Path) -> Path:
         (name,) = [n for n in archive.namelist() if n.startswith("binaries/")]
         (folder / Path(name).name).write_bytes(archive.read(name))
     return folder / Path(name).name
-
-
-def same(values: np.ndarray, run, names: tuple[str, ...]) -> None:
-    for name, signal in zip(names, values, strict=True):
-        true = run[name].values
-        assert np.abs(signal - true).max() <= (CLOSE if name == "e_c" else RELATIVE * np.abs(true).max()), name
 
 
 def test_a_host_in_c_has_the_signals_of_simulate(

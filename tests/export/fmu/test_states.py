@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.engine.damage import IMPOSSIBLE, damaged
-from tests.export.fmu.test_fmu import CLOSE, OWN, Slave, given
+from tests.export.fmu.slave import CLOSE, OWN, Slave, given
 from tests.export.host_clock import added_up
 from tests.export.twin.host import HEAD, remade
 from tests.export.twin.test_core import case_of, rows

@@ -28,6 +28,7 @@ from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError, all_of
 from stillhook.formats.binary import read_binary, refuse_bomb
+from stillhook.formats.table import parquet
 from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, missing_column, place_of, si_values
 from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of
 from stillhook.formats.table.dialect import MISSING, table_unit
@@ -45,8 +46,8 @@ LARGEST_UNPACKED = 500_000_000
 READERS = {
     ".xlsx": ("openpyxl", "Excel"),
     ".xlsm": ("openpyxl", "Excel"),
-    ".parquet": ("polars", "Parquet"),
-    ".pq": ("polars", "Parquet"),
+    ".parquet": ("duckdb", "Parquet"),
+    ".pq": ("duckdb", "Parquet"),
 }
 """Endings of files, the library that reads them, and what they are."""
 
@@ -99,12 +100,11 @@ def workbook_text(path: Path, error: type[StillhookError], start: str) -> bytes:
 
 def _parquet_cells(path: Path) -> list[list[str]]:
     """In the process that reads: headings and rows."""
-    import polars as pl
-
-    scan = pl.scan_parquet(path, glob=False)
-    _refuse_cells(int(scan.select(pl.len()).collect().item()) * len(scan.collect_schema()))
-    frame = scan.collect()
-    return [list(frame.columns), *([_text(cell) for cell in row] for row in frame.rows())]
+    table = parquet.open_table(path)
+    _refuse_cells(table.rows * len(table.headings))
+    columns = [table.column(place, 0, table.rows) for place in range(len(table.headings))]
+    values = [(c.astype("M8[us]") if c.dtype.kind == "M" else c).tolist() for c in columns]
+    return [list(table.headings), *([_text(cell) for cell in row] for row in zip(*values, strict=True))]
 
 
 def _excel_cells(path: Path, sheet: str) -> tuple[list[list[str]], list[str]]:

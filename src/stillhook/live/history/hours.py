@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from stillhook.base.atomic import durable_file
 from stillhook.base.extras import need
 from stillhook.base.variable import Variable
 from stillhook.errors import LiveError, SimulationError
+from stillhook.formats.table.parquet import open_duckdb, sql_text
 from stillhook.live.history.budget import release_pages, remove_oldest
 from stillhook.live.history.columns import ROW, STATUS, TIME, from_text, heading
 from stillhook.live.history.events import Event, EventKind, add_events
@@ -36,9 +37,6 @@ from stillhook.live.history.journal import (
     transaction,
     unpacked,
 )
-
-if TYPE_CHECKING:
-    import duckdb
 
 HOUR = 3600
 MEMORY = "1GB"
@@ -170,14 +168,6 @@ def table_of(part: Part) -> dict[str, Any]:
     }
 
 
-def open_duckdb(*, threads: int, memory: str) -> duckdb.DuckDBPyConnection:
-    """DuckDB in memory, which loads no extension from a network."""
-    import duckdb
-
-    settings: dict[str, Any] = {"threads": threads, "memory_limit": memory, "autoinstall_known_extensions": False}
-    return duckdb.connect(":memory:", config=settings)
-
-
 def _write(part: Part, target: Path) -> tuple[int, str]:
     """Write a file, and wait for the disk. Returns its size [bytes] and SHA-256. Errors: LiveError."""
     import duckdb
@@ -196,11 +186,6 @@ def _write(part: Part, target: Path) -> tuple[int, str]:
         raise LiveError(
             f"{target}: cannot be written ({reason}). Free some space: its rows stay in the journal."
         ) from None
-
-
-def sql_text(text: str) -> str:
-    """A text within SQL."""
-    return "'" + text.replace("'", "''") + "'"
 
 
 def sha256_of(path: Path) -> str:

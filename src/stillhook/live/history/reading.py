@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from contextlib import closing
 from enum import StrEnum
@@ -18,8 +17,8 @@ from stillhook.base.extras import need
 from stillhook.base.variable import Variable, flags
 from stillhook.errors import LiveError
 from stillhook.formats.out import of_run, write_table
+from stillhook.formats.table.parquet import open_duckdb, sql_file, sql_name
 from stillhook.live.history.columns import ROW, STATUS, TIME, heading
-from stillhook.live.history.hours import open_duckdb, sql_text
 from stillhook.live.history.journal import HOURS
 from stillhook.live.history.moments import LATEST, moment, show_moment
 from stillhook.live.history.selection import RemovedError, Selection, refuse_removed, select
@@ -40,8 +39,6 @@ TRIES = 5
 """Times that a range is read again because hours in it were removed."""
 THREADS = 2
 INTERVAL = "interval"
-_PATTERN = re.compile(r"[*?\[]")
-"""Letters of a path that DuckDB takes for a pattern."""
 
 
 class Pick(StrEnum):
@@ -128,7 +125,7 @@ def _query(folder: Path, selection: Selection, ends: tuple[float, float], width:
     try:
         with closing(open_duckdb(threads=THREADS, memory=MEMORY)) as connection:
             _view(connection, selection, headings, ends)
-            query = f"SELECT {', '.join(map(_name, (ROW, TIME, STATUS, *headings)))} FROM within"
+            query = f"SELECT {', '.join(map(sql_name, (ROW, TIME, STATUS, *headings)))} FROM within"
             if width is not None:
                 query = _intervals(folder, connection, headings, width, pick)
             columns = connection.execute(query).fetchnumpy()
@@ -143,20 +140,15 @@ def _query(folder: Path, selection: Selection, ends: tuple[float, float], width:
     return {name: x[order] for name, x in table.items()}
 
 
-def _name(text: str) -> str:
-    """A name within SQL."""
-    return '"' + text.replace('"', '""') + '"'
-
-
 def _view(
     connection: duckdb.DuckDBPyConnection, selection: Selection, headings: Sequence[str], ends: tuple[float, float]
 ) -> None:
     """A view `within` of all rows between two times: columns that a part lacks are NULL there."""
-    blank = ", ".join(f"NULL::DOUBLE AS {_name(name)}" for name in (TIME, *headings))
+    blank = ", ".join(f"NULL::DOUBLE AS {sql_name(name)}" for name in (TIME, *headings))
     parts = [f"SELECT * FROM (SELECT NULL::BIGINT AS row, NULL::BIGINT AS status, {blank}) WHERE false"]
     if selection.files:
-        names = ", ".join(map(_name, (ROW, TIME, STATUS, *selection.in_files)))
-        files = ", ".join(sql_text(_PATTERN.sub(r"[\g<0>]", str(path))) for path in selection.files)
+        names = ", ".join(map(sql_name, (ROW, TIME, STATUS, *selection.in_files)))
+        files = ", ".join(sql_file(path) for path in selection.files)
         parts.append(f"SELECT {names} FROM read_parquet([{files}], union_by_name = true, hive_partitioning = false)")
     for i, table in enumerate(selection.journal):
         connection.register(f"journal_{i}", table)
@@ -164,7 +156,7 @@ def _view(
     begin, end = (f"{at!r}::DOUBLE" for at in ends)
     connection.execute(
         f"CREATE TEMP VIEW within AS SELECT * FROM ({' UNION ALL BY NAME '.join(parts)})"
-        f" WHERE {_name(TIME)} >= {begin} AND {_name(TIME)} < {end}"
+        f" WHERE {sql_name(TIME)} >= {begin} AND {sql_name(TIME)} < {end}"
     )
 
 
@@ -172,7 +164,7 @@ def _intervals(
     folder: Path, connection: duckdb.DuckDBPyConnection, headings: Sequence[str], width: float, pick: Pick
 ) -> str:
     """The query for intervals. Errors: LiveError for too many of them."""
-    t = _name(TIME)
+    t = sql_name(TIME)
     first, last = connection.execute(f"SELECT min({t}), max({t}) FROM within").fetchall()[0]
     if first is None:
         return "SELECT *, 0 AS interval FROM within"
@@ -187,12 +179,12 @@ def _intervals(
     )
     if pick is Pick.NEAREST:
         nearest = f"SELECT {INTERVAL}, arg_min(row, {near}) AS row, bit_or(status) AS status FROM {spaced}"
-        columns = ", ".join(f"within.{_name(name)}" for name in (ROW, TIME, *headings))
+        columns = ", ".join(f"within.{sql_name(name)}" for name in (ROW, TIME, *headings))
         return (
             f"SELECT of.{INTERVAL}, of.status, {columns} FROM within"
             f" JOIN ({nearest} GROUP BY {INTERVAL}) AS of ON within.row = of.row"
         )
-    picked = [f"{_SQL[pick].format(_name(name))} AS {_name(name)}" for name in headings]
+    picked = [f"{_SQL[pick].format(sql_name(name))} AS {sql_name(name)}" for name in headings]
     columns = ", ".join((INTERVAL, f"min({t}) AS {t}", "min(row) AS row", "bit_or(status) AS status", *picked))
     return f"SELECT {columns} FROM {spaced} GROUP BY {INTERVAL}"
 

@@ -1,4 +1,4 @@
-"""Logs as columns of arrays: MAT v5 and v7.3 (and other HDF5); MDF4 (asammdf), TDMS (nptdms) and Parquet (polars).
+"""Logs as columns of arrays: MAT v5 and v7.3 (and other HDF5); MDF4 (asammdf), TDMS (nptdms) and Parquet (DuckDB).
 
 The readers of the last three are extras: pip install "stillhook[logs]".
 """
@@ -18,6 +18,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.binary import refuse_bomb
+from stillhook.formats.table import parquet
 from stillhook.formats.table.stamps import NANO, stamps_to_seconds
 from stillhook.formats.table.text import numbers_of
 from stillhook.logs.formats.source import (
@@ -136,7 +137,10 @@ def _texts(cells: Any) -> list[str]:
     """Cells as texts without blanks around them, empty where masked."""
     if cells.dtype.kind == "M":
         cells = cells.astype(str)
-    texts = [cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell) for cell in cells.data.tolist()]
+    texts = [
+        cell.decode("utf-8", "replace") if isinstance(cell, (bytes, bytearray)) else str(cell)
+        for cell in cells.data.tolist()
+    ]
     return ["" if hidden else text.strip() for text, hidden in zip(texts, np.ma.getmaskarray(cells), strict=True)]
 
 
@@ -285,23 +289,7 @@ def open_tdms(path: Path) -> ArraysLog:
 
 def open_parquet(path: Path) -> ArraysLog:
     """A Parquet file; its columns are of one table."""
-    import polars as pl
-
-    frame = pl.scan_parquet(path, glob=False)
-    schema, length = frame.collect_schema(), int(frame.select(pl.len()).collect().item())
-    refuse_bomb(path, NUMBER * length * len(schema), at_once=False)
-
-    def read(heading: str, begin: int, end: int) -> Any:
-        cells = frame.select(pl.col(heading)).slice(begin, end - begin).collect()[heading]
-        mask = cells.is_null().to_numpy()
-        if cells.dtype == pl.Date:
-            cells = cells.cast(pl.Datetime("ns"))
-        elif isinstance(cells.dtype, pl.Datetime) and cells.dtype.time_zone:
-            cells = cells.dt.replace_time_zone(None)
-        elif not cells.dtype.is_temporal():
-            numbers = cells.dtype.is_numeric() or cells.dtype == pl.Boolean
-            cells = cells.cast(pl.Float64) if numbers and mask.any() else cells
-        return np.ma.masked_array(cells.to_numpy(), mask=mask)
-
-    columns = [ArrayColumn(heading, length, partial(read, heading)) for heading in schema]
-    return ArraysLog(path.name, columns, [length], masked="")
+    table = parquet.open_table(path)
+    refuse_bomb(path, NUMBER * table.rows * len(table.headings), at_once=False)
+    columns = [ArrayColumn(name, table.rows, partial(table.column, i)) for i, name in enumerate(table.headings)]
+    return ArraysLog(path.name, columns, [table.rows], masked="")

@@ -82,7 +82,7 @@ def open_log(path: str | os.PathLike[str]) -> Source:
 
 def _opened(file: Path, head: bytes) -> Source:
     if head.startswith(b"PAR1"):
-        _need("polars", "Parquet", file)
+        _need("duckdb", "Parquet", file)
         return BinaryLog(file, "Parquet", open_parquet)
     if head.startswith((b"MDF ", b"UnFinMF")):
         _need("asammdf", "MDF", file)
