@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import stillhook
 from stillhook.base.cells import cell_of, csv_of, text_of
-from stillhook.errors import PlanError
+from stillhook.errors import PlanError, SpecError
+from stillhook.formats.table.crane_sheet import crane_file_of_sheet, crane_sheet
 from stillhook.formats.table.workbook import Sheet, write_sheets
 
 EVIL = [
@@ -30,7 +32,7 @@ EVIL = [
     "\uff1d1+1",
     "\n=1",
 ]
-STARTS = re.compile("[\\s\\x00-\\x1f\"]*[=+\\-@\uff1d\uff0b\uff0d\uff20]")
+STARTS = re.compile('[\\s\\x00-\\x1f"]*[=+\\-@\uff1d\uff0b\uff0d\uff20]')
 
 
 @pytest.mark.parametrize("text", EVIL)
@@ -38,7 +40,9 @@ def test_a_text_that_is_a_formula_begins_with_an_apostrophe(text: str) -> None:
     assert cell_of(text) == "'" + text
 
 
-@pytest.mark.parametrize("value", ["-1.5", "+2", "-3,2", "-1e-3", "+.5", "load 100 t", "a=b", "", "a\nb", -1.5, 3, None])
+@pytest.mark.parametrize(
+    "value", ["-1.5", "+2", "-3,2", "-1e-3", "+.5", "load 100 t", "a=b", "", "a\nb", -1.5, 3, None]
+)
 def test_numbers_and_other_texts_stay_as_they_are(value: object) -> None:
     assert cell_of(value) is value
 
@@ -50,7 +54,11 @@ def test_every_text_reads_back_and_none_begins_as_a_formula(text: str) -> None:
     assert not STARTS.match(cell) or re.fullmatch(r"[+-][\d.,]*\d[\d.,]*([eE][+-]?\d+)?[\d.,]*", cell)
 
 
-@given(st.lists(st.tuples(st.text(alphabet=st.characters(codec="utf-8")), st.floats(allow_nan=False)), min_size=1, max_size=5))
+@given(
+    st.lists(
+        st.tuples(st.text(alphabet=st.characters(codec="utf-8")), st.floats(allow_nan=False)), min_size=1, max_size=5
+    )
+)
 def test_a_table_keeps_its_numbers_and_names(rows: list[tuple[str, float]]) -> None:
     table = pd.DataFrame(rows, columns=["=name", "value [m]"])
     head, *body = csv.reader(io.StringIO(csv_of(table), newline=""))
@@ -76,3 +84,12 @@ def test_a_sheet_holds_no_formula(tmp_path: Path, ending: str) -> None:
         head, *body = csv.reader(lines)
         assert head[0] == "'=head"
         assert [(text_of(name), float(value)) for name, value in body] == [(text, -1.5) for text in evil]
+
+
+def test_the_sheet_of_a_crane_reads_back_as_the_same_crane(tmp_path: Path) -> None:
+    crane = stillhook.load_crane("nov-250t").model_copy(update={"title": "=1+1 our crane"})
+    file = write_sheets([crane_sheet(crane)], tmp_path / "crane.csv", SpecError)
+    (tmp_path / "crane.toml").write_text(crane_file_of_sheet(file))
+    again = stillhook.load_crane(tmp_path / "crane.toml")
+    assert again.title == crane.title
+    assert again.model_dump(exclude={"sources", "name"}) == crane.model_dump(exclude={"sources", "name"})

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.cells import MARK, text_of
 from stillhook.errors import StillhookError
 from stillhook.formats.table.dialect import COMMENTS, dialect_of, one_newline, split_row
 from stillhook.units import quote
@@ -145,6 +146,8 @@ def table_of(
     while len(headings) > 1 and not headings[-1]:
         headings.pop()
     rows, lines = fitted(name, cells[1:], len(headings), error, separator, row, pad_last=pad_last)
+    headings = [text_of(heading) for heading in headings]
+    rows = [[text_of(cell) if cell[:1] == MARK else cell for cell in cells] for cells in rows]
     if not rows:
         raise error(f"{name}: has a header ({row} {at}) and no data below it.")
     comma = separator not in ("", ",")
