@@ -74,9 +74,9 @@ def _place(certificate: Certificate) -> Path:
 
 
 def _kept(certificate: Certificate) -> tuple[str, ...] | None:
-    """What an equal check found, None where none is kept or its file is damaged: it is then made anew."""
+    """What an equal check found, None where none is kept or its file is damaged: it is then made again."""
     with suppress(StillhookError):
-        data = read_sealed(_place(certificate), FORMAT, "an answer", "It is made anew.", ValidateError)
+        data = read_sealed(_place(certificate), FORMAT, "an answer", "It is made again.", ValidateError)
         if data.get("certificate") == certificate.digest and isinstance(data.get("against"), list):
             return tuple(str(line) for line in data["against"])
     return None
