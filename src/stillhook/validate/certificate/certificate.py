@@ -467,11 +467,25 @@ def _clear(out: Path, written: tuple[str, ...]) -> None:
 
 
 def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
-    """Sign the certificate in a file with a key, in place of any signature before, and set its PDF again if it lies
+    """Sign the certificate in a file with a key, in place of any signature before, and set its PDF again if that is
     next to it. Signed twice, both have the same bytes.
 
-    Returns: the certificate with its signature.
-    Errors: StillhookError, one line, where the file is no certificate or cannot be written.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    key : SigningKey
+        The key (`stillhook.trust.keys.read_key`).
+
+    Returns
+    -------
+    Certificate
+        The certificate with its signature.
+
+    Raises
+    ------
+    StillhookError
+        One line, where the file is no certificate or cannot be written.
     """
     file = Path(path)
     made = load_certificate(file).signed(key)
