@@ -236,7 +236,7 @@ def users_key() -> SigningKey | None:
 
 
 def _passphrase(prompt: str, *, twice: bool = False) -> str:
-    """The passphrase of STILLHOOK_PASSPHRASE, else as typed; empty where nobody can type. Errors: TrustError where two
+    """The passphrase of STILLHOOK_PASSPHRASE, else as typed; empty without a terminal. Errors: TrustError where two
     entries differ."""
     import getpass
     import sys
