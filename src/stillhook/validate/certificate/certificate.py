@@ -317,7 +317,7 @@ def certificate_files(
     images : mapping, optional
         Pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
     key : SigningKey, optional
-        Key that signs (`stillhook.trust.keys.read_key`); None leaves it unsigned, and it is then credited by nobody.
+        Key that signs (`stillhook.trust.keys.read_key`); None leaves it unsigned, and no plan credits it.
 
     Returns
     -------
@@ -467,11 +467,26 @@ def _clear(out: Path, written: tuple[str, ...]) -> None:
 
 
 def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
-    """Sign the certificate in a file with a key, in place of any signature before, and set its PDF again if it lies
-    next to it. Signed twice, both have the same bytes.
+    """Sign the certificate in a file with a key, in place of any signature before.
 
-    Returns: the certificate with its signature.
-    Errors: StillhookError, one line, where the file is no certificate or cannot be written.
+    A PDF next to it is set again and names the signer. Signed twice, both have the same bytes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    key : SigningKey
+        The key (`stillhook.trust.keys.read_key`).
+
+    Returns
+    -------
+    Certificate
+        The certificate with its signature.
+
+    Raises
+    ------
+    StillhookError
+        One line, where the file does not hold a certificate or cannot be written.
     """
     file = Path(path)
     made = load_certificate(file).signed(key)
