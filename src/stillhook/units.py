@@ -154,7 +154,10 @@ def quote(value: object) -> str:
     if isinstance(value, str):
         cut = value if len(value) <= LONGEST_TEXT else value[: LONGEST_TEXT - 3] + "..."
         return '"' + "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut) + '"'
-    text = "".join(c if c.isprintable() else " " for c in repr(value))
+    try:
+        text = "".join(c if c.isprintable() else " " for c in repr(value))
+    except Exception:  # of a number with thousands of digits, of lists in lists without end, of anybody's own
+        text = f"an object of type {type(value).__name__}"
     return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 3] + "..."
 
 

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.parse import from_json
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
@@ -77,6 +79,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     return target
 
 
+@reader(StillhookError)
 def load_run(path: str | Path) -> xarray.Dataset:
     """The run that `save_run` wrote.
 
@@ -163,8 +166,8 @@ def cranes_of(run: xarray.Dataset) -> list[Crane]:
 
 def _stored_list(run: xarray.Dataset, name: str) -> list[Any]:
     try:
-        stored = json.loads(str(run.attrs[name]))
-    except ValueError:
+        stored = from_json(str(run.attrs[name]))
+    except UnreadableError:
         stored = None
     if not isinstance(stored, list) or not stored:
         raise StillhookError(f"stored {name}: not a list in JSON. Simulate again.")

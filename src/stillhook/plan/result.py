@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from numpy.typing import NDArray
 
 from stillhook.base.atomic import atomic_folder
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
 from stillhook.formats.results import save_json, to_json
@@ -310,6 +312,7 @@ def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
     return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
 
 
+@reader(PlanError)
 def load_plan_result(folder: str | Path) -> PlanResult:
     """The result that `save_plan` wrote.
 
@@ -362,10 +365,7 @@ def _check_numbers(recorded: object, where: Path) -> None:
 
 
 def _facts(path: Path) -> dict[str, Any]:
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as e:
-        raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
+    facts = json_file(path, "the facts of a plan", "Run the plan again.", PlanError)
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
     recorded = facts.pop(OF_FACTS, None)

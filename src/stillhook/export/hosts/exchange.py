@@ -19,9 +19,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.parse import from_json
 from stillhook.engine.saved import printable
 from stillhook.engine.session import Kept, Session
-from stillhook.errors import MotionError, SimulationError
+from stillhook.errors import MotionError, SimulationError, UnreadableError
 from stillhook.physics.scalar import G
 from stillhook.physics.tip_kinematics import Jet, cosine
 from stillhook.physics.tip_kinematics import between as quintic
@@ -275,10 +276,10 @@ def _envelope(body: str) -> str:
 def _unsealed(text: str) -> dict[str, Any]:
     """Errors: SimulationError, one line, for what is not such a text, of another format, or damaged."""
     try:
-        data = json.loads(text)
-        form, body = data.get("format"), data.get("body")
-    except (ValueError, TypeError, AttributeError, RecursionError):
-        form = None
+        data = from_json(text)
+    except UnreadableError:
+        data = None
+    form, body = (data.get("format"), data.get("body")) if isinstance(data, dict) else (None, None)
     if form != FORMAT:
         raise SimulationError(
             f"The stored state is not one of Stillhook's, or of an older version: its format is {printable(form)}, not"
@@ -287,8 +288,8 @@ def _unsealed(text: str) -> dict[str, Any]:
     if not isinstance(body, str) or _envelope(body) != text:
         raise SimulationError(f"The stored state is damaged: its checksum is not that of its text. {AGAIN}")
     try:
-        found = json.loads(body)
-    except (ValueError, RecursionError):
+        found = from_json(body)
+    except UnreadableError:
         found = None
     if not isinstance(found, dict):
         raise SimulationError(f"The stored state is damaged: it is not JSON of names and values. {AGAIN}")

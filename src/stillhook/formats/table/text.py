@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -217,11 +218,10 @@ def find_table(
     )
 
 
+_ENCLOSED = re.compile(r'"[^"]*"?|\[[^\]]*\]?')
+
+
 def _separator(header: str) -> str:
     """The separator of a line of headings; signs inside quotes and brackets do not count."""
-    bare, quoted, depth = "", False, 0
-    for sign in header:
-        quoted ^= sign == '"'
-        depth += (sign == "[") - (sign == "]")
-        bare += "" if quoted or depth > 0 else sign
+    bare = _ENCLOSED.sub("", header)
     return next((sign for sign in SEPARATORS if sign in bare), ",")

@@ -23,7 +23,9 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import nearest
-from stillhook.errors import SeaError
+from stillhook.base.gateway.budget import YAML
+from stillhook.base.gateway.parse import from_yaml
+from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.vessel.supplement import NOTHING, Supplement, description, wrong
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.rao import DOFS, Rao
@@ -121,15 +123,14 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
 
 def _model(file: str, text: str) -> Mapping[str, Any]:
     """The document of a file that holds vessel types."""
+    if len(text) > YAML.size:
+        raise wrong(file, f"holds more than {YAML.size / 1e6:g} MB", "Save a model with fewer vessel types.")
     try:
-        import yaml
+        documents = from_yaml(text)
     except ImportError:
         raise SeaError(f"{file}: reading OrcaFlex text files needs PyYAML. Install stillhook[orcaflex].") from None
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    try:
-        documents = list(yaml.load_all(text, Loader=loader))
-    except (yaml.YAMLError, ValueError, RecursionError) as e:
-        raise wrong(file, f"is not YAML ({' '.join(str(e).split())[:120]})", SAVE) from None
+    except UnreadableError as problem:
+        raise wrong(file, f"is not YAML ({problem})", SAVE) from None
     model = next((d for d in documents if isinstance(d, Mapping) and "VesselTypes" in d), None)
     if model is None:
         raise wrong(file, "has no VesselTypes", "Save a model with a vessel type as a text data file.")

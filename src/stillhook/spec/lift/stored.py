@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, decode_array, encode_array
+from stillhook.base.gateway.guard import reason_of
+from stillhook.base.gateway.parse import from_json
 from stillhook.control.registry import Mode
-from stillhook.errors import LiftError, StillhookError
+from stillhook.errors import LiftError, StillhookError, UnreadableError
 from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
@@ -85,7 +86,7 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
 def stored_lowerings(text: str) -> list[Lowering | InSea]:
     """The cases that `lowerings_text` wrote. Errors: LiftError, one line, where the text is not one."""
     try:
-        data = json.loads(text)
+        data = from_json(text)
         made: dict[str, list[Any]] = {
             "lifts": [_rebuilt(row) for row in data["lifts"]],
             "tips": [motion_from_dict(row) for row in data["tips"]],
@@ -111,10 +112,13 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
                 cases.append(lift.model_copy(update={"tip": made["tips"][row["tip"]], "waves": waves}))
         if not cases:
             raise ValueError("no cases")
+    except UnreadableError as problem:
+        raise LiftError(f"stored lowerings: not JSON ({problem}). Run the lift again.") from None
     except StillhookError as problem:
         raise LiftError(f"stored lowerings: {problem}") from None
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, zlib.error) as problem:
-        raise LiftError(f"stored lowerings: {problem!r} is missing or wrong. Run the lift again.") from None
+    except Exception as problem:  # KeyError where a part is missing, many others where one is odd
+        reason = f"a part is missing or wrong, {reason_of(problem)}"
+        raise LiftError(f"stored lowerings: {reason}. Run the lift again.") from None
     return cases
 
 
