@@ -15,6 +15,8 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -334,6 +336,26 @@ class Quantity:
         return core_schema.no_info_before_validator_function(_reader(self.kind), handler(source))
 
 
+_STORED: ContextVar[bool] = ContextVar("stored", default=False)
+
+
+@contextmanager
+def stored_numbers() -> Iterator[None]:
+    """Inside, the quantities of models are not texts with units but finite numbers in SI, as a result stores them; all
+    else that a model asks of them holds."""
+    token = _STORED.set(True)
+    try:
+        yield
+    finally:
+        _STORED.reset(token)
+
+
+def _stored(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
+        raise ValueError(f"not a number in SI, up to {LARGEST:g}.")
+    return float(value)
+
+
 @dataclass(frozen=True, slots=True)
 class Ratio:
     """Marks a pydantic field as a gear ratio: a number, or text as data sheets print it, "35.4:1"."""
@@ -345,7 +367,7 @@ class Ratio:
 
 
 def _reader(kind: str) -> Callable[[object], float]:
-    return _refusing(lambda text: _read(text, kind))
+    return _refusing(lambda value: _stored(value) if _STORED.get() else _read(value, kind))
 
 
 def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:

@@ -16,6 +16,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple
 
 from stillhook.base.arrays import FloatArray
@@ -38,7 +39,7 @@ FORMAT = "stillhook exchange 2"
 MOST_CYCLES = 1_000_000
 """PLC cycles in one step of a host."""
 LARGEST = 1e12
-"""Largest number of a host in a stored state [SI]."""
+"""Largest number of a host [SI]."""
 
 
 class Sample(NamedTuple):
@@ -134,8 +135,9 @@ class Exchange:
         Errors: SimulationError, one line, for a sample that is not a number, and a time before the last accepted one.
         ScenarioError for a tension that the crane cannot hold at the start.
         """
-        if not all(math.isfinite(x) for x in sample):
-            raise SimulationError(f"The host gave {sample._asdict()} at {sample.time:.6g} s. Give finite numbers.")
+        if not all(isinstance(x, Real) and abs(x) <= LARGEST for x in sample):
+            given = ", ".join(f"{name} = {printable(x)}" for name, x in sample._asdict().items())
+            raise SimulationError(f"The host gave {given}. Give finite numbers, up to {LARGEST:g}.")
         sample = sample._replace(F_w=max(sample.F_w, 0.0))  # a wire cannot push
         t_cycle = self.crane.control.t_cycle
         room = t_cycle * rounding(sample.time, t_cycle)
