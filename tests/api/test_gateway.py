@@ -16,7 +16,7 @@ import pytest
 import stillhook
 from stillhook import load_crane, load_lift, load_plan, read_tip_motion, read_vessel
 from stillhook.base.gateway import access, budget
-from stillhook.base.gateway.budget import JSON, RECORDS, TABLE, TOML, counted
+from stillhook.base.gateway.budget import JSON, RECORDS, TABLE, TOML, in_time
 from stillhook.base.gateway.guard import guarded, reader
 from stillhook.base.gateway.parse import from_json, from_toml, from_yaml
 from stillhook.base.sealed import read_sealed
@@ -187,15 +187,19 @@ class TestBudgets:
         assert time.monotonic() - start < 2.0
         assert (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 < 100e6
 
-    def test_rows_beyond_the_budget_are_refused_and_no_others(self):
-        few = TABLE._replace(rows=4096)
-        assert len(list(counted(range(4096), 0, few, "x.csv", LogError))) == 4096
-        assert "x.csv: more than 4096 rows" in line_of(lambda: list(counted(range(10_000), 0, few, "x.csv", LogError)))
+    @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+    def test_rows_and_cells_beyond_the_budget_are_refused(self, end, tmp_path):
+        (tmp_path / "x.csv").write_bytes((b"1,2;3" + end) * 4096)
+        rows, cells = 4096, 2 * 4096
+        read = lambda **most: access.read_bytes(tmp_path / "x.csv", "table", LogError, TABLE._replace(**most))
+        assert read(rows=rows, cells=cells)
+        assert f"x.csv: holds more than {rows - 1} lines" in line_of(lambda: read(rows=rows - 1))
+        assert f"x.csv: holds more than {cells - 1} cells" in line_of(lambda: read(cells=cells - 1))
 
     def test_a_file_that_takes_too_long_is_refused_with_the_variable_that_allows_more(self, monkeypatch):
         monkeypatch.setenv(budget.TIME, "0.01 s")
         slow = (time.sleep(0.001) for _ in range(100_000))
-        assert budget.TIME in line_of(lambda: list(counted(slow, 0, RECORDS, "x.csv", LogError)))
+        assert budget.TIME in line_of(lambda: list(in_time(slow, 0, "x.csv", LogError)))
 
 
 class TestToml:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from numpy.typing import NDArray
 
 from stillhook.base.atomic import atomic_folder
+from stillhook.base.gateway.access import sha256_of
 from stillhook.base.gateway.guard import reader
 from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
@@ -348,17 +349,9 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     return PlanResult(data, facts, blocks)
 
 
-def _in_a_line(e: Exception) -> str:
-    return " ".join(str(e).split())[:120] or type(e).__name__
-
-
 def _check_numbers(recorded: object, where: Path) -> None:
     """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
-    try:
-        same = recorded is None or recorded == _hash((where / NUMBERS).read_bytes())
-    except OSError as e:
-        raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
-    if not same:
+    if recorded is not None and recorded != sha256_of(where / NUMBERS, PlanError):
         raise PlanError(
             f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again."
         )

@@ -33,6 +33,10 @@ FOREIGN = (
 """First bytes of files that are not text, and what to call them."""
 
 
+SEPARATORS = (b",", b";", b"\t")
+"""Signs between the cells of a table."""
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str], noun: str, error: type[StillhookError]) -> Iterator[BinaryIO]:
     """A file to read from; noun: what it should be, for messages.
@@ -125,6 +129,10 @@ def unpacked(path: str | os.PathLike[str], noun: str, error: type[StillhookError
 def _within(data: bytes, name: str, noun: str, error: type[StillhookError], budget: Budget) -> bytes:
     if len(data) > budget.size:
         raise error(f"{name}: holds more than {budget.size / 1e6:g} MB. Give a smaller {noun}.")
+    if budget.rows and max(data.count(b"\n"), data.count(b"\r")) > budget.rows:
+        raise error(f"{name}: holds more than {budget.rows} lines. Give a part of it.")
+    if budget.cells and sum(map(data.count, SEPARATORS)) > budget.cells:
+        raise error(f"{name}: holds more than {budget.cells} cells. Give a part of it.")
     return data
 
 

@@ -16,8 +16,9 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.gateway.parse import from_json
@@ -135,7 +136,7 @@ class Exchange:
         Errors: SimulationError, one line, for a sample that is not a number, and a time before the last accepted one.
         ScenarioError for a tension that the crane cannot hold at the start.
         """
-        if not all(isinstance(x, Real) and abs(x) <= LARGEST for x in sample):
+        if not all(map(_possible, sample)):
             given = ", ".join(f"{name} = {printable(x)}" for name, x in sample._asdict().items())
             raise SimulationError(f"The host gave {given}. Give finite numbers, up to {LARGEST:g}.")
         sample = sample._replace(F_w=max(sample.F_w, 0.0))  # a wire cannot push
@@ -236,6 +237,10 @@ class Exchange:
                 f"The stored state has k = {printable(k)} and part {part:.6g} of a cycle from {first.time:.9g} s to"
                 f" {sample.time:.9g} s, or a tension below 0. {AGAIN}"
             )
+
+
+def _possible(x: Any) -> bool:
+    return isinstance(x, int | float | np.integer | np.floating) and bool(abs(x) <= LARGEST)
 
 
 def _angle(sine: Sequence[float]) -> Jet:
