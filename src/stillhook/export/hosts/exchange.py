@@ -240,7 +240,7 @@ class Exchange:
 
 
 def _possible(x: Any) -> bool:
-    return isinstance(x, int | float | np.integer | np.floating) and bool(abs(x) <= LARGEST)
+    return isinstance(x, int | float | np.integer | np.floating) and bool(-LARGEST <= x <= LARGEST)
 
 
 def _angle(sine: Sequence[float]) -> Jet:
