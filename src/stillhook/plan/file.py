@@ -18,6 +18,7 @@ from pydantic import BaseModel, Field, field_validator
 from stillhook import units as u
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
+from stillhook.base.gateway.guard import reader
 from stillhook.engine.certificate import as_if_validated
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
@@ -128,6 +129,7 @@ def plans() -> tuple[str, ...]:
     return tuple(name for name in lifts() if "[environment]" in toml_text(LIBRARY / SHELF / f"{name}.toml"))
 
 
+@reader(PlanError)
 def load_plan(name_or_path: str | Path) -> LiftPlan:
     """Read a lift file with the seas to analyse::
 

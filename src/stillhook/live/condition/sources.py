@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import time
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from stillhook.errors import LiveError, StillhookError
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import LiveError, StillhookError, UnreadableError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.condition.followed import FOLLOWED
@@ -113,9 +115,9 @@ def _incomplete(file: Path) -> str:
     written a moment ago."""
     paths = [file]
     try:
-        tests = tomllib.loads(file.read_text(encoding="utf-8")).get("test", [])
+        tests = from_toml(read_text(file, "campaign", LiveError, TOML)).get("test", [])
         paths += [file.parent / t["log"] for t in tests if isinstance(t, dict) and isinstance(t.get("log"), str)]
-    except (OSError, ValueError, AttributeError, TypeError):
+    except (LiveError, UnreadableError, TypeError):
         pass  # half written, or broken: its age says which
     for path in paths:
         try:

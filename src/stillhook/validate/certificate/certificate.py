@@ -22,6 +22,8 @@ from typing import Any, NamedTuple
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
+from stillhook.base.gateway import access
+from stillhook.base.gateway.parse import json_file
 from stillhook.base.sealed import SIGNATURE, canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
@@ -140,14 +142,7 @@ def method_hash(without: str = "") -> str:
 
 def sha256_of(path: Path) -> str:
     """Hash of a file. Errors: ValidateError where it cannot be read."""
-    digest = hashlib.sha256()
-    try:
-        with open(path, "rb") as file:
-            while block := file.read(1 << 20):
-                digest.update(block)
-    except OSError as problem:
-        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Restore the file.") from None
-    return digest.hexdigest()
+    return access.sha256_of(path, ValidateError)
 
 
 def seen_from(path: Path, folder: Path) -> str:
@@ -386,8 +381,8 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
 def _ours(out: Path) -> bool:
     """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
     try:
-        summary = json.loads((out / NUMBERS).read_bytes())
-    except (OSError, ValueError, RecursionError):
+        summary = json_file(out / NUMBERS, "a validation", "", ValidateError)
+    except ValidateError:
         return False
     return isinstance(summary, dict) and {"criteria", "complete", "verdict"} <= summary.keys()
 
