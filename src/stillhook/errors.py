@@ -97,7 +97,7 @@ class SimulationError(StillhookError):
 
 
 class UnreadableError(StillhookError):
-    """A binary file that cannot be read: why, in a few words. Who reads it says the rest."""
+    """A file that cannot be read or parsed: why, in a few words. Who reads it says the rest."""
 
 
 class LogError(StillhookError):

@@ -15,6 +15,8 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -154,7 +156,10 @@ def quote(value: object) -> str:
     if isinstance(value, str):
         cut = value if len(value) <= LONGEST_TEXT else value[: LONGEST_TEXT - 3] + "..."
         return '"' + "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut) + '"'
-    text = "".join(c if c.isprintable() else " " for c in repr(value))
+    try:
+        text = "".join(c if c.isprintable() else " " for c in repr(value))
+    except Exception:  # of a number with thousands of digits, of lists in lists without end, of anybody's own
+        text = f"an object of type {type(value).__name__}"
     return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 3] + "..."
 
 
@@ -331,6 +336,26 @@ class Quantity:
         return core_schema.no_info_before_validator_function(_reader(self.kind), handler(source))
 
 
+_STORED: ContextVar[bool] = ContextVar("stored", default=False)
+
+
+@contextmanager
+def stored_numbers() -> Iterator[None]:
+    """Inside, the quantities of models are not texts with units but finite numbers in SI, as a result stores them; all
+    else that a model asks of them holds."""
+    token = _STORED.set(True)
+    try:
+        yield
+    finally:
+        _STORED.reset(token)
+
+
+def _stored(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
+        raise ValueError(f"not a number in SI, up to {LARGEST:g}.")
+    return float(value)
+
+
 @dataclass(frozen=True, slots=True)
 class Ratio:
     """Marks a pydantic field as a gear ratio: a number, or text as data sheets print it, "35.4:1"."""
@@ -342,7 +367,7 @@ class Ratio:
 
 
 def _reader(kind: str) -> Callable[[object], float]:
-    return _refusing(lambda text: _read(text, kind))
+    return _refusing(lambda value: _stored(value) if _STORED.get() else _read(value, kind))
 
 
 def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:

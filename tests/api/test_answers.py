@@ -73,6 +73,8 @@ BY_HAND = {
     "external": "compiles",
     "validate": "minutes",
     "certificate": "after validate",
+    "certificate sign": "after validate",
+    **{f"certificate key {name}": "a key, in a folder of its own" for name in ("new", "show", "trust")},
     "condition": "after validate",
     "identify friction": "minutes",
     "identify curve": "a log of a bench",

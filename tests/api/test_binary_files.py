@@ -17,12 +17,12 @@ from tests.api import odd_readers
 from tests.parquet import write_parquet
 
 from stillhook import load_run
+from stillhook.base.gateway.budget import RECORDS
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats import binary as binary_reader
 from stillhook.formats import binary as reader_process
 from stillhook.formats.binary import read_binary
-from stillhook.formats.table import file as file_module
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import read_columns
 from stillhook.formats.vessel.open import read_vessel
@@ -364,7 +364,7 @@ def test_a_table_of_more_cells_than_any_map_has_is_refused(tmp_path):
 def test_a_packed_text_that_never_ends_is_read_up_to_the_limit(tmp_path, monkeypatch):
     import gzip
 
-    monkeypatch.setattr(file_module, "LARGEST", 1_000_000)
+    monkeypatch.setattr("stillhook.formats.weather.file.RECORDS", RECORDS._replace(size=1_000_000))
     (tmp_path / "buoy.txt.gz").write_bytes(gzip.compress(b" 1" * 600_000))
     with pytest.raises(StillhookError, match=r"^buoy\.txt\.gz: holds more than 1 MB\."):
         read_weather(tmp_path / "buoy.txt.gz")

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stillhook
-from stillhook.base.cells import cell_of, csv_of, text_of
 from stillhook.errors import PlanError, SpecError
+from stillhook.formats.table.cells import cell_of, csv_of, text_of
 from stillhook.formats.table.crane_sheet import crane_file_of_sheet, crane_sheet
 from stillhook.formats.table.workbook import Sheet, write_sheets
 

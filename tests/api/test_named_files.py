@@ -7,7 +7,7 @@ import pytest
 from tests.commands import refusal
 
 import stillhook
-from stillhook.base.named_files import VARIABLE, named_path
+from stillhook.base.gateway.named_files import VARIABLE, named_path
 from stillhook.errors import SpecError, StillhookError
 
 

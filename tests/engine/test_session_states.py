@@ -72,8 +72,8 @@ def test_no_damaged_file_is_taken(session, tmp_path):
         refused(session, file, "winch.state: ")
     file.write_bytes(data)
     session.restore(file)
-    refused(session, tmp_path / "none", "No such file")
-    refused(session, tmp_path, "Give bytes of Session.save")
+    refused(session, tmp_path / "none", "no such file")
+    refused(session, tmp_path, "is a folder. Give one file that Session.save wrote")
 
 
 @pytest.mark.parametrize("value", IMPOSSIBLE)

@@ -407,7 +407,7 @@ def test_files_that_are_no_log_end_in_one_line(tmp_path):
     (tmp_path / "x.xlsx").write_bytes(b"PK\x03\x04" + bytes(100))
     for path, text in (
         (tmp_path, f"{tmp_path}: is a folder. Give one log file in it."),
-        (tmp_path / "no.csv", f'"{tmp_path / "no.csv"}": no such file. Check the name and the folder.'),
+        (tmp_path / "no.csv", f'"{tmp_path / "no.csv"}": no such file. Check the path.'),
         (tmp_path / "x.xlsx", "x.xlsx: is a zip or Excel file. Unpack it, or save the log as CSV or Parquet."),
     ):
         assert refusal(read_log, path) == text

@@ -142,7 +142,7 @@ MISTAKES: Mapping[str, Sequence[tuple[Sequence[str], str]]] = {
         (["fmu", "nov-250t", "--platforms", "amiga", "--out", "a.fmu"], "not one of linux64"),
     ),
     "test engineer": (
-        (["inspect", "nothing.csv"], "no such file. Check the name and the folder."),
+        (["inspect", "nothing.csv"], "no such file. Check the path."),
         (["inspect", "mru.csv", "--format", "picture"], "not one of motion, log, weather"),
         (["inspect", "mru.csv", "--column", "heave"], 'Write --column "heave='),
         (["inspect", "mru.csv", "--column", "heave=Hiv [m]"], 'it has "Time", "MRU_Heave_m"'),
@@ -175,7 +175,7 @@ MISTAKES: Mapping[str, Sequence[tuple[Sequence[str], str]]] = {
         (["certificate", "none.json", "--check"], "or validate again"),
         (["condition", "2024"], "no such campaign file or folder"),
         (["report", "nowhere"], "Give the folder that stillhook plan --out wrote"),
-        (["weather", "lift", "template-to-1500m", "site.xlsx"], "no such file. Check the name and the folder."),
+        (["weather", "lift", "template-to-1500m", "site.xlsx"], "no such file. Check the path."),
     ),
     "naval architect": (
         (["vessel", "supply-vessel-82"], 'did you mean "supply-vessel-82m"?'),

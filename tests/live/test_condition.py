@@ -8,7 +8,7 @@ import pytest
 from tests.live.conditions import DATES, WEAR, campaign, certified, fits, settle, worn
 
 from stillhook import load_crane
-from stillhook.base.named_files import VARIABLE
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.cli import run as command
 from stillhook.engine.certificate import objections
 from stillhook.errors import LiveError, StillhookError

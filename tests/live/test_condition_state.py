@@ -10,7 +10,7 @@ from tests.commands import run as command
 from tests.live.conditions import DATES, campaign, certified, fits, fits_in, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
-from stillhook.base.sealed import digest_of
+from stillhook.base.sealed import sealed
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import LiveError, SpecError
 from stillhook.library.condition import read_state, state_file
@@ -93,14 +93,13 @@ def broken(text: str) -> dict[str, str]:
     valid = {**data, "history": [{**data["history"][-1], "state": "valid"}]}
     alone = {**data, "history": data["history"][:1]}
     dropped = {**data, "history": data["history"][1:]}
-    sealed = {**dropped, "digest": digest_of(dropped)}
     dates = {**data, "history": [{**data["history"][0], "date": "soon"}]}
     return {
         "said to be valid": json.dumps(valid),
         "last entry cut off": json.dumps(alone),
-        "first entry cut off, with a new digest": json.dumps(sealed),
-        "date that is none, with a new digest": json.dumps({**dates, "digest": digest_of(dates)}),
-        "no history": json.dumps({**data, "history": [], "digest": digest_of({**data, "history": []})}),
+        "first entry cut off, with a new digest": sealed(dropped),
+        "date that is none, with a new digest": sealed(dates),
+        "no history": sealed({**data, "history": []}),
         "half of it": text[: len(text) // 2],
         "empty": "",
         "a list": "[]",
@@ -206,7 +205,7 @@ def test_no_certificate_but_a_later_one_of_new_logs_gives_validity_back(
         certificate = json.loads((crane.parent / "certificate.json").read_text())
         last = data["history"][-1]
         last["logs"] = [*last["logs"], *(log["sha256"] for log in certificate["campaign"]["logs"])]
-        file.write_text(json.dumps({**data, "digest": digest_of(data)}))
+        file.write_text(sealed(data))
     (reason,) = objections(load_crane(crane))
     assert "withdrawn" in reason
     assert said in reason

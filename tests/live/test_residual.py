@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.live.residuals import CRANE, NOISE, TORQUE, law, learned, logs, samples
 
 import stillhook
-from stillhook.base.sealed import EXACT, digest_of
+from stillhook.base.sealed import EXACT, sealed
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.residual import LearningLog, Sea, read_model, test_model, train, write_model
 from stillhook.live.residual.fit import FEWEST_CAMPAIGNS, HeldOut, applied, folds, hold_out, interval, learn
@@ -250,7 +250,7 @@ def test_a_forged_file_with_a_right_checksum_is_still_one_line(tmp_path, key, va
     file = tmp_path / "m.json"
     write_model(file, learned())
     data = {**json.loads(file.read_text()), key: value}
-    file.write_text(json.dumps({**data, "digest": digest_of(data, EXACT)}))
+    file.write_text(sealed(data, EXACT))
     with pytest.raises(LiveError, match=line) as refused:
         read_model(file, CRANE)
     assert "\n" not in str(refused.value)

@@ -137,8 +137,9 @@ GOOD = TrustList(Path("x"), (ENTRY,)).text()
         ("[[key]]\n", "key 1: name is missing"),
         ("key = 5\n", "has tables [[key]] and nothing else"),
         ("trusted = 5\n", "has tables [[key]] and nothing else"),
-        ("[" * 100_000, "not TOML"),
-        ("#" * 1_000_001, "larger than 1000 kB"),
+        ("[" * 400, "not TOML"),
+        ("a." * 40_000 + "b = 1", "a line of 80005 characters, 400 at most"),
+        ("#\n" * 100_001, "larger than 200 kB"),
     ],
 )
 def test_a_damaged_list_is_refused_in_one_line_and_never_taken_for_an_empty_one(tmp_path, text, said):

@@ -27,6 +27,9 @@ from stillhook.live.observer.settings import AdaptSettings, ObserverSettings
 from stillhook.live.runtime.board import STATUS
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
+from stillhook.trust.keys import new_key
+from stillhook.trust.signature import Signed, sign
+from stillhook.trust.trust_list import TrustedKey, TrustList
 from trials import store
 from trials.adaptation.crane import CRANE_FILE, Trial, simulate
 from trials.adaptation.plant import FILE_FORM, OTHER_FORM
@@ -79,7 +82,7 @@ CASES = {
 
 
 def certified(crane: Crane) -> Crane:
-    """The crane with a certificate as if of real logs."""
+    """The crane with a certificate as if of real logs, signed by a key that is trusted."""
     record = Certified.of(
         digest="0" * 64,
         date="2026-11-28",
@@ -93,7 +96,10 @@ def certified(crane: Crane) -> Crane:
         content=content(crane),
         envelope=ENVELOPE,
     )
-    return crane.model_copy(update={"certified": record})
+    key = new_key("Trial")
+    record = record.model_copy(update={"signature": sign(Signed.CERTIFICATE, record.statement, key).to_dict()})
+    trust = TrustList(Path("trust.toml"), (TrustedKey(key.name, key.public),))
+    return crane.model_copy(update={"certified": record.judged(trust)})
 
 
 def outcome(case: Case) -> dict[str, Any]:

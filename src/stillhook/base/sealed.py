@@ -6,19 +6,21 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stillhook.errors import StillhookError
+from stillhook.base.gateway.access import read_bytes
+from stillhook.base.gateway.budget import JSON
+from stillhook.base.gateway.parse import from_json
+from stillhook.errors import StillhookError, UnreadableError
 from stillhook.units import quote
 
 DIGEST, SIGNATURE = "digest", "signature"
 """Keys of the checksum and of a signature, which the checksum is not of."""
 DIGITS, EXACT = 10, 17
 """Significant digits of a number: as a certificate has it, and to the bit."""
-LARGEST = 50_000_000
-"""Bytes; a certificate has some hundred kB."""
 
 
 def canonical(data: Mapping[str, Any], digits: int = DIGITS) -> str:
@@ -63,18 +65,14 @@ def read_sealed(
     Parameters: form: its "format", with a number at the end; noun: what it is, with an article; advice: what to do
     without it, a sentence; absent: more about a file that is not there.
     """
+    if not os.path.lexists(path):
+        raise error(f"{quote(str(path))}: no such file{absent}. {advice}")
+    content = read_bytes(path, noun.partition(" ")[2], error, JSON)
     try:
-        with path.open("rb") as file:
-            text = file.read(LARGEST + 1)
-        if len(text) > LARGEST:
-            raise ValueError(f"larger than {LARGEST // 1_000_000} MB")
-        data = json.loads(written := text.decode("utf-8").replace("\r\n", "\n"))
-        digest = digest_of(data, digits) if isinstance(data, dict) else ""
-    except FileNotFoundError:
-        raise error(f"{quote(str(path))}: no such file{absent}. {advice}") from None
-    except (OSError, ValueError, RecursionError) as problem:
-        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
-        raise error(f"{path.name}: not {noun} ({reason}). {advice}") from None
+        data = from_json(written := content.decode("utf-8").replace("\r\n", "\n"))
+    except (UnreadableError, UnicodeDecodeError) as problem:
+        raise error(f"{path.name}: not {noun} ({problem}). {advice}") from None
+    digest = digest_of(data, digits) if isinstance(data, dict) else ""
     came = data.get("format") if isinstance(data, dict) else None
     if not str(came).startswith(form.rpartition(" ")[0]):
         raise error(f"{path.name}: JSON, but not {noun}. {advice}")

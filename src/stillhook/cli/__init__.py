@@ -161,6 +161,8 @@ def run(arguments: list[str]) -> int:
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()
     except StillhookError as e:
+        if e.__cause__ is not None:
+            _trace(e)
         return _refuse_all(e.lines)
     except OSError as e:
         return _lost(e)
@@ -222,14 +224,22 @@ def _refuse_all(lines: Sequence[str]) -> int:
     return REFUSED
 
 
+def _trace(problem: Exception) -> None:
+    """With `DEBUG` the traceback of an exception."""
+    if os.environ.get(DEBUG):
+        import traceback
+
+        traceback.print_exception(problem)
+
+
 def _failed(problem: Exception) -> int:
     """An unexpected exception: type, place and where to report it, or the line of a module of the user; with `DEBUG`
     its traceback before that."""
     import traceback
 
-    if os.environ.get(DEBUG):
-        traceback.print_exception(problem)
     from stillhook.base.extensions import place_in_extension
+
+    _trace(problem)
 
     if blamed := place_in_extension(problem):
         reason = next((line for line in str(problem).splitlines() if line and not line.startswith("Failed in ")), "")

@@ -21,7 +21,7 @@ from stillhook.cli.parser import (
     refuse,
     write_out,
 )
-from stillhook.errors import CommandError, ConvertError, StillhookError
+from stillhook.errors import CommandError, ConvertError, PlanError, StillhookError
 from stillhook.report.formatting import counted
 from stillhook.report.terminal import Answer, say
 from stillhook.units import KINDS, quote, show
@@ -353,6 +353,7 @@ def _sheets(source: Path, target: Path) -> dict[str, int]:
 
 def _tables_of(source: Path) -> list[Sheet]:
     """Tables of a crane, weather, a lift's rules, or the folder of a plan; none for a run or a log."""
+    from stillhook.base.gateway.guard import guarded
     from stillhook.formats.table.crane_sheet import crane_sheet
     from stillhook.formats.weather.description import weather_of_file
     from stillhook.formats.weather.sheet import weather_sheet
@@ -368,7 +369,8 @@ def _tables_of(source: Path) -> list[Sheet]:
         from stillhook.plan.report.sheets import limits_sheet, rules_sheet
 
         result = load_plan_result(source)
-        sheets = (limits_sheet(result), rules_sheet(result.facts), rigging_sheet(result.facts))
+        with guarded(f"{source.name or source}", PlanError, "Run the plan again."):
+            sheets = (limits_sheet(result), rules_sheet(result.facts), rigging_sheet(result.facts))
         return [sheet for sheet in sheets if sheet is not None]
     kind = kind_of_toml(toml_text(source)) if source.suffix.lower() == ".toml" else None
     if name in cranes() or kind is FileKind.CRANE:

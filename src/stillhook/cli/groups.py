@@ -222,7 +222,7 @@ class Program(TyperGroup):
 
 
 def two_words(entries: Mapping[str, Entry | Group], args: Sequence[str]) -> list[str]:
-    """A command line whose command has two words, beside one of the first word alone, with both in one."""
+    """A command line whose command has two words, where one of the first word alone exists too, with both in one."""
     both = " ".join(args[:2])
     return [both, *args[2:]] if both in entries else list(args)
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.base.cells import csv_of
 from stillhook.cli.parser import Columns, Json, MappingFile, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
+from stillhook.formats.table.cells import csv_of
 from stillhook.report.document import Document, Table, words
 from stillhook.report.formatting import counted, wrapped
 from stillhook.report.terminal import (

@@ -13,6 +13,7 @@ import fnmatch
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from importlib.resources import files
@@ -22,7 +23,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.errors import SimulationError
+from stillhook.base.gateway.access import read_bytes
+from stillhook.base.gateway.budget import STATE
+from stillhook.base.gateway.parse import from_json
+from stillhook.errors import SimulationError, UnreadableError
+from stillhook.units import quote
 
 DIGEST = 32
 """Bytes of a SHA-256."""
@@ -54,9 +59,9 @@ def unseal(kind: str, version: int, data: bytes, label: str) -> tuple[dict[str, 
         )
     line, _, body = rest[:-DIGEST].partition(b"\n")
     try:
-        head = json.loads(line)
+        head = from_json(line)
         count = head["numbers"]
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (UnreadableError, KeyError, TypeError):
         raise SimulationError(
             f"{label}: damaged: its head is not JSON with a count of numbers. Save it again."
         ) from None
@@ -72,11 +77,9 @@ def bytes_of(state: bytes | str | Path) -> tuple[bytes, str]:
     file cannot be read."""
     if isinstance(state, bytes | bytearray | memoryview):
         return bytes(state), "saved state"
-    try:
-        return Path(state).read_bytes(), str(state)
-    except (OSError, ValueError, TypeError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise SimulationError(f"{state}: {reason}. Give bytes of Session.save, or a file that it wrote.") from None
+    if not isinstance(state, str | os.PathLike):
+        raise SimulationError(f"{quote(state)}: give bytes of Session.save, or the path of a file that it wrote.")
+    return read_bytes(state, "file that Session.save wrote", SimulationError, STATE), str(state)
 
 
 def printable(value: object) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file, cannot_write, check_folder
+from stillhook.engine.certificate import objections
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import results_hash
 from stillhook.spec.crane import Crane
@@ -142,13 +143,17 @@ class Store:
 def keys_of(
     cranes: Sequence[Crane], cases: Sequence[bytes], names: Sequence[tuple[str, ...]], n_sub: int
 ) -> list[bytes]:
-    """What each summary follows from, as a hash: everything but names, titles and sources, which change no number.
+    """What each summary follows from, as a hash: everything but names, titles and sources, which change no number; also
+    how the certificate of a crane stands, which is in no file.
 
     Parameters: cases as bytes; names of the numbers of each; n_sub steps per PLC cycle.
     """
     start = f"{results_hash()} {n_sub} ".encode()
     machines = {id(c): c for c in cranes}
-    prints = {key: c.model_dump_json(exclude={"sources", "title", "name"}).encode() for key, c in machines.items()}
+    prints = {
+        key: "\0".join((c.model_dump_json(exclude={"sources", "title", "name"}), *objections(c))).encode()
+        for key, c in machines.items()
+    }
     columns = {each: " ".join(each).encode() for each in set(names)}
     return [
         hashlib.sha256(b"\0".join((start + columns[each], prints[id(crane)], case))).digest()

@@ -16,7 +16,6 @@ import atexit
 import contextlib
 import os
 import pickle
-import re
 import signal
 import subprocess
 import sys
@@ -25,8 +24,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
+from stillhook.base.gateway import budget
+from stillhook.base.gateway.access import first_bytes
+from stillhook.base.gateway.budget import MEMORY, late, memory_limit
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     import xarray
@@ -146,13 +147,6 @@ def end(number: int) -> None:
 
 T = TypeVar("T")
 
-TIME, MEMORY = "STILLHOOK_READ_TIME", "STILLHOOK_READ_MEMORY"
-"""Environment variables that change the limits."""
-LONGEST = 60.0
-"""One step may take this long [s], and a second more for each megabyte of the file."""
-SLOWEST = 1e6
-"""Bytes a second of the slowest drive that is waited for without TIME."""
-MOST_MEMORY = "8 GB"
 SMALL = 100_000_000
 """What any file may unpack to [bytes]."""
 DENSEST = 2000
@@ -218,7 +212,7 @@ class Reader:
         waiting.join(limit)
         if waiting.is_alive():
             self.close()
-            raise UnreadableError(f'not read within {limit:.3g} s; for a slow drive set {TIME}="10 min"')
+            raise UnreadableError(late(limit))
         if not answers:
             self.close()
             limits = f"{MEMORY} is {memory_limit() / 1e9:g} GB"
@@ -261,15 +255,8 @@ def _close_idle() -> None:
 
 
 def time_limit(path: Path) -> float:
-    """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment
-    variable `TIME` is set, that alone. Errors: StillhookError for a variable that is not a time above 0."""
-    text = os.environ.get(TIME)
-    if not text:
-        return LONGEST + _size(path) / SLOWEST
-    value = parse(text, "time", TIME)
-    if not value > 0.0:
-        raise StillhookError(f'{TIME} = {quote(text)}: a time above 0, such as "10 min".')
-    return value
+    """How long a step of reading a file may take [s]. Errors: as `stillhook.base.gateway.budget.time_limit`."""
+    return budget.time_limit(_size(path))
 
 
 def _size(path: Path) -> int:
@@ -277,16 +264,6 @@ def _size(path: Path) -> int:
         return path.stat().st_size
     except OSError:
         return 0
-
-
-def memory_limit() -> int:
-    """Memory that reading a file may take [bytes]: `MOST_MEMORY` or the environment variable `MEMORY`."""
-    text = os.environ.get(MEMORY) or MOST_MEMORY
-    match = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) (GB|MB)", text.strip())
-    size = float(match[1]) * (1e9 if match[2] == "GB" else 1e6) if match else 0.0
-    if not 0.0 < size < 1e15:
-        raise StillhookError(f'{MEMORY} = {quote(text)}: is not a size. Give one in GB or MB, such as "{MOST_MEMORY}".')
-    return int(size)
 
 
 def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at_once: bool = True) -> None:
@@ -313,15 +290,6 @@ MAGIC = {b"\x89HDF": "h5netcdf", b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 """First bytes of a file, and what reads it."""
 
 
-def magic(path: Path) -> bytes:
-    """The first bytes of a file. Errors: UnreadableError."""
-    try:
-        with path.open("rb") as file:
-            return file.read(4)
-    except (OSError, ValueError) as problem:
-        raise UnreadableError(str(getattr(problem, "strerror", None) or problem)) from None
-
-
 def read_dataset(path: Path) -> xarray.Dataset:
     """A complete NetCDF file in memory. Errors: UnreadableError with a reason in a few words."""
     return read_datasets(path, ())[0]
@@ -329,7 +297,7 @@ def read_dataset(path: Path) -> xarray.Dataset:
 
 def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
     """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError."""
-    first = magic(path)
+    _, first = first_bytes(path, 4, "NetCDF file", UnreadableError)
     if first not in MAGIC:
         raise UnreadableError("is empty" if not first else "does not begin as NetCDF does")
     return read_binary(_datasets, path, MAGIC[first], tuple(groups))

@@ -9,7 +9,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.named_files import named_path
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError
 from stillhook.formats.motion.open import read_ship_motion, read_tip_motion, stored_motion
@@ -163,6 +164,7 @@ def load_subject(name: str) -> Subject:
     return Subject(load_crane(name), {}, Settings(), None)
 
 
+@reader(ScenarioError)
 def load_case(path: str | Path) -> CaseFile:
     """Read a case file::
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from stillhook.base.gateway.guard import reader
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.engine.simulate import End
@@ -81,6 +82,7 @@ def stored_lift(path: str | Path) -> LiftFile:
     return LiftFile(cranes[0], case, step, every, f"again from {Path(path).name}", sampling=sampling, end=end)
 
 
+@reader(LiftError)
 def load_lift(
     path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True
 ) -> LiftFile:

@@ -26,10 +26,10 @@ import pandas as pd
 
 from stillhook import units
 from stillhook.base.atomic import atomic_file
-from stillhook.base.cells import csv_of
 from stillhook.base.extras import need
 from stillhook.errors import ConvertError
 from stillhook.formats.table import parquet
+from stillhook.formats.table.cells import csv_of
 from stillhook.formats.table.workbook import Sheet, write_sheets
 from stillhook.variables import BY_NAME
 

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.gateway.guard import guarded, reader
+from stillhook.base.gateway.parse import from_json
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
@@ -77,6 +79,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     return target
 
 
+@reader(StillhookError)
 def load_run(path: str | Path) -> xarray.Dataset:
     """The run that `save_run` wrote.
 
@@ -141,7 +144,7 @@ def lowerings_of(run: xarray.Dataset) -> tuple[list[Crane], list[Lowering | InSe
     try:
         places = np.ravel(run.attrs.get("crane_of_case", [0] * len(cases))).astype(int).tolist()
         of_case = [cranes[i] for i in places]
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, TypeError, OverflowError):
         of_case = []
     if len(of_case) != len(cases):
         raise StillhookError(f"stored run: {len(of_case)} cranes and {len(cases)} lowerings. Simulate again.")
@@ -163,8 +166,8 @@ def cranes_of(run: xarray.Dataset) -> list[Crane]:
 
 def _stored_list(run: xarray.Dataset, name: str) -> list[Any]:
     try:
-        stored = json.loads(str(run.attrs[name]))
-    except ValueError:
+        stored = from_json(str(run.attrs[name]))
+    except UnreadableError:
         stored = None
     if not isinstance(stored, list) or not stored:
         raise StillhookError(f"stored {name}: not a list in JSON. Simulate again.")
@@ -174,22 +177,31 @@ def _stored_list(run: xarray.Dataset, name: str) -> list[Any]:
 def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
     """Integration step and spacing of the series as texts; no spacing where no series was stored."""
     try:
-        step, every = float(run.attrs["step"]), float(run.attrs.get("every", 0.0))
-    except ValueError:
+        step, every = (float(np.asarray(run.attrs.get(name, 0.0)).item()) for name in ("step", "every"))
+    except (ValueError, TypeError):
         raise StillhookError("stored run: step or every is not a number. Simulate again.") from None
     return f"{step * 1e3:.9g} ms", f"{every:.9g} s" if every else None
 
 
 def stored_sampling(run: xarray.Dataset, crane: Crane) -> tuple[str | None, End]:
     """Sampling of the statistics of lowerings as text (None: every PLC cycle), and where they end."""
-    sampled = int(run.attrs.get("sampled", 1))
+    try:
+        sampled = int(np.asarray(run.attrs.get("sampled", 1)).item())
+        short = bool(np.asarray(run.attrs.get("short", 0)).item())
+    except (ValueError, TypeError, OverflowError):
+        raise StillhookError("stored run: sampled or short is not a whole number. Simulate again.") from None
     sampling = None if sampled == 1 else f"{sampled * crane.control.t_cycle:.9g} s"
-    return sampling, End.PROGRAMME if run.attrs.get("short", 0) else End.DURATION
+    return sampling, End.PROGRAMME if short else End.DURATION
 
 
 def rerun(run: xarray.Dataset) -> xarray.Dataset:
     """The same run again from its own record, of scenarios or lowerings; the same version on the same machine gives the
     same bits."""
+    with guarded("stored run", StillhookError, "Simulate again."):
+        return _rerun(run)
+
+
+def _rerun(run: xarray.Dataset) -> xarray.Dataset:
     step, every = stored_steps(run)
     more: dict[str, Any] = {"step": step, "every": every, "series": every is not None, "on_failure": "mark"}
     one_for_all = run.attrs.get("single", 1)

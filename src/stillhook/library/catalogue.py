@@ -12,6 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import LiftError, SeaError, StillhookError, WeatherError
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
@@ -111,6 +112,7 @@ def payloads() -> tuple[str, ...]:
     return shelf("payloads")
 
 
+@reader(LiftError)
 def read_payload(name_or_path: str | Path) -> Payload:
     """A payload of the library by name, or one described in a TOML file.
 
@@ -193,6 +195,7 @@ def compensators() -> tuple[str, ...]:
     return shelf("compensators")
 
 
+@reader(LiftError)
 def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> JointUnit:
     """A passive heave compensator of the library by name, or one described in a TOML file.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from stillhook.base.gateway.guard import reader
 from stillhook.base.sealed import SIGNATURE, read_sealed
 from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
@@ -44,6 +45,7 @@ _REQUIRED: dict[str, Any] = {
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
 
 
+@reader(ValidateError)
 def read_certificate(path: Path) -> dict[str, Any]:
     """Contents of a certificate's file, if it is complete and unchanged. Errors: ValidateError of one line."""
     data = read_sealed(path, FORMAT, "a certificate", _GIVE, ValidateError)

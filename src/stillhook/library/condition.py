@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
+from stillhook.base.gateway.guard import reader
 from stillhook.base.sealed import digest_of, read_sealed, sealed
 from stillhook.errors import SpecError
 from stillhook.spec.validity import SHORT, Condition
@@ -69,6 +70,7 @@ def state_file(crane_file: Path) -> Path:
     return crane_file.with_suffix(".condition.json")
 
 
+@reader(SpecError)
 def read_state(path: Path) -> State:
     """The state in a file, complete and unchanged. Errors: SpecError of one line."""
     absent = ", and the crane file names it"

@@ -9,7 +9,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import certified_of, read_certificate
 from stillhook.library.condition import condition_of, state_file
@@ -59,6 +60,7 @@ def cranes() -> tuple[str, ...]:
     return shelf("cranes")
 
 
+@reader(SpecError)
 def load_crane(name_or_path: str | Path) -> Crane:
     """A crane of the library by name, or one described in a TOML file.
 

@@ -15,7 +15,8 @@ from stillhook import units as u
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind
@@ -195,18 +196,21 @@ def is_path(name: str) -> bool:
     return name.endswith(SUFFIX)
 
 
+@reader(SpecError)
 def load_friction(name_or_path: str | Path) -> FrictionSet:
     """A system friction by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
     label, table = _table(FRICTION, name_or_path, "friction set")
     return _set(FrictionSet, label, table, user=_is_file(FRICTION, name_or_path))
 
 
+@reader(SpecError)
 def load_losses(name_or_path: str | Path) -> LossSet:
     """A motor by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
     label, table = _table(MOTORS, name_or_path, "motor")
     return _set(LossSet, label, table, user=_is_file(MOTORS, name_or_path))
 
 
+@reader(SpecError)
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
     """A set of either kind, distinguished by its name in the library or by what the file holds."""
     if str(name_or_path) in shelf(FRICTION):

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.guard import reader
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
 from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit, table_unit
@@ -319,6 +320,7 @@ def refuse_broken(source: Source, tracks: Tracks) -> None:
 CHUNK = 1 << 25  # bytes of a piece
 
 
+@reader(LogError)
 def read_log(
     path: str | os.PathLike[str],
     mapping: Mapping[str, Signal] | None = None,
@@ -365,6 +367,7 @@ def read_log(
     return log
 
 
+@reader(LogError)
 def read_samples(
     source: Source,
     rows: Mapping[str, Signal],

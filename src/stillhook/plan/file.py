@@ -18,7 +18,8 @@ from pydantic import BaseModel, Field, field_validator
 from stillhook import units as u
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.named_files import named_path
 from stillhook.engine.certificate import as_if_validated
 from stillhook.errors import LiftError, PlanError, WeatherError
 from stillhook.formats.lift.forms import in_written_words
@@ -129,6 +130,7 @@ def plans() -> tuple[str, ...]:
     return tuple(name for name in lifts() if "[environment]" in toml_text(LIBRARY / SHELF / f"{name}.toml"))
 
 
+@reader(PlanError)
 def load_plan(name_or_path: str | Path) -> LiftPlan:
     """Read a lift file with the seas to analyse::
 

@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from numpy.typing import NDArray
 
 from stillhook.base.atomic import atomic_folder
+from stillhook.base.gateway.access import sha256_of
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
 from stillhook.formats.results import save_json, to_json
@@ -310,6 +313,7 @@ def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
     return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
 
 
+@reader(PlanError)
 def load_plan_result(folder: str | Path) -> PlanResult:
     """The result that `save_plan` wrote.
 
@@ -345,27 +349,16 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     return PlanResult(data, facts, blocks)
 
 
-def _in_a_line(e: Exception) -> str:
-    return " ".join(str(e).split())[:120] or type(e).__name__
-
-
 def _check_numbers(recorded: object, where: Path) -> None:
     """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
-    try:
-        same = recorded is None or recorded == _hash((where / NUMBERS).read_bytes())
-    except OSError as e:
-        raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
-    if not same:
+    if recorded is not None and recorded != sha256_of(where / NUMBERS, PlanError):
         raise PlanError(
             f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again."
         )
 
 
 def _facts(path: Path) -> dict[str, Any]:
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as e:
-        raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
+    facts = json_file(path, "the facts of a plan", "Run the plan again.", PlanError)
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
     recorded = facts.pop(OF_FACTS, None)

@@ -265,22 +265,20 @@ class Scenario(Record):
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
         """The scenario that `to_dict` wrote. Errors: ScenarioError for any other."""
         try:
-            return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
+            tip, commands = motion_from_dict(data["tip"]), data.get("commands")
+            made = {name: data[name] for name in STORED} | dict(data) | {"tip": tip}
+            if commands is not None:
+                made["commands"] = Commands.from_dict(commands)
         except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:
             raise ScenarioError(
                 f"stored scenario: {u.quote(str(problem))} is missing or wrong. Simulate again."
             ) from None
+        try:
+            with u.stored_numbers():
+                return cls(**made)
+        except ScenarioError as problem:
+            raise ScenarioError(f"stored scenario: {problem}") from None
 
 
-def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
-    """SI data of `to_dict` with its tables as records again."""
-    raw["mode"] = Mode(raw["mode"])
-    raw["modes"] = tuple((t, Mode(m)) for t, m in raw["modes"])
-    raw["friction"] = FrictionModel(raw["friction"])
-    profile, steps = (tuple((t, x) for t, x in raw["operator"][k]) for k in ("profile", "steps"))
-    raw["operator"] = Operator.model_construct(profile=profile, steps=steps, alpha_m=raw["operator"].get("alpha_m"))
-    raw["sensors"] = Sensors.from_dict(raw["sensors"])
-    raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
-    raw["commands"] = Commands.from_dict(raw["commands"]) if raw.get("commands") else None
-    raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None
-    return raw
+STORED = ("mode", "modes", "duration", "friction", "operator", "sensors", "water", "power_loss")
+"""What every version has stored of a scenario, besides load, wire and motion."""

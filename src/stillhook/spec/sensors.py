@@ -160,10 +160,8 @@ class Sensors(Record):
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> "Sensors":
         """What `model_dump(mode="json")` wrote, numbers in SI."""
-        tables = {
-            quantity: _table_of(quantity, data[quantity]) for quantity in QUANTITIES if data.get(quantity) is not None
-        }
-        return cls.model_construct(**{**data, **tables})
+        with u.stored_numbers():
+            return cls(**data)
 
 
 def _table_and_fault(quantity: str) -> tuple[type[Errors[Any]], type[Fault[Any]]]:
@@ -175,12 +173,6 @@ def _table_and_fault(quantity: str) -> tuple[type[Errors[Any]], type[Fault[Any]]
 TABLES = {quantity: _table_and_fault(quantity) for quantity in QUANTITIES}
 """Table and fault of every quantity."""
 globals().update({each.__name__: each for both in TABLES.values() for each in both})  # pickle looks for them here
-
-
-def _table_of(quantity: str, data: Mapping[str, Any]) -> Errors[Any]:
-    table, fault = TABLES[quantity]
-    faults = tuple(fault.model_construct(**{**row, "kind": FaultKind(row["kind"])}) for row in data["faults"])
-    return table.model_construct(**{**data, "faults": faults})
 
 
 def error_sensors(sensors: Sensors) -> tuple[str, ...]:

@@ -14,8 +14,8 @@ VARIABLE = "STILLHOOK_CONFIG"
 """Environment variable that names another folder."""
 KEY, PUBLIC, TRUST = "key.pem", "public.pem", "trust.toml"
 """Names in it: private key, public key to hand out, keys that are trusted."""
-LARGEST = 1_000_000
-"""Bytes of a trust list; a PEM file has some hundred."""
+LARGEST = 200_000
+"""Bytes of a trust list: some 500 keys; a PEM file has some hundred."""
 
 
 def home() -> Path:
@@ -29,6 +29,8 @@ def text_of(path: Path, noun: str, advice: str, largest: int = LARGEST) -> str:
     Errors: TrustError, one line.
     """
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("not a file")
         with path.open("rb") as file:
             data = file.read(largest + 1)
         if len(data) > largest:

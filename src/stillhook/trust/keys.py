@@ -156,7 +156,7 @@ def public_of(pem: str, label: str) -> PublicKey:
     from cryptography.hazmat.primitives.serialization import load_pem_public_key
 
     if "PRIVATE KEY" in pem:
-        raise TrustError(f"{label}: a private key, which is nobody's business but its owner's. {_GIVE}")
+        raise TrustError(f"{label}: a private key, which its owner keeps. {_GIVE}")
     try:
         public = load_pem_public_key(pem.encode())
     except (ValueError, UnsupportedAlgorithm):

@@ -31,12 +31,12 @@ class Standing(StrEnum):
 _SENTENCES = {
     Standing.TRUSTED: "signed by {by}, trusted by {list}",
     Standing.UNSIGNED: "unsigned, so that its origin is unknown",
-    Standing.UNKNOWN: "signed by a key that is not trusted: {key} of somebody who gives the name {name}",
+    Standing.UNKNOWN: "signed by a key that is not trusted: {key}, with the unverified name {name}",
     Standing.REVOKED: "signed by {by}, which was revoked on {day}{reason}",
     Standing.EXPIRED: "signed by {by}, which was trusted until {day}",
     Standing.NOT_YET: "signed by {by}, which is trusted from {day} on",
     Standing.ALTERED: "changed since it was signed, or with a signature of something else: the signature does not fit",
-    Standing.ASSUMED: "assumed by the plan, and signed by nobody",
+    Standing.ASSUMED: "assumed by the plan and not signed",
 }
 _STEPS = {
     Standing.UNSIGNED: "let whoever validated sign it: stillhook certificate sign FILE",

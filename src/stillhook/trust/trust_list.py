@@ -34,6 +34,8 @@ from stillhook.units import quote
 _HEAD = "# Keys that are trusted; stillhook certificate key trust writes this file.\n"
 DAYS = ("valid_from", "valid_until", "revoked")
 _FIELDS = ("name", "public", *DAYS, "reason")
+LONGEST_LINE, LONGEST_REASON = 400, 200
+"""Letters of a line of a list and of a reason: a key of many thousand dots would take all memory."""
 _GIVE = "Correct it, or remove it and trust each key again: stillhook certificate key trust PUBLIC.pem."
 
 
@@ -63,8 +65,8 @@ class TrustedKey:
 
     def revoking(self, day: date, reason: str) -> TrustedKey:
         """The same key, revoked. Errors: TrustError for a reason that is no printable line."""
-        if not reason.strip() or not reason.isprintable():
-            raise TrustError(f"Reason {quote(reason)}: give a text of one printable line.")
+        if not reason.strip() or not reason.isprintable() or len(reason) > LONGEST_REASON:
+            raise TrustError(f"Reason {quote(reason)}: give one printable line of at most {LONGEST_REASON} characters.")
         return replace(self, revoked=day, reason=reason.strip())
 
     @property
@@ -125,6 +127,8 @@ def read_trust(file: Path, clock: Callable[[], date] = utc_today) -> TrustList:
     text = text_of(file, "a list of trusted keys", _GIVE)
     if rights := open_to_others(file, 0o022):
         raise TrustError(f"{file}: others may change it (rights {rights}). Take them away: chmod 644 {file}.")
+    if (longest := max(map(len, text.splitlines()), default=0)) > LONGEST_LINE:
+        raise TrustError(f"{file.name}: a line of {longest} characters, {LONGEST_LINE} at most. {_GIVE}")
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as problem:

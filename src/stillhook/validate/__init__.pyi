@@ -3,6 +3,7 @@ from stillhook.validate.certificate.certificate import certificate_files as cert
 from stillhook.validate.certificate.certificate import certificate_of as certificate_of
 from stillhook.validate.certificate.certificate import load_certificate as load_certificate
 from stillhook.validate.certificate.certificate import save_validation as save_validation
+from stillhook.validate.certificate.certificate import sign_certificate as sign_certificate
 from stillhook.validate.criteria.criteria import Criteria as Criteria
 from stillhook.validate.criteria.criteria import load_criteria as load_criteria
 from stillhook.validate.data_set.campaign import Campaign as Campaign

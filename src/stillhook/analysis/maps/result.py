@@ -21,6 +21,7 @@ from stillhook._version import __version__
 from stillhook.analysis.axes import Axes
 from stillhook.analysis.controllers import Controller
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.parse import from_json
 from stillhook.control.registry import CLASSIC
 from stillhook.engine.certificate import twin_line
 from stillhook.errors import Cancelled, StillhookError
@@ -136,7 +137,7 @@ class Map:
             status=full["status"].values.astype(object),
             cause=full["cause"].values.astype(object),
             better=next(name for name in ("e_c_pp", "settling_time") if name in full),
-            about=json.loads(data.attrs["about"]),
+            about=from_json(data.attrs["about"]),
         )
 
     def with_best_classic(self) -> Map:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, Field
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
 from stillhook.base.arrays import FloatArray, copied
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.engine.pack.settings import ASSUMED
 from stillhook.engine.pack.winch import gains, set_up_for
 from stillhook.engine.scenario.checks import check

@@ -88,7 +88,8 @@ def _answer_of_check(file: Path, result: Check) -> Answer:
     if result.computed and result.same_pdf is not None and result.same_bytes:
         same = "the same to the byte" if result.same_pdf else "not the same: edited, or set with other libraries"
         lines.append(partial(wrapped, f"PDF in the same folder: {same}"))
-    lines += [partial(wrapped, line) for line in result.judgement.lines]
+    how, step = result.judgement.lines
+    lines += [partial(wrapped, how) if result.judgement.trusted else how, partial(wrapped, step)]
     return Answer(f"{file}", lines, more="signature, PDF")
 
 
@@ -110,7 +111,11 @@ def sign(
     step = f"stillhook certificate {file} --check"
     if not judgement.trusted:
         step = "stillhook certificate key trust PUBLIC.pem, on every machine that shall credit it"
-    answer = Answer(f"{file}: certificate {made.short.short}", [f"{line}" for line in judgement.lines[:1]], step)
+    envelope = made.short.envelope
+    ranges = "" if envelope is None else ", ".join(f"{name} {text}" for name, text in envelope.says().items())
+    mark = "SYNTHETIC: " if made.short.synthetic else ""
+    lines = [f"{mark}{made.data['verdict']}", *([f"validated for: {ranges}"] if ranges else []), judgement.lines[0]]
+    answer = Answer(f"{file}: certificate {made.short.short}", lines, step)
     data = {"certificate": made.digest, "signature": judgement.to_dict()}
     present(data, brief=lambda: answer, json=json)
 
@@ -137,7 +142,7 @@ def key_new(
     write_key(made, private, public, word)
     lines: list[Line] = [
         f"Key id {made.public.id}",
-        f"private: {private} ({'encrypted' if word else 'not encrypted'}); it leaves this machine for nobody",
+        f"private: {private} ({'encrypted' if word else 'not encrypted'}); never hand it out",
         f"public: {public}, to hand out; tell its id by another way than the file",
     ]
     data = {"name": made.name, "key": made.public.id, "private": str(private), "public": str(public)}
@@ -231,7 +236,7 @@ def users_key() -> SigningKey | None:
 
 
 def _passphrase(prompt: str, *, twice: bool = False) -> str:
-    """The passphrase of STILLHOOK_PASSPHRASE, else as typed; empty where nobody can type. Errors: TrustError where two
+    """The passphrase of STILLHOOK_PASSPHRASE, else as typed; empty without a terminal. Errors: TrustError where two
     entries differ."""
     import getpass
     import sys

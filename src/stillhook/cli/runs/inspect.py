@@ -13,6 +13,7 @@ import typer
 from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
+from stillhook.library.toml.tree import toml_text
 from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import quote
 
@@ -133,7 +134,7 @@ def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
     """What a file holds, by the first reader that finds in it what it looks for."""
 
     if file.suffix.lower() == ".toml" and file.is_file():
-        kind = kind_of_toml(file.read_bytes().decode("utf-8-sig", errors="replace"))
+        kind = kind_of_toml(toml_text(file))
         if kind not in (FileKind.WEATHER, FileKind.VESSEL):
             known = "" if kind is None else f" is {kind.noun}: {kind.read_by}"
             raise CommandError(f"{file.name}{known or ': is TOML'}. Give inspect a table, a log, weather or a vessel.")
@@ -157,12 +158,13 @@ def _by_content(file: Path, rows: Mapping[str, Any]) -> Understood:
 
 def _order(file: Path, rows: Mapping[str, Any]) -> list[str]:
     """Readers to try, likeliest first: by the names of the rows that are given, then by the first bytes."""
-    from stillhook.formats.table.file import first_bytes, unpacked
+    from stillhook.base.gateway.access import first_bytes, unpacked
+    from stillhook.base.gateway.budget import RECORDS
     from stillhook.formats.waves.ndbc import is_ndbc
 
     _, head = first_bytes(file, HEAD, "file", CommandError)
     if head.startswith(b"\x1f\x8b"):
-        head = unpacked(file, "file", CommandError)[:HEAD]
+        head = unpacked(file, "file", CommandError, RECORDS)[:HEAD]
     text = head.decode("latin-1").lower()
     named = {"motion": {"heave", "roll", "pitch", "tip"}, "chart": {"radius", "SWL"}, "map": {"D_m"}}
     asked = [form for form, names in named.items() if names & rows.keys()]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stillhook.validate.validation import Validation
 
 
-NOT_SIGNED = "certificate: unsigned, so it is credited by nobody; to sign: stillhook certificate key new --name NAME"
+NOT_SIGNED = "certificate: unsigned, so that no plan credits it; to sign: stillhook certificate key new --name NAME"
 
 
 def validate(

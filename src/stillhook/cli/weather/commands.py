@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import nearest
+from stillhook.base.gateway.guard import guarded
 from stillhook.cli.parser import FACTORS_HELP, Columns, Json, MappingFile, Out, Spread, check_out, present, refuse
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.cli.weather import answers
-from stillhook.errors import WeatherError
+from stillhook.errors import PlanError, WeatherError
 from stillhook.report.terminal import progress_bar
 from stillhook.units import parse, quote
 
@@ -332,20 +333,21 @@ def by_plan(
     from stillhook.plan.weather.forecast import plan_forecast
 
     result = load_plan_result(folder)
-    chosen = str(result.facts["shown"]) if alternative is None else alternative
-    chosen_alternatives([chosen], result.alternatives)
-    answer = plan_forecast(
-        result,
-        read(),
-        limits=limits,
-        credit="twin" if twin else None,
-        start=when[0],
-        horizon=when[1],
-        ship=heading[0],
-        issue=when[2],
-    )
-    leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
-    answer = {name: leading[name] for name in ("go", "first_start", "reason")} | {"alternative": chosen} | answer
+    with guarded(str(folder), PlanError, "Run the plan again."):
+        chosen = str(result.facts["shown"]) if alternative is None else alternative
+        chosen_alternatives([chosen], result.alternatives)
+        answer = plan_forecast(
+            result,
+            read(),
+            limits=limits,
+            credit="twin" if twin else None,
+            start=when[0],
+            horizon=when[1],
+            ship=heading[0],
+            issue=when[2],
+        )
+        leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
+        answer = {name: leading[name] for name in ("go", "first_start", "reason")} | {"alternative": chosen} | answer
     present(answer, brief=partial(answers.planned, answer), json=json)
     return 0 if leading["go"] else 1
 

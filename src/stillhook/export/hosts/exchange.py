@@ -18,10 +18,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.parse import from_json
 from stillhook.engine.saved import printable
 from stillhook.engine.session import Kept, Session
-from stillhook.errors import MotionError, SimulationError
+from stillhook.errors import MotionError, SimulationError, UnreadableError
 from stillhook.physics.scalar import G
 from stillhook.physics.tip_kinematics import Jet, cosine
 from stillhook.physics.tip_kinematics import between as quintic
@@ -37,7 +40,7 @@ FORMAT = "stillhook exchange 2"
 MOST_CYCLES = 1_000_000
 """PLC cycles in one step of a host."""
 LARGEST = 1e12
-"""Largest number of a host in a stored state [SI]."""
+"""Largest number of a host [SI]."""
 
 
 class Sample(NamedTuple):
@@ -133,8 +136,9 @@ class Exchange:
         Errors: SimulationError, one line, for a sample that is not a number, and a time before the last accepted one.
         ScenarioError for a tension that the crane cannot hold at the start.
         """
-        if not all(math.isfinite(x) for x in sample):
-            raise SimulationError(f"The host gave {sample._asdict()} at {sample.time:.6g} s. Give finite numbers.")
+        if not all(map(_possible, sample)):
+            given = ", ".join(f"{name} = {printable(x)}" for name, x in sample._asdict().items())
+            raise SimulationError(f"The host gave {given}. Give finite numbers, up to {LARGEST:g}.")
         sample = sample._replace(F_w=max(sample.F_w, 0.0))  # a wire cannot push
         t_cycle = self.crane.control.t_cycle
         room = t_cycle * rounding(sample.time, t_cycle)
@@ -235,6 +239,10 @@ class Exchange:
             )
 
 
+def _possible(x: Any) -> bool:
+    return isinstance(x, int | float | np.integer | np.floating) and bool(-LARGEST <= x <= LARGEST)
+
+
 def _angle(sine: Sequence[float]) -> Jet:
     """An angle by its sine, each with rate and acceleration."""
     s, v, a = sine
@@ -275,10 +283,10 @@ def _envelope(body: str) -> str:
 def _unsealed(text: str) -> dict[str, Any]:
     """Errors: SimulationError, one line, for what is not such a text, of another format, or damaged."""
     try:
-        data = json.loads(text)
-        form, body = data.get("format"), data.get("body")
-    except (ValueError, TypeError, AttributeError, RecursionError):
-        form = None
+        data = from_json(text)
+    except UnreadableError:
+        data = None
+    form, body = (data.get("format"), data.get("body")) if isinstance(data, dict) else (None, None)
     if form != FORMAT:
         raise SimulationError(
             f"The stored state is not one of Stillhook's, or of an older version: its format is {printable(form)}, not"
@@ -287,8 +295,8 @@ def _unsealed(text: str) -> dict[str, Any]:
     if not isinstance(body, str) or _envelope(body) != text:
         raise SimulationError(f"The stored state is damaged: its checksum is not that of its text. {AGAIN}")
     try:
-        found = json.loads(body)
-    except (ValueError, RecursionError):
+        found = from_json(body)
+    except UnreadableError:
         found = None
     if not isinstance(found, dict):
         raise SimulationError(f"The stored state is damaged: it is not JSON of names and values. {AGAIN}")

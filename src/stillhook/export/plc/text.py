@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from stillhook._version import __version__
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import PROGRAM
 from stillhook.export.plc.block import PlcError
 from stillhook.export.plc.program import PREFIX, Block, Program, Structure, Unit, Variable
 from stillhook.export.plc.translate import comment
@@ -37,11 +39,7 @@ def checksum(text: str) -> str:
 def verify(file: Path) -> tuple[str, str]:
     """Checksum that a file names, and the one that it has. Errors: PlcError for a file that cannot be read or that
     names none."""
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, ValueError) as e:
-        reason = getattr(e, "strerror", None) or "no text in UTF-8"
-        raise PlcError(f"{file}: cannot be read ({reason}). Give a text that stillhook plc export wrote.") from None
+    text = read_text(file, "text that stillhook plc export wrote", PlcError, PROGRAM)
     found = LINE.search(text)
     if found is None:
         raise PlcError(f"{file}: names no checksum. Give a text that stillhook plc export wrote.")

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
-from stillhook.errors import ConvertError, LiftError, StillhookError
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import ConvertError, LiftError, StillhookError, UnreadableError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.lift.joining import CLOSE, STANDS
 from stillhook.tables.table import place_of
@@ -217,7 +217,7 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
     do not show, such as phases in one line.
     """
     text = text if text.endswith("\n") else f"{text}\n"
-    data = tomllib.loads(text)
+    data = from_toml(text)
     these = changes(data)
     if not these and "stage" not in data:
         if not _rows(data, "phase"):
@@ -232,8 +232,8 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
         said.append(_sentence(change, data))
     result = "".join(lines)
     try:
-        same = tomllib.loads(result) == changed(data, these)
-    except tomllib.TOMLDecodeError:
+        same = from_toml(result) == changed(data, these)
+    except UnreadableError:
         same = False
     if not same:
         table = "stage" if "stage" in data else "phase"

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.lift.tables import LiftTables, SeaTable, motion_unit_of

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import PlanError, ScenarioError, all_of
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, unit_in
 from stillhook.formats.table.dialect import MISSING, table_unit
@@ -31,6 +32,7 @@ ALSO = {"padeye": "lift-point", "trunnion": "lift-point", "grommet": "sling", "r
 SOURCE = ColumnSpec("source", "", ("certificate", "reference", "drawing"), "source")
 
 
+@reader(PlanError)
 def read_items(path: Path) -> tuple[RiggingItem, ...]:
     """The items of a table, in its order. Errors: PlanError, UnitError of one line that names file and row: a column
     that is missing or has no unit, a kind that is none, an item without a rated load."""

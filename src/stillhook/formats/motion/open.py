@@ -20,6 +20,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import read_bytes, read_text
+from stillhook.base.gateway.budget import JSON, RECORDS
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import MotionError, StillhookError, all_of
 from stillhook.formats.motion.psxn import raw_psxn
 from stillhook.formats.motion.ship_log import (
@@ -125,7 +128,7 @@ def raw_csv(path: str | os.PathLike[str], height: str, chosen: Mapping[str, Colu
 def motion_table(path: str | os.PathLike[str], chosen: Mapping[str, ColumnChoice]) -> TextTable:
     """The table of a file of motion: one that begins with its headings, or one below other lines."""
     file, _ = head_of(path)
-    data = file.read_bytes()
+    data = read_bytes(file, "log file", MotionError, RECORDS)
     try:
         table = headed_table(file.name, decoded(file.name, data, MotionError), MotionError, START, pad_last=True)
     except MotionError as problem:
@@ -185,6 +188,7 @@ def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
     )
 
 
+@reader(MotionError)
 def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
     """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is not JSON.
 
@@ -195,14 +199,15 @@ def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
     if not head.lstrip().startswith(b"{"):
         return None
     try:
-        motion = motion_from_json(file.read_text(encoding="utf-8"))
-    except (MotionError, UnicodeDecodeError) as problem:
+        motion = motion_from_json(read_text(file, "motion", MotionError, JSON))
+    except MotionError as problem:
         raise MotionError(f"{file.name}: {problem}") from None
     if isinstance(motion, Recorded):
         raise MotionError(f"{file.name}: holds a recorded motion. Give the log that it was read from.")
     return motion
 
 
+@reader(MotionError)
 def read_ship_motion(
     path: str | os.PathLike[str],
     *,
@@ -239,6 +244,7 @@ def read_ship_motion(
     return finish(raw, heave=sign, max_gap=max_gap, start=start, duration=duration)
 
 
+@reader(MotionError)
 def read_tip_motion(
     path: str | os.PathLike[str],
     *,

@@ -20,16 +20,19 @@ from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from functools import reduce
+from functools import partial, reduce
 from operator import xor
 from typing import Literal
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import opened
+from stillhook.base.gateway.budget import in_time
 from stillhook.errors import MotionError
 from stillhook.formats.motion.ship_log import HeaveSign, RawLog, evened, head_of
 
+LONGEST_LINE = 1 << 16  # bytes; a sentence has up to 82
 INVALID = b"2"  # quality flag in $PSXN,20: 0 normal, 1 reduced performance, 2 invalid
 AGREEMENT = 0.5  # correlation of altitude and heave steps beyond which their relative sign is beyond doubt
 HALF_A_DAY = 43200.0  # s: a time of day that falls back by more has passed midnight
@@ -139,12 +142,14 @@ def raw_psxn(path: str | os.PathLike[str], heave: HeaveSign, time: Literal["logg
     """
     file, head = head_of(path)
     number = 0
-    with file.open("rb") as stream:
-        stream.seek(max(file.stat().st_size - TAIL, 0))
+    with opened(file, "log file", MotionError) as stream:
+        size = os.fstat(stream.fileno()).st_size
+        stream.seek(max(size - TAIL, 0))
         tail = b"\n" + stream.read(TAIL).partition(b"\n")[2]  # whole lines
         stream.seek(0)
         scan = _Scan(instrument=time == "instrument", day_first=bool(_DAY_FIRST.search(head + tail)))
-        for number, raw in enumerate(stream, start=1):
+        lines = iter(partial(stream.readline, LONGEST_LINE), b"")  # a longer one is none of the sentences
+        for number, raw in enumerate(in_time(lines, size, file.name, MotionError), start=1):
             scan.line(number, raw)
     scan.counts["lines"] = number
     rows = np.frombuffer(scan.rows, dtype=np.float64).reshape(-1, 6)

@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import first_bytes, refuse_foreign
 from stillhook.errors import MotionError
-from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.sea.motion.recorded import FEWEST_POINTS
 from stillhook.sea.vessel.ship_motion import ReadReport, ShipMotion
 from stillhook.units import parse, quote

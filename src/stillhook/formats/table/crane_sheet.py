@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
-from stillhook.errors import SpecError
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import SpecError, UnreadableError
 from stillhook.formats.table.read import open_table
 from stillhook.formats.table.workbook import Sheet
 from stillhook.library import crane_from_toml
@@ -77,6 +77,6 @@ def _value(cell: str) -> Any:
     if LIST in cell:
         return [_value(part.strip()) for part in cell.split(LIST) if part.strip()]
     try:
-        return tomllib.loads(f"x = {cell}")["x"]
-    except tomllib.TOMLDecodeError:
+        return from_toml(f"x = {cell}")["x"]
+    except UnreadableError:
         return cell

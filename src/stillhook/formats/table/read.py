@@ -26,13 +26,14 @@ from typing import Any
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.extras import how_to_get, installed
+from stillhook.base.gateway.access import unpacked
+from stillhook.base.gateway.budget import TABLE
 from stillhook.errors import LogError, StillhookError, UnitError, UnreadableError, all_of
 from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table import parquet
 from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, missing_column, place_of, si_values
 from stillhook.formats.table.corrections import ColumnRow, read_corrections, row_of
 from stillhook.formats.table.dialect import MISSING, table_unit
-from stillhook.formats.table.file import unpacked
 from stillhook.formats.table.text import COMMENT, TextTable, decoded, headed_table, table_of
 from stillhook.formats.table.workbook import no_sheet
 from stillhook.library.toml.kinds import toml_instead
@@ -134,8 +135,6 @@ def _refuse_cells(count: int) -> None:
         raise UnreadableError(f"claims {count} cells; up to {LARGEST_CELLS} make a map")
 
 
-LARGEST_TABLE = 50_000_000
-"""Bytes; a million cells. Logs are read elsewhere, streamed."""
 START = "Give a table with a line of headings and one row a measured point."
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 
@@ -213,7 +212,7 @@ def _table(path: Path, error: type[StillhookError]) -> TextTable:
     kind = path.suffix.lower()
     if kind in (".xls", ".ods"):
         raise error(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
-    data = unpacked(path, "table in CSV, Parquet or Excel", error, LARGEST_TABLE)
+    data = unpacked(path, "table in CSV, Parquet or Excel", error, TABLE)
     if kind in READERS:
         return read_workbook(path.with_name(f"{path.name}#{sheet}") if sheet else path, error, START)
     return headed_table(path.name, decoded(path.name, data, error), error, START)

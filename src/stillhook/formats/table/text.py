@@ -7,14 +7,16 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.cells import MARK, text_of
+from stillhook.base.gateway.budget import in_time
 from stillhook.errors import StillhookError
+from stillhook.formats.table.cells import MARK, text_of
 from stillhook.formats.table.dialect import COMMENTS, dialect_of, one_newline, split_row
 from stillhook.units import quote
 
@@ -124,7 +126,7 @@ def headed_table(name: str, text: str, error: type[StillhookError], start: str, 
     comments = tuple(line for _, line in lines if line.lstrip().startswith(COMMENT))
     lines = [(number, line) for number, line in lines if not line.lstrip().startswith(COMMENT)]
     separator = _separator(lines[0][1]) if lines else ""
-    cells = [(number, split_row(line, separator)) for number, line in lines]
+    cells = [(number, split_row(line, separator)) for number, line in in_time(lines, len(text), name, error)]
     return table_of(name, cells, error, start, comments=comments, separator=separator, pad_last=pad_last)
 
 
@@ -200,7 +202,7 @@ def find_table(
         raise error(f"{name}: has no line of headings. {start}")
     comments: list[str] = []
     below: list[tuple[int, list[str]]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(in_time(text.splitlines(), len(text), name, error), start=1):
         remark = line.lstrip().startswith(_SIGNS)
         if number != dialect.header_line and (remark or number < dialect.header_line):
             comments.append(line.lstrip("#/% \t").rstrip(";,\t| ").strip())
@@ -220,11 +222,10 @@ def find_table(
     )
 
 
+_ENCLOSED = re.compile(r'"[^"]*"?|\[[^\]]*\]?')
+
+
 def _separator(header: str) -> str:
     """The separator of a line of headings; signs inside quotes and brackets do not count."""
-    bare, quoted, depth = "", False, 0
-    for sign in header:
-        quoted ^= sign == '"'
-        depth += (sign == "[") - (sign == "]")
-        bare += "" if quoted or depth > 0 else sign
+    bare = _ENCLOSED.sub("", header)
     return next((sign for sign in SEPARATORS if sign in bare), ",")

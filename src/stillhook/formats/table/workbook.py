@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook.base.atomic import atomic_file
-from stillhook.base.cells import cell_of
 from stillhook.base.extras import need
 from stillhook.errors import StillhookError
+from stillhook.formats.table.cells import cell_of
 from stillhook.units import quote
 
 WRITTEN = (".xlsx", ".csv")

@@ -21,6 +21,9 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import RECORDS
+from stillhook.errors import SeaError
 from stillhook.formats.vessel.supplement import finite_numbers, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
@@ -40,7 +43,6 @@ _WAVE = re.compile(rf"Ref\.pt incident wave\s*:\s*\(\s*{_NUMBER}\s+{_NUMBER}\s*\
 _POINT = re.compile(rf"Reference point of body\s*\d*\s*:\s*\(\s*{_NUMBER}\s+{_NUMBER}\s+{_NUMBER}\s*\)")
 UNITS = {"m/m": 1.0, "rad/m": 1.0, "deg/m": np.pi / 180.0}
 """Units of motions: what makes m/m and rad/m of them."""
-LARGEST_FILE = 20_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -110,9 +112,7 @@ def _motion_files(path: Path, text: str) -> list[tuple[str, str]]:
     for other in sorted(path.parent.glob("*")):
         if other.suffix.lower() != ".rao" or other.name == path.name or not other.is_file():
             continue
-        if other.stat().st_size > LARGEST_FILE:
-            continue
-        content = other.read_bytes().decode("utf-8-sig", errors="replace")
+        content = read_text(other, "file of motions", SeaError, RECORDS, errors="replace")
         if _MOTION.search(content[:4000]):
             result.append((other.name, content))
     return result

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stillhook.base.choice import nearest
+from stillhook.base.gateway.access import first_bytes, read_bytes, refuse_foreign
+from stillhook.base.gateway.budget import RECORDS
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import SeaError
-from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.formats.vessel.aqwa import is_aqwa, read_aqwa
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
@@ -29,9 +31,9 @@ SUPPORTED = (
     "Supported: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text files (.yml), AQWA"
     " .lis, WAMIT .4, HydroStar .rao and vessel descriptions (TOML)."
 )
-LARGEST_FILE = 200_000_000  # bytes
 
 
+@reader(SeaError)
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
     """The vessel in a file of motions or a vessel description, or one of the library by its name.
 
@@ -65,6 +67,7 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
     return replace(rao, notes=(*rao.notes, *remarks(rao, tests)))
 
 
+@reader(SeaError)
 def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: a file of motions, or the one that a vessel description names."""
     file, head = first_bytes(_existing_file(path), 8, "vessel file", SeaError)
@@ -121,13 +124,11 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
     if not file.exists():
         have = f"{', '.join(vessels())}{nearest(str(path), vessels())}"
         raise SeaError(f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has {have}")
-    if (size := file.stat().st_size) > LARGEST_FILE:
-        raise wrong(file.name, f"{size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read", "Check the file.")
     return file
 
 
 def _text(file: Path) -> str:
-    data = file.read_bytes()
+    data = read_bytes(file, "vessel file", SeaError, RECORDS)
     refuse_foreign(file.name, data, SeaError, "Unpack it, or export the motions as text.")
     if not data.strip():
         raise wrong(file.name, "is empty", SUPPORTED)

@@ -23,7 +23,9 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import nearest
-from stillhook.errors import SeaError
+from stillhook.base.gateway.budget import YAML
+from stillhook.base.gateway.parse import from_yaml
+from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.vessel.supplement import NOTHING, Supplement, description, wrong
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.rao import DOFS, Rao
@@ -62,6 +64,7 @@ DEFAULTS = {
 FIRST, LAST = "RAOPeriodOrFreq", 13  # name of a table begins so; numbers in a row of it
 SAVE = "Save the model again as a text data file."
 MOST_NAMED = 20  # names that a line lists
+LARGEST = 1e12  # of a number in a table
 SAME_G = 0.05  # m/s^2: how far g may be from 9.81 m/s^2 on earth
 MIRRORED_QUARTER = (
     "fore and aft mirrored about the RAO origin: the table holds one quarter, and surge, pitch and yaw change sign in"
@@ -103,11 +106,11 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     assumed = [f"{key} {value}" for key, value in DEFAULTS.items() if key not in kind]
     return to_rao(
         convention,
-        name=str(kind.get("Name", path.stem)),
+        name=_shown(kind.get("Name", path.stem)),
         omega=omega,
         heading=heading,
         H=H,
-        source=f"{path.name} (OrcaFlex, draught {draught.get('Name', '1')})",
+        source=f"{path.name} (OrcaFlex, draught {_shown(draught.get('Name', '1'))})",
         origin=f"x = {origin[0]:g} m, y = {origin[1]:g} m, z = {origin[2]:g} m of OrcaFlex's vessel axes (RAO origin)",
         notes=(
             *((f"not in the file, OrcaFlex's defaults: {', '.join(assumed)}",) if assumed else ()),
@@ -119,17 +122,21 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     )
 
 
+def _shown(value: object) -> str:
+    """A name or number of the file, short and on one line."""
+    return quote(value).strip('"')
+
+
 def _model(file: str, text: str) -> Mapping[str, Any]:
     """The document of a file that holds vessel types."""
+    if len(text) > YAML.size:
+        raise wrong(file, f"holds more than {YAML.size / 1e6:g} MB", "Save a model with fewer vessel types.")
     try:
-        import yaml
+        documents = from_yaml(text)
     except ImportError:
         raise SeaError(f"{file}: reading OrcaFlex text files needs PyYAML. Install stillhook[orcaflex].") from None
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    try:
-        documents = list(yaml.load_all(text, Loader=loader))
-    except (yaml.YAMLError, ValueError, RecursionError) as e:
-        raise wrong(file, f"is not YAML ({' '.join(str(e).split())[:120]})", SAVE) from None
+    except UnreadableError as problem:
+        raise wrong(file, f"is not YAML ({problem})", SAVE) from None
     model = next((d for d in documents if isinstance(d, Mapping) and "VesselTypes" in d), None)
     if model is None:
         raise wrong(file, "has no VesselTypes", "Save a model with a vessel type as a text data file.")
@@ -166,7 +173,7 @@ def _chosen(
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
         raise wrong(place, f"{key} is not a list of tables", SAVE)
-    names = [str(e.get("Name", "?")) for e in entries]
+    names = [_shown(e.get("Name", "?")) for e in entries]
     have = f"{place}: holds {len(names)} {key} ({', '.join(names[:MOST_NAMED])}{', ...' * (len(names) > MOST_NAMED)})"
     if name is None and len(names) > 1:
         raise SeaError(f"{have}. {description(file, f'{field} = {quote(names[0])}')}")
@@ -195,7 +202,7 @@ def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, 
         key = next((k for k in entry if str(k).startswith(FIRST)), None) if isinstance(entry, Mapping) else None
         if key is None or "RAODirection" not in entry:
             raise wrong(place, f"a displacement RAO without RAODirection or without a table {FIRST}...", SAVE)
-        where = f"{place}: RAODirection {entry['RAODirection']}"
+        where = f"{place}: RAODirection {_shown(entry['RAODirection'])}"
         rows = _rows(where, entry[key])
         if first is None:
             first = rows[:, 0]
@@ -225,8 +232,8 @@ def _rows(where: str, table: Any) -> FloatArray:
     except (TypeError, ValueError):
         raise wrong(where, "holds something that is not a number", SAVE) from None
     used = rows[np.isfinite(rows[:, 0]) & (rows[:, 0] > 0.0)]
-    if not np.isfinite(used).all():
-        raise wrong(where, "holds a number that is not finite", "Correct the table.")
+    if not (np.isfinite(used) & (np.abs(used) < LARGEST)).all() or used[:, 0].min(initial=1.0) < 1.0 / LARGEST:
+        raise wrong(where, "holds a number that no vessel has, or that is not finite", "Correct the table.")
     return rows
 
 
@@ -241,7 +248,7 @@ def _point(
     if (
         not isinstance(point, list)
         or len(point) != 3
-        or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
+        or not all(isinstance(v, int | float) and abs(v) < LARGEST for v in point)
     ):
         raise wrong(place, f"{key} {quote(point)} is not a point", "Give it as [x, y, z].")
     x, y, z = (length * float(v) for v in point)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import SeaError
 from stillhook.formats.waves.ndbc import FILLS, SHORT_FILL, Records, bands, numbers, read_records
 from stillhook.sea.spectra.directions import Coefficients, DirectionSense, coming_from
@@ -166,6 +167,7 @@ def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
     return tuple(file.with_suffix(end) for _, end in PARTS.values()) if file.suffix == ".data_spec" else ()
 
 
+@reader(SeaError)
 def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     """The spectra of an NDBC file with their directions from its four companions, shared out over 36 sectors by the
     maximum-entropy method.

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import refuse_foreign, unpacked
+from stillhook.base.gateway.budget import RECORDS
 from stillhook.errors import SeaError
-from stillhook.formats.table.file import refuse_foreign, unpacked
 from stillhook.formats.table.text import HEAD, numbers_of
 from stillhook.units import quote
 
@@ -45,7 +46,7 @@ class Records:
 
 def read_text(path: str | os.PathLike[str]) -> str:
     """The text of a plain or gz file. Errors: SeaError for what cannot be read, is cut short or is not text."""
-    name, data = Path(path).name, unpacked(path, "file of waves", SeaError)
+    name, data = Path(path).name, unpacked(path, "file of waves", SeaError, RECORDS)
     instead = "Give a text file of NDBC, plain or gz, or say what it is with --format."
     refuse_foreign(name, data[:HEAD], SeaError, instead)
     try:

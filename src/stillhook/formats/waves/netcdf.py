@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillhook.base.gateway.access import first_bytes
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, read_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -56,9 +57,8 @@ def form_of(path: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        if magic(path) not in MAGIC:
-            with path.open("rb") as stream:
-                head = stream.read(HEAD)
+        _, head = first_bytes(path, HEAD, "file of spectra", SeaError)
+        if head[:4] not in MAGIC:
             return next((form for pattern, form in TEXTS if pattern.match(head)), None)
         data = read_dataset(path)
     except UnreadableError as problem:

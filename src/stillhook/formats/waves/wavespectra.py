@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.waves.buoys import companions, is_spectra, read_directional, read_spectra, read_states
@@ -41,6 +42,7 @@ PRINTED = 1e-2
 """Part of the largest density by which two printings of one direction may differ without a note."""
 
 
+@reader(SeaError)
 def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None = None) -> SpectrumSeries:
     """Spectra of a file in one of `FORMATS` at one point of it (from 0; may be left out where there is only one).
 
@@ -51,7 +53,7 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
     if form not in FORMATS:
         raise SeaError(f"--format {quote(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
     if not file.exists():
-        raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.")
+        raise SeaError(f"{quote(str(file))}: no such file. Check the path.")
     notes: list[str] = []
     try:
         if form == NATIVE:
@@ -156,6 +158,7 @@ def _series(source: str, f: Any, theta: Any, E: Any, time: Any, notes: list[str]
     return SpectrumSeries(2.0 * np.pi * centre, 2.0 * np.pi * width, S, time, valid, source, tuple(notes), directional)
 
 
+@reader(SeaError)
 def read_sea(
     path: str | os.PathLike[str], form: str | None = None, point: int | None = None
 ) -> SpectrumSeries | SeaStates:

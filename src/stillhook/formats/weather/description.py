@@ -13,7 +13,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError, WeatherError
 from stillhook.formats.table.corrections import ColumnRow, row_of
 from stillhook.formats.table.understood import ReadColumn, Understood, ends

@@ -25,9 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import refuse_foreign, unpacked
+from stillhook.base.gateway.budget import RECORDS
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import SeaError, WeatherError
 from stillhook.formats.table.dialect import COMMENTS
-from stillhook.formats.table.file import refuse_foreign, unpacked
 from stillhook.formats.table.read import workbook_text
 from stillhook.formats.table.text import HEAD, TextTable, find_table
 from stillhook.formats.waves.ndbc import SHORT_FILL, is_ndbc, read_records
@@ -63,6 +65,7 @@ _BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
 START = "Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s]."
 
 
+@reader(WeatherError)
 def read_weather(
     source: str | os.PathLike[str],
     *,
@@ -90,7 +93,7 @@ def read_weather(
     if sheet_of(path)[0].suffix.lower() in ENDINGS:
         data = workbook_text(path, WeatherError, START)
     else:
-        data = unpacked(path, "file of weather", WeatherError)
+        data = unpacked(path, "file of weather", WeatherError, RECORDS)
         refuse_foreign(path.name, data[:HEAD], WeatherError, "Export the place as CSV.")
     in_blanks = not _has_separators(data[:HEAD])
     if in_blanks and is_ndbc(data[:HEAD].decode("latin-1")):

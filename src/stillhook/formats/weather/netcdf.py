@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import first_bytes
 from stillhook.errors import UnreadableError, WeatherError
-from stillhook.formats.binary import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, read_dataset
 from stillhook.formats.weather.columns import Column, in_si, weather_of
 from stillhook.formats.weather.times import WHERE, Zone
 from stillhook.sea.spectra.directions import DirectionSense
@@ -25,10 +26,7 @@ _TIMES = ("time", "valid_time", "datetime")
 
 def is_netcdf(path: Path) -> bool:
     """Whether a file begins as NetCDF does."""
-    try:
-        return path.is_file() and magic(path) in MAGIC
-    except UnreadableError as problem:
-        raise WeatherError(f"{path.name}: cannot be read ({problem}). Check your rights.") from None
+    return path.is_file() and first_bytes(path, 4, "file of weather", WeatherError)[1] in MAGIC
 
 
 def read_netcdf(

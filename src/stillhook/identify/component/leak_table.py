@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import LogError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, read_columns
@@ -70,6 +71,7 @@ class LeakData:
         return axes if self.dp is None else axes | {"pressure": (self.dp, "pressure")}
 
 
+@reader(LogError)
 def read_leaks(
     path: str | os.PathLike[str],
     unit: Unit,

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from stillhook import units as u
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import IdentifyError
 from stillhook.library import load_crane
 from stillhook.library.crane_file import changed

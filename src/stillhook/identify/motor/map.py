@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import LogError, StillhookError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, chosen_rows, open_table, read_columns
@@ -151,6 +152,7 @@ def understood_map(path: str | os.PathLike[str], columns: Mapping[str, Any] | No
     return Understood(table.name, "map of a motor", tuple(read), unused, notes, problem=problem)
 
 
+@reader(LogError)
 def read_map(
     path: str | os.PathLike[str],
     *,

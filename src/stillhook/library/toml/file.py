@@ -17,7 +17,8 @@ from typing import Any, Protocol, TypeVar
 from pydantic import BaseModel, Field, ValidationError
 
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import guarded
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import parsed, toml_text
@@ -134,8 +135,9 @@ def read_toml(
 ) -> Result:
     """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError."""
     file = Path(path)
-    data = parsed(toml_text(file), file.name, kind, start=start)
-    return named(TomlTable(file, data, error), read)
+    with guarded(file.name, error):
+        data = parsed(toml_text(file), file.name, kind, start=start)
+        return named(TomlTable(file, data, error), read)
 
 
 def read_toml_raising(

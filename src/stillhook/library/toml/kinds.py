@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.choice import nearest
-from stillhook.errors import SpecError
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import SpecError, UnreadableError
 from stillhook.units import quote
 
 _TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -104,8 +107,8 @@ def unknown_name(noun: str, name: str, names: Sequence[str], wanted: FileKind) -
 def kind_of_toml(text: str) -> FileKind | None:
     """The kind of a TOML text; None where it is not TOML, or of no known kind."""
     try:
-        return kind_of(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return kind_of(from_toml(text))
+    except UnreadableError:
         return None
 
 
@@ -114,7 +117,7 @@ def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
     file = Path(path)
     if file.suffix.lower() != ".toml" or not file.is_file():
         return ""
-    kind = kind_of_toml(file.read_bytes().decode("utf-8-sig", errors="replace"))
+    kind = kind_of_toml(read_text(file, "TOML file", SpecError, TOML, errors="replace"))
     return "" if kind is None else f"{file.name} is {kind.noun}, not {wanted}: {kind.read_by}. Give {wanted} here."
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.choice import nearest
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError, UnitError
 from stillhook.library.toml.kinds import LIBRARY
 from stillhook.library.toml.tree import Leaf, Tree, shelf, toml_text

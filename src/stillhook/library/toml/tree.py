@@ -7,20 +7,20 @@ plainly ``"96 mm"`` (kind "user"). Trees of one file are laid over those of anot
 from __future__ import annotations
 
 import functools
-import stat
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from stillhook.base.choice import nearest
-from stillhook.errors import SpecError
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import SpecError, UnreadableError
 from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_text, refuse_other
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import quote
 
-LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
 LABELS = frozenset({"name", "title"})  # texts that need no source
 EVIDENCE = "evidence"  # table of a parameter set: how well it is known
 LONGEST_KEY = 100  # characters; the longest field has 15
@@ -98,21 +98,7 @@ def file_tree(path: Path) -> Tree:
 
 def toml_text(path: Path) -> str:
     """The text of a TOML file of a sensible size; SpecError of one line if there is none."""
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            object_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
-            raise SpecError(f"{quote(str(path))}: {object_type}, not a file. Give the path of a TOML file.")
-        if status.st_size > LARGEST_FILE:
-            raise SpecError(f"{quote(str(path))}: larger than {LARGEST_FILE} bytes, so it is not a crane or case file.")
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise SpecError(f"{quote(str(path))}: no such file. Check the path.") from None
-    except UnicodeDecodeError as problem:
-        raise SpecError(f"{path.name}: not UTF-8 text (byte {problem.start}). Save it as UTF-8.") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or _one_line(problem)
-        raise SpecError(f"{quote(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
+    return read_text(path, "TOML file", SpecError, TOML)
 
 
 START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
@@ -124,17 +110,13 @@ def parsed(text: str, name: str, *kinds: FileKind, start: str = START_CRANE) -> 
     if not text.strip():
         raise SpecError(f"{name}: empty. {start}")
     try:
-        table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as problem:
+        table = from_toml(text)
+    except UnreadableError as problem:
         if other := kind_of_text(text):
             raise SpecError(f"{name}: {other}.") from None
-        raise SpecError(f"{name}: not valid TOML: {_one_line(problem)}. Correct that line.") from None
+        raise SpecError(f"{name}: not valid TOML: {problem}. Correct that line.") from None
     refuse_other(table, name, *kinds)
     return table
-
-
-def _one_line(problem: BaseException) -> str:
-    return " ".join(str(problem).split()).rstrip(".")
 
 
 def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> Tree:

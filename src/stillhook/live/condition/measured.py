@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.atomic import atomic_file
+from stillhook.base.gateway.parse import json_file
 from stillhook.base.sealed import digest_of, sealed
-from stillhook.errors import StillhookError
+from stillhook.errors import LiveError, StillhookError
 from stillhook.live.condition.followed import FOLLOWED, TABLE_HASH, Followed
 from stillhook.spec.crane import Crane, content
 from stillhook.validate.certificate.certificate import sha256_of, versions
@@ -112,11 +113,11 @@ def stored(campaign: Campaign, key: str, logs: Mapping[str, str], folder: Path |
     if folder is None:
         return known
     try:
-        data = json.loads((folder / known.name).read_bytes())
+        data = json_file(folder / known.name, "what is known of a campaign", "", LiveError)
         if data["format"] == FORMAT and data["key"] == key and data["digest"] == digest_of(data):
             known.numbers = {name: Number(**x) for name, x in data["numbers"].items()}
             known.reasons, known.judged = data["reasons"], data["judged"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (StillhookError, ValueError, KeyError, TypeError, AttributeError):
         pass
     return known
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import time
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +11,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from stillhook.base.named_files import allowing
-from stillhook.errors import LiveError, StillhookError
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.named_files import allowing
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import LiveError, StillhookError, UnreadableError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.condition.followed import FOLLOWED
@@ -65,7 +67,7 @@ def gather(sources: Sequence[str | Path], *, out: Path | None = None, vanished: 
 
     Parameters: sources: campaign files, and folders with campaigns at any depth, each in its `campaign.toml`; out: a
     folder that is not searched; vanished: whether a folder may be away for a while, as while it is watched.
-    A folder that is given allows campaigns to name files anywhere in it (`stillhook.base.named_files`).
+    A folder that is given allows campaigns to name files anywhere in it (`stillhook.base.gateway.named_files`).
     A file that is given and cannot be read is an error; one in a folder is refused in a line, and the others count.
     Errors: StillhookError of one line.
     """
@@ -117,9 +119,9 @@ def _incomplete(file: Path) -> str:
     written a moment ago."""
     paths = [file]
     try:
-        tests = tomllib.loads(file.read_text(encoding="utf-8")).get("test", [])
+        tests = from_toml(read_text(file, "campaign", LiveError, TOML)).get("test", [])
         paths += [file.parent / t["log"] for t in tests if isinstance(t, dict) and isinstance(t.get("log"), str)]
-    except (OSError, ValueError, AttributeError, TypeError):
+    except (LiveError, UnreadableError, TypeError):
         pass  # half written, or broken: its age says which
     for path in paths:
         try:

@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.base.gateway.access import read_bytes
+from stillhook.base.gateway.budget import PROGRAM
 from stillhook.errors import LiveError
 from stillhook.live.hil.bus import BusError, Image, quiet
 from stillhook.live.runtime.board import IMAGE
@@ -69,7 +71,7 @@ class OpcUaBus:
         text = f"{type(problem).__name__} {problem}"
         if any(code in text for code in ("BadUserAccessDenied", "BadCertificateUntrusted", "BadSecurityChecksFailed")):
             own = self.trust.certificate
-            name = fingerprint(own.read_bytes())
+            name = fingerprint(read_bytes(own, "certificate", LiveError, PROGRAM))
             return LiveError(
                 f"{self._settings.url}: the twin does not trust this PLC. Copy {own} into the twin's opcua/trusted/ as"
                 f" {name}.der, after comparing the fingerprint {name}, and start again."

@@ -9,6 +9,8 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field
 
 from stillhook.analysis.controllers import STRONG, strong_ssc
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import PROGRAM
 from stillhook.control.registry import Mode
 from stillhook.engine.session import Session
 from stillhook.errors import LiveError
@@ -105,7 +107,7 @@ class PlcPlan(NamedTuple):
             return CompiledText(self.crane, self.mode)
         if not program.endswith(".st"):
             raise self.table.wrong(f"choose {LIBRARY} or {TEXT}, or give a file whose name ends in .st.", "program")
-        text = self.table.relative_file(program, "program").read_text(encoding="utf-8")
+        text = read_text(self.table.relative_file(program, "program"), "program", LiveError, PROGRAM)
         return CompiledText(self.crane, self.mode, text)
 
     def bus(self) -> Bus:

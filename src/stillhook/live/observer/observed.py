@@ -13,7 +13,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.errors import LiveError
+from stillhook.base.gateway.parse import json_file
+from stillhook.errors import LiveError, StillhookError
 from stillhook.live.estimate.bounds import PLAUSIBLE
 from stillhook.live.observer.adaptation import CERTIFIED, Adaptation, Change, not_allowed
 from stillhook.live.observer.observer import FACTOR, Task, shown_names
@@ -46,8 +47,8 @@ AGAIN = 2.0
 def factor_in(path: Path | None) -> float:
     """The factor of a file; the certified one where there is none, or it is damaged."""
     try:
-        value = float(json.loads(path.read_text(encoding="utf-8"))["value"]) if path is not None else CERTIFIED
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        value = float(json_file(path, "a factor", "", LiveError)["value"]) if path is not None else CERTIFIED
+    except (StillhookError, ValueError, KeyError, TypeError):
         return CERTIFIED
     return value if PLAUSIBLE[0] <= value <= PLAUSIBLE[1] else CERTIFIED
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import sha256_of
 from stillhook.errors import LiveError
 from stillhook.live.estimate import FrictionEstimator
 from stillhook.live.residual.fit import HeldOut, LearningLog, Sea, judged
@@ -64,7 +64,7 @@ def learning_log(path: Path, crane: Crane, mapping: Mapping[str, Signal] | None 
     if len(x.t) < FEWEST:
         most = max(left_out, key=left_out.__getitem__) if left_out else "too short"
         raise LiveError(f"{path}: {len(x.t)} of at least {FEWEST} usable samples (mostly: {most}). Leave this log out.")
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = sha256_of(path, LiveError)
     return LearningLog(path.name, path.resolve().parent.name, sea, digest, x)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file
+from stillhook.base.gateway.guard import reader
 from stillhook.base.sealed import EXACT, digest_of, read_sealed, sealed
 from stillhook.errors import LiveError
 from stillhook.kernels.build import results_hash
@@ -101,6 +102,7 @@ def write_model(path: Path, model: Model) -> str:
     return digest_of(data, EXACT)
 
 
+@reader(LiveError)
 def read_model(path: Path, crane: Crane) -> Model:
     """A model for a crane. Errors: LiveError of one line for what is not a model, was changed, or is of another crane
     or code."""

@@ -14,6 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from stillhook.base.extras import need
+from stillhook.base.gateway.access import read_bytes
+from stillhook.base.gateway.budget import PROGRAM
 from stillhook.errors import LiveError
 
 DAYS = 5 * 365
@@ -54,8 +56,10 @@ class TrustFolder:
                 f"{self.key}: others may read it (rights {mode:03o}). Take them away: chmod 600 {self.key}."
             )
         try:
-            certificate = x509.load_der_x509_certificate(self.certificate.read_bytes())
-        except (ValueError, OSError):
+            certificate = x509.load_der_x509_certificate(
+                read_bytes(self.certificate, "certificate", LiveError, PROGRAM)
+            )
+        except (ValueError, LiveError):
             raise LiveError(f"{self.certificate}: no certificate. Move own/ away; a new one is made then.") from None
         if certificate.not_valid_after_utc < datetime.now(UTC):
             over = certificate.not_valid_after_utc.date()
@@ -120,10 +124,10 @@ def _der_of(path: Path) -> bytes | None:
     from cryptography.hazmat.primitives.serialization import Encoding
 
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, "certificate", LiveError, PROGRAM)
         if data.lstrip().startswith(b"-----BEGIN"):
             return x509.load_pem_x509_certificate(data).public_bytes(Encoding.DER)
-    except (OSError, ValueError):
+    except (LiveError, ValueError):
         return None
     return data
 

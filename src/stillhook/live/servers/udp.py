@@ -19,7 +19,8 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from stillhook.errors import LiveError
+from stillhook.base.gateway.parse import from_json
+from stillhook.errors import LiveError, UnreadableError
 from stillhook.live.runtime.sink import event
 from stillhook.live.servers.counted import Counted
 from stillhook.live.servers.served import LOOPBACK, Served, check_address, is_loopback
@@ -127,9 +128,9 @@ class UdpServer:
         if len(data) > MOST_BYTES:
             return self._refuse(f"{len(data)} bytes, at most {MOST_BYTES} are read")
         try:
-            table = json.loads(data, object_pairs_hook=_once)
+            table = from_json(data)
             good = isinstance(table, dict) and bool(table) and all(_is_number(v) for v in table.values())
-        except (ValueError, RecursionError):
+        except UnreadableError:
             good = False
         if not good:
             return self._refuse("no JSON object of finite numbers")
@@ -155,14 +156,6 @@ class _Receiver(asyncio.DatagramProtocol):
     def datagram_received(self, data: bytes, addr: Any) -> None:
         """A message."""
         self._receive(data, addr)
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A table of keys that are there once. Errors: ValueError."""
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        raise ValueError("a key is given twice")
-    return table
 
 
 def _is_number(value: object) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.gateway.access import first_bytes, opened
 from stillhook.errors import LogError
 from stillhook.formats.table.dialect import COMMENTS, Dialect, decimal_of, dialect_of, head_text, split_row
 from stillhook.formats.table.stamps import stamps_to_seconds
@@ -197,9 +199,8 @@ class CsvLog:
 
 def open_csv(path: Path) -> CsvLog:
     """A text log with its dialect found from the first part of the file. Errors: LogError of one line."""
-    with path.open("rb") as stream:
-        head = stream.read(HEAD)
-        complete = len(head) < HEAD
+    _, head = first_bytes(path, HEAD, "log file", LogError)
+    complete = len(head) < HEAD
     return CsvLog(path, twincat_dialect(head, path.name) or dialect_of(head, path.name, complete))
 
 
@@ -260,8 +261,9 @@ def _lines(path: Path, encoding: str, size: int) -> Iterator[tuple[bytes, int]]:
         decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
         decode = lambda data, end: decoder.decode(data, end).encode()
     rest, read, last = b"", 0, b""
-    with path.open("rb") as stream:
-        while data := stream.read(size):
+    with opened(path, "log file", LogError) as stream:
+        whole = os.fstat(stream.fileno()).st_size  # what is written to it meanwhile is left for the next time
+        while data := stream.read(min(size, whole - read)):
             if read == 0:
                 data = data.removeprefix(codecs.BOM_UTF8)
             read += len(data)

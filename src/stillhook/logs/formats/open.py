@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from stillhook.base.extras import how_to_get, installed
+from stillhook.base.gateway.access import first_bytes, refuse_foreign
+from stillhook.base.gateway.guard import reader
 from stillhook.errors import LogError, UnreadableError
 from stillhook.formats import binary as reader_process
 from stillhook.formats.binary import Reader, time_limit
-from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_parquet, open_tdms
 from stillhook.logs.formats.csv import open_csv
 from stillhook.logs.formats.source import Chunk, Source, Want, master
@@ -72,6 +73,7 @@ class BinaryLog:
 _HEAD = 512
 
 
+@reader(LogError)
 def open_log(path: str | os.PathLike[str]) -> Source:
     """The log at a path, opened. Errors: LogError of one line for what is not a log."""
     file, head = first_bytes(path, 2 * _HEAD, "log file", LogError)

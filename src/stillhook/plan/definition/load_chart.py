@@ -23,7 +23,8 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import PlanError, StillhookError, all_of
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.corrections import corrections
@@ -254,6 +255,7 @@ def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | No
     return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping, table.type)
 
 
+@reader(PlanError)
 def read_load_chart(
     path: str | Path, mapping: str | Path | None = None, columns: Mapping[str, Any] | None = None
 ) -> LoadChart:

@@ -9,7 +9,8 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.extras import installed
-from stillhook.errors import PlanError
+from stillhook.base.gateway.guard import reason_of
+from stillhook.errors import PlanError, StillhookError
 from stillhook.formats.results import save_json
 from stillhook.formats.table.workbook import write_sheets
 from stillhook.plan.assessments import ASSESSMENTS
@@ -140,17 +141,17 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     figures: also every figure as a separate picture. The same result gives the same bytes. Without the extra `report`
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
-    result = for_print(result)
     try:
+        result = for_print(result)
         images = draw_if_possible(lambda: pictures(result))
         report, sheets = document(result, images), {CARD: card(result), DECISION: decision(result)}
         papers = {PDF: report, **_sheets(result, sheets, images, report.made_by)}
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
-        if UNSEALED not in result.facts:
-            raise
-        odd = f"{type(problem).__name__}: {problem}".partition("\n")[0]
-        line = f"{FACTS} has no hash, and a part of it is missing or odd ({odd}). Run the plan again."
-        raise PlanError(f"report of {quote(result.name)}: {line}") from None
+    except (StillhookError, OSError):
+        raise
+    except Exception as problem:  # whatever facts of another version, or edited with their hash, make of a page
+        mark = "has no hash, and " if UNSEALED in result.facts else "is of another version or was edited: "
+        line = f"{FACTS} {mark}a part of it is missing or odd ({reason_of(problem)}). Run the plan again."
+        raise PlanError(f"report of {quote(result.name)}: {line}") from problem
     try:
         content = {name: pdf(each) for name, each in papers.items()} if can_set() else {}
     except Unset as problem:

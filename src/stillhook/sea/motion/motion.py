@@ -276,6 +276,10 @@ class Profile(Motion):
         return {"type": self.kind, "t": list(self.t), "v": list(self.v)}
 
 
+SHORTEST_RAMP = 1e-6
+"""A ramp [s] whose acceleration, over its square, is a number yet."""
+
+
 @dataclass(frozen=True, init=False)
 class Ramped(Motion):
     r"""A motion that grows from nothing over a time t_r, without a step in height, velocity or acceleration.
@@ -302,8 +306,9 @@ class Ramped(Motion):
     def _fill(self, motion: Motion, t_ramp: float) -> None:
         if not isinstance(motion, Motion):
             raise MotionError(f"Ramped: {motion!r} is not a motion. Give Sine, Profile, Recorded or another motion.")
-        if not (math.isfinite(t_ramp) and t_ramp > 0.0):
-            raise MotionError(f"Ramped: t_ramp {t_ramp:g} s is not longer than 0 s. Leave the ramp out for no ramp.")
+        if not (math.isfinite(t_ramp) and t_ramp >= SHORTEST_RAMP):
+            least = f"shorter than {SHORTEST_RAMP:g} s"
+            raise MotionError(f"Ramped: t_ramp {t_ramp:g} s is {least}. Leave the ramp out for no ramp.")
         fill(self, motion=motion, t_ramp=t_ramp)
 
     @property

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.errors import MotionError
+from stillhook.base.gateway.parse import from_json
+from stillhook.errors import MotionError, UnreadableError
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
@@ -28,8 +29,8 @@ def motion_to_json(motion: Motion) -> str:
 def motion_from_json(text: str) -> Motion:
     """The motion that `motion_to_json` stored."""
     try:
-        data = json.loads(text)
-    except (TypeError, ValueError, RecursionError):
+        data = from_json(text)
+    except UnreadableError:
         raise MotionError(f"stored motion: {quote(text)} is not JSON. Simulate again to store it again.") from None
     return motion_from_dict(data)
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, decode_array, encode_array
+from stillhook.base.gateway.guard import reason_of
+from stillhook.base.gateway.parse import from_json
 from stillhook.control.registry import Mode
-from stillhook.errors import LiftError, StillhookError
+from stillhook.errors import LiftError, StillhookError, UnreadableError
 from stillhook.sea.motion.motion import Still
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.spectrum import Sea, Train
@@ -28,6 +29,7 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.scenario import FrictionModel, Sensors
 from stillhook.tables.table import Source
+from stillhook.units import stored_numbers
 from stillhook.winches.load_path.registry import UNITS
 
 LARGEST = 64e6
@@ -85,7 +87,7 @@ def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
 def stored_lowerings(text: str) -> list[Lowering | InSea]:
     """The cases that `lowerings_text` wrote. Errors: LiftError, one line, where the text is not one."""
     try:
-        data = json.loads(text)
+        data = from_json(text)
         made: dict[str, list[Any]] = {
             "lifts": [_rebuilt(row) for row in data["lifts"]],
             "tips": [motion_from_dict(row) for row in data["tips"]],
@@ -111,10 +113,13 @@ def stored_lowerings(text: str) -> list[Lowering | InSea]:
                 cases.append(lift.model_copy(update={"tip": made["tips"][row["tip"]], "waves": waves}))
         if not cases:
             raise ValueError("no cases")
+    except UnreadableError as problem:
+        raise LiftError(f"stored lowerings: not JSON ({problem}). Run the lift again.") from None
     except StillhookError as problem:
         raise LiftError(f"stored lowerings: {problem}") from None
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, zlib.error) as problem:
-        raise LiftError(f"stored lowerings: {problem!r} is missing or wrong. Run the lift again.") from None
+    except Exception as problem:  # KeyError where a part is missing, many others where one is odd
+        reason = f"a part is missing or wrong, {reason_of(problem)}"
+        raise LiftError(f"stored lowerings: {reason}. Run the lift again.") from None
     return cases
 
 
@@ -124,29 +129,30 @@ def _lift(case: Lowering) -> dict[str, Any]:
     return {**plain, "payload": case.payload.to_dict()}
 
 
+@stored_numbers()
 def _rebuilt(row: Mapping[str, Any]) -> Lowering:
     raw = dict(row)
     raw["payload"] = Payload.from_dict(raw["payload"])
-    raw["rigging"] = Rigging.model_construct(**raw["rigging"])
+    raw["rigging"] = Rigging(**raw["rigging"])
     if raw["compensator"] is not None:
         own = dict(raw["compensator"])
         own["sources"] = {name: Source(**each) for name, each in own["sources"].items()}
-        raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
+        raw["compensator"] = UNITS[own["type"]].Unit(**own)
     if deck := raw.get("deck"):
-        raw["deck"] = Deck.model_construct(**{**deck, "motion": motion_from_dict(deck["motion"])})
+        raw["deck"] = Deck(**{**deck, "motion": motion_from_dict(deck["motion"])})
     if current := raw.get("current"):
         profile = {key: tuple(current[key]) for key in ("depth", "speed", "direction")}
         sense = {"sense": FlowSense(current["sense"]), "reference": FlowReference(current["reference"])}
         raw["current"] = Current.model_construct(**current | profile | sense)
-    raw["wire"] = DeepWire.model_construct(**raw["wire"])
+    raw["wire"] = DeepWire(**raw["wire"])
     if "z_0" in raw:  # of 0.10: heights
         raw["start_depth"] = 0.0 - raw.pop("z_0")
     raw["programme"] = tuple(_phase(phase) for phase in raw["programme"])
-    raw["winch"] = WinchSettings.model_construct(**raw["winch"])
+    raw["winch"] = WinchSettings(**raw["winch"])
     raw["controller"] = Mode(raw["controller"])
     raw["sensors"] = Sensors.from_dict(raw["sensors"])
     raw["friction"] = FrictionModel(raw["friction"])
-    return Lowering.model_construct(**raw, tip=Still(), waves=None)
+    return Lowering(**raw, tip=Still(), waves=None)
 
 
 def _phase(row: Mapping[str, Any]) -> Phase:
@@ -155,7 +161,7 @@ def _phase(row: Mapping[str, Any]) -> Phase:
         own = {key: row[key] for key in ("name", "time", "depth", "wire", "landed", "timeout")}
         row = {**own, "mode": row["mode"], "speed": row["lower"], "tension": row["hold"], "end_tension": row["tension"]}
     kind = None if row.get("kind") is None else PhaseKind(row["kind"])
-    return Phase.model_construct(**{**row, "kind": kind, "mode": WinchMode(row["mode"])})
+    return Phase(**{**row, "kind": kind, "mode": WinchMode(row["mode"])})
 
 
 def _water(field: WaveField) -> dict[str, Any]:

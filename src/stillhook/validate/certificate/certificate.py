@@ -22,10 +22,12 @@ from typing import Any, NamedTuple
 
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
-from stillhook.base.cells import csv_of
+from stillhook.base.gateway import access
+from stillhook.base.gateway.parse import json_file
 from stillhook.base.sealed import SIGNATURE, canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
+from stillhook.formats.table.cells import csv_of
 from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, certified_of, read_certificate
@@ -141,14 +143,7 @@ def method_hash(without: str = "") -> str:
 
 def sha256_of(path: Path) -> str:
     """Hash of a file. Errors: ValidateError where it cannot be read."""
-    digest = hashlib.sha256()
-    try:
-        with open(path, "rb") as file:
-            while block := file.read(1 << 20):
-                digest.update(block)
-    except OSError as problem:
-        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Restore the file.") from None
-    return digest.hexdigest()
+    return access.sha256_of(path, ValidateError)
 
 
 def seen_from(path: Path, folder: Path) -> str:
@@ -318,7 +313,7 @@ def certificate_files(
     images : mapping, optional
         Pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
     key : SigningKey, optional
-        Key that signs (`stillhook.trust.keys.read_key`); None leaves it unsigned, and it is then credited by nobody.
+        Key that signs (`stillhook.trust.keys.read_key`); None leaves it unsigned, and no plan credits it.
 
     Returns
     -------
@@ -387,8 +382,8 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
 def _ours(out: Path) -> bool:
     """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
     try:
-        summary = json.loads((out / NUMBERS).read_bytes())
-    except (OSError, ValueError, RecursionError):
+        summary = json_file(out / NUMBERS, "a validation", "", ValidateError)
+    except ValidateError:
         return False
     return isinstance(summary, dict) and {"criteria", "complete", "verdict"} <= summary.keys()
 
@@ -468,11 +463,26 @@ def _clear(out: Path, written: tuple[str, ...]) -> None:
 
 
 def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
-    """Sign the certificate in a file with a key, in place of any signature before, and set its PDF again if it lies
-    next to it. Signed twice, both have the same bytes.
+    """Sign the certificate in a file with a key, in place of any signature before.
 
-    Returns: the certificate with its signature.
-    Errors: StillhookError, one line, where the file is no certificate or cannot be written.
+    A PDF next to it is set again and names the signer. Signed twice, both have the same bytes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    key : SigningKey
+        The key (`stillhook.trust.keys.read_key`).
+
+    Returns
+    -------
+    Certificate
+        The certificate with its signature.
+
+    Raises
+    ------
+    StillhookError
+        One line, where the file does not hold a certificate or cannot be written.
     """
     file = Path(path)
     made = load_certificate(file).signed(key)

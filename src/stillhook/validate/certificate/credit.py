@@ -13,6 +13,7 @@ import hashlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.sealed import canonical, read_sealed, sealed
@@ -21,8 +22,9 @@ from stillhook.errors import StillhookError, ValidateError
 from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.spec.crane import Crane
 from stillhook.units import quote
-from stillhook.validate.certificate.certificate import Certificate, load_certificate, versions
-from stillhook.validate.certificate.recheck import check
+
+if TYPE_CHECKING:
+    from stillhook.validate.certificate.certificate import Certificate
 
 FORMAT = "stillhook recomputed certificate 1"
 FOLDER = "certificates"
@@ -43,6 +45,9 @@ def checked(crane: Crane, *, recompute: bool, progress: Callable[[float], None] 
 
 
 def _against(crane: Crane, recompute: bool, progress: Callable[[float], None] | None) -> tuple[str, ...]:
+    from stillhook.validate.certificate.certificate import load_certificate  # heavy
+    from stillhook.validate.certificate.recheck import check  # heavy
+
     record = crane.certified
     assert record is not None
     if not record.file:
@@ -69,14 +74,16 @@ def _against(crane: Crane, recompute: bool, progress: Callable[[float], None] | 
 
 def _place(certificate: Certificate) -> Path:
     """File of the answer for this certificate by this code."""
+    from stillhook.validate.certificate.certificate import versions  # heavy
+
     key = canonical({"certificate": certificate.digest, **versions()})
     return kernel_folder(FOLDER) / f"{hashlib.sha256(key.encode()).hexdigest()[:32]}.json"
 
 
 def _kept(certificate: Certificate) -> tuple[str, ...] | None:
-    """What an equal check found, None where none is kept or its file is damaged: it is then made anew."""
+    """What an equal check found, None where none is kept or its file is damaged: it is then made again."""
     with suppress(StillhookError):
-        data = read_sealed(_place(certificate), FORMAT, "an answer", "It is made anew.", ValidateError)
+        data = read_sealed(_place(certificate), FORMAT, "an answer", "It is made again.", ValidateError)
         if data.get("certificate") == certificate.digest and isinstance(data.get("against"), list):
             return tuple(str(line) for line in data["against"])
     return None

@@ -229,7 +229,7 @@ def _checks(data: Mapping[str, Any]) -> Table:
 def _signer(data: Mapping[str, Any]) -> str:
     """Who signed, and by which key; whether that key is trusted is for each reader to say."""
     signature = signature_of(data.get(SIGNATURE))
-    return "nobody (unsigned)" if signature is None else f"{signature.name}, key id {groups(signature.key.id)}"
+    return "no one (unsigned)" if signature is None else f"{signature.name}, key id {groups(signature.key.id)}"
 
 
 def _annex(data: Mapping[str, Any]) -> str:

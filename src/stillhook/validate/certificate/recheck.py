@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.named_files import named_path
+from stillhook.base.gateway.named_files import named_path
 from stillhook.base.sealed import SIGNATURE, digest_of
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.library import crane_from_toml
