@@ -72,7 +72,7 @@ class SolverRun:
         """PLC cycle k on the lane."""
         b = self.block
         self.d.run(
-            self.A, row, len(row), b.H, b.W, b.out.reshape(-1), 0, k, 0, NEVER, k, b.n_win, 1, self.drive.t_cycle
+            self.A, row, len(row), b.H, b.W, b.out.reshape(-1), b.lost, 0, k, 0, NEVER, k, b.n_win, 1, self.drive.t_cycle
         )
 
 
