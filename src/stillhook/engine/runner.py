@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -102,8 +102,8 @@ class Run(ABC):
 
     @property
     def diverged(self) -> bool:
-        """Whether it lost its numbers."""
-        return self.ending is Ending.DIVERGED
+        """Whether it has no numbers: it lost them, or never began."""
+        return self.ending is not Ending.DONE
 
     @property
     def loss_note(self) -> str:
@@ -115,6 +115,35 @@ class Run(ABC):
         if self.series is None or name not in self.signals:
             raise KeyError(name)
         return np.asarray(self.series[:, self.signals.index(name)])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Refused(Run):
+    """A case that never began. names: of the numbers that its summary would have; loss: why it was refused."""
+
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, crane: Crane, case: Any, names: tuple[str, ...], problem: StillhookError) -> Self:
+        """A case without a state, a series or numbers."""
+        ending: dict[str, Any] = {"ending": Ending.REFUSED, "t_end": 0.0, "state": None, "memory": None}
+        rows: dict[str, Any] = {"series": np.empty((0, 0)), "signals": (), "dt": 0.0, "step": math.nan}
+        return cls(crane=crane, case=case, names=names, loss=str(problem), **ending, **rows)
+
+    @functools.cached_property
+    def summary(self) -> dict[str, Any]:
+        """Status, NaN for every number, and why it was refused."""
+        return {"status": Ending.REFUSED.value, **dict.fromkeys(self.names, math.nan), "notes": [self.loss_note]}
+
+    @property
+    def loss_note(self) -> str:
+        """Why it was refused, in a sentence."""
+        return f"refused: {self.loss}"
+
+    @property
+    def row(self) -> Summary:
+        """What a batch keeps of it."""
+        return Summary(self.names, Ending.REFUSED, [math.nan] * len(self.names), [self.loss_note])
 
 
 T = TypeVar("T")

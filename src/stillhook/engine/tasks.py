@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.runner import Block, Ready, Run
+from stillhook.engine.runner import Block, Ready, Refused, Run
 from stillhook.engine.store import Summary
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import Setup, driver, results_hash
@@ -98,7 +98,8 @@ class CaseType(ABC):
 
 class Task(NamedTuple):
     """Cases that one worker runs, with their places in the whole list; keep: what is kept of every run, made where it
-    was run; ready: the cases packed, where that was done before; seconds simulated, of all cases."""
+    was run; ready: the cases packed, where that was done before; seconds simulated, of all cases; mark: a case that is
+    refused when it is packed is a `Refused` run, rather than the end of all."""
 
     type: CaseType
     indices: list[int]
@@ -110,6 +111,7 @@ class Task(NamedTuple):
     keep: Callable[[Any], Any]
     seconds: float = 0.0
     ready: Sequence[Ready] | None = None
+    mark: bool = False
 
     def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
@@ -124,17 +126,35 @@ class Task(NamedTuple):
         for k in range(0, total, self.lanes):
             part = slice(k, k + self.lanes)
             count = len(self.indices[part])
-            places = None if self.indices == [0] else self.indices[part]
-            if self.ready is None:
-                ready = self.type.ready(self.cranes[part], self.cases[part], self.n_sub, places)
+            ready = self._packed(part) if self.ready is None else self.ready[part]
+            runs = {j: r for j, r in enumerate(ready) if isinstance(r, Refused)}
+            if sound := [r for r in ready if not isinstance(r, Refused)]:
+                block = self.type.block(sound, lanes=self.lanes, n_sub=self.n_sub, every=self.every)
+                for share in itertools.chain(block.steps(), (1.0,)):
+                    if progress is not None:
+                        progress((k + share * count) / total)
+                made = iter(block.results())
+                results += [self.keep(runs[j] if j in runs else next(made)) for j in range(len(ready))]
             else:
-                ready = self.ready[part]
-            block = self.type.block(ready, lanes=self.lanes, n_sub=self.n_sub, every=self.every)
-            for share in itertools.chain(block.steps(), (1.0,)):
-                if progress is not None:
-                    progress((k + share * count) / total)
-            results += map(self.keep, block.results())
+                results += map(self.keep, runs.values())
         return results
+
+    def _packed(self, part: slice) -> Sequence[Ready | Refused]:
+        """Cases of a block packed. Errors: those of the first that cannot be run, unless these are marked."""
+        cranes, cases = self.cranes[part], self.cases[part]
+        try:
+            return self.type.ready(cranes, cases, self.n_sub, None if self.indices == [0] else self.indices[part])
+        except StillhookError:
+            if not self.mark:
+                raise
+
+        def each(crane: Crane, case: Any) -> Ready | Refused:
+            try:
+                return self.type.ready([crane], [case], self.n_sub)[0]
+            except StillhookError as problem:
+                return Refused.of(crane, case, self.type.names(crane, case), problem)
+
+        return [each(crane, case) for crane, case in zip(cranes, cases, strict=True)]
 
 
 def cut(
