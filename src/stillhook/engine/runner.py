@@ -261,18 +261,19 @@ class Block(ABC, Generic[R]):
     def _advance(self, D: FloatArray, k: int, end: int) -> None:
         """Run cycles k .. end; D rows of the drive. The kernel stops where a lane loses its numbers, and goes on with
         the others from there."""
-        at = k
+        at = self.ran = k
+        self._take_lost(D, 0)
         while at < end or self.lost[0] == self.drive.n_ticks:  # the last cycle is still to be observed
-            self.piece(D[at - k :], at, end - at)
-            at = self.ran = end if self.lost[0] < 0.0 else int(self.lost[0])
-            if not (sound := self.sound()).all():
-                self._take_lost(D, at - k, sound)
             if len(self.ended) == len(self.ready):
                 break
+            self.piece(D[at - k :], at, end - at)
+            at = self.ran = end if self.lost[0] < 0.0 else int(self.lost[0])
+            self._take_lost(D, at - k)
 
-    def _take_lost(self, D: FloatArray, count: int, sound: BoolArray) -> None:
+    def _take_lost(self, D: FloatArray, count: int) -> None:
         """Mark cases that lost their numbers in the last `count` cycles of D; their lanes repeat a sound one from here
         on."""
+        sound = self.sound() & (np.abs(D[count]) <= MOST).all(axis=0)
         unsound = np.flatnonzero(~sound)
         for i in unsound.tolist():
             if i < len(self.ready) and i not in self.ended:

@@ -227,7 +227,7 @@ class Session:
             if self._wire:  # the tension's rate, at both ends
                 D[1] = D[TICK + 1] = (ahead[0] - self._row[0]) / self._t_cycle
             self._step(self._k)
-            if self._block.lost[0] >= 0.0:
+            if not self._block.sound()[0]:
                 cause = self._block.cause(self._D.reshape(2, TICK), 0)
                 raise SimulationError(
                     f"Session: {cause} after {self.time:.6g} s. Restore a saved state or shorten the step."

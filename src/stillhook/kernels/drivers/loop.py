@@ -23,6 +23,9 @@ NH = 12
 MOST = 1.0e15
 """Magnitude beyond which no state of a winch is one [SI]: the largest of the ranges in `state_ranges.csv`."""
 
+LOOK = 4
+"""Cycles between two looks whether all states are numbers."""
+
 
 def idle(n: int) -> Any:
     """A hook of n arguments that does nothing."""
@@ -93,14 +96,24 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
     V_M = TICK + offset(Tick, "v_m", LANES)
     SWING = ST + offset(d.Stats, "oscillation", LANES)
     SWING_UP = SWING + offset(Oscillation, "watched", LANES) + offset(Watched, "up", LANES)
+    Y_LOAD = Y + offset(d.Signals, "s_load", LANES)  # and its speed: in a lowering those of the payload
     NS, NX = len(d.columns), size(d.State)
 
     @scalar
-    def beyond(A):
-        """How many numbers of the states are none, or are beyond what a winch can reach."""
+    def beyond(A, row, cols, k):
+        """How many numbers of the row that drives cycle k, and every `LOOK` cycles of states and load, are none, or are
+        beyond what a winch can reach.
+
+        The row is looked at by itself: of a tip without a place comes a slack wire, and sound states.
+        """
         n = 0
-        for l in range(NX * LANES):
-            n += 0 if abs(A[X + l]) <= MOST else 1
+        for l in range(cols * LANES):
+            n += 0 if abs(row[l]) <= MOST else 1
+        if k % LOOK == 0:
+            for l in range(NX * LANES):
+                n += 0 if abs(A[X + l]) <= MOST else 1
+            for l in range(2 * LANES):
+                n += 0 if abs(A[Y_LOAD + l]) <= MOST else 1
         return n
 
     @scalar
@@ -193,8 +206,8 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
         quintic. Statistics, windows of n_win samples and energies are taken every `sampled` cycles, windows from cycle
         `first` on; in between the PLC alone works. Every `every` cycles a row of the series goes to out (0: never).
 
-        lost[0] is the cycle before which the lanes were left because a state was not a number, or beyond `MOST`; -1
-        where none was. What follows that cycle is run by another call.
+        lost[0] is the cycle before which the lanes were left because a state, a load or what drives them was not a
+        number, or beyond `MOST`; -1 where none was. What follows is run by another call.
         """
         lost[0] = -1.0
         h = t_cycle / n_sub
@@ -231,7 +244,7 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
                 after(A, at)
                 for l in range(2 * LANES):
                     A[TIP_0 + l] = A[TIP_2 + l]
-            if beyond(A) > 0:
+            if beyond(A, ahead, cols, k + 1) > 0:
                 lost[0] = 1.0 * (k + 1)
                 break
 
