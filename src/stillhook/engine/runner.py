@@ -274,6 +274,8 @@ class Block(ABC, Generic[R]):
         """Mark cases that lost their numbers in the last `count` cycles of D; their lanes repeat a sound one from here
         on."""
         sound = self.sound() & (np.abs(D[count]) <= MOST).all(axis=0)
+        if sound.all():
+            return
         unsound = np.flatnonzero(~sound)
         for i in unsound.tolist():
             if i < len(self.ready) and i not in self.ended:
