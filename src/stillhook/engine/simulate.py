@@ -23,7 +23,9 @@ from stillhook.engine.lowering.case import LoweringType
 from stillhook.engine.runner import Ending, Refused, Run
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.store import Store, Summary, keys_of
-from stillhook.engine.tasks import CaseType, Task, cut, on_cluster, on_threads
+from stillhook.engine.tasks import CaseType, Task, cut, on_threads
+from stillhook.engine.tasks.carried import kept_on_workers
+from stillhook.engine.tasks.cluster import on_cluster
 from stillhook.errors import Cancelled, ScenarioError, SimulationError, StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
@@ -50,6 +52,7 @@ class OnFailure(StrEnum):
     MARK = "mark"
 
 
+@kept_on_workers
 def row_of(run: Run) -> Summary:
     """The summary of a run: what a batch keeps of it unless something else is asked for."""
     return run.row

@@ -1,10 +1,10 @@
-"""A type of case, and many cases of it: cut into tasks of what can run side by side, shared by threads or a cluster."""
+"""A type of case, and many cases of it: cut into tasks of what can run side by side, shared by threads
+(a cluster: `stillhook.engine.tasks.cluster`)."""
 
 from __future__ import annotations
 
 import itertools
 import math
-import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.runner import Block, Ready, Refused, Run
 from stillhook.engine.store import Summary
-from stillhook.errors import SimulationError, StillhookError
-from stillhook.kernels.build import Setup, driver, results_hash
+from stillhook.errors import StillhookError
+from stillhook.kernels.build import Setup, driver
 from stillhook.spec.crane import Crane
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ TASK_SECONDS_EACH = 250.0
 it."""
 TASKS_EACH = 8
 """Tasks for each worker at least, where there are enough cases: none then waits long for the last one."""
-IN_FLIGHT = 3
-"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
 
 
 class CaseType(ABC):
@@ -196,59 +194,3 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Answers:
             meter.stopped = True
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def run_packed(packed: bytes) -> tuple[Any, str]:
-    """What is kept of the runs of a pickled task, into which a cluster need not look, and the hash of the code that
-    made it."""
-    return pickle.loads(packed).run(), results_hash()
-
-
-def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Answers:
-    """The same on a cluster; a few are under way for each of its threads, and a lost worker's are given again.
-
-    Errors: those of a case; SimulationError where the cluster fails, or runs other code.
-    """
-    import distributed
-
-    rest = iter(tasks)
-    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
-    submitted: dict[str, tuple[Any, Task]] = {}
-
-    def submit_next(put: Callable[[Any], None]) -> None:
-        for task in itertools.islice(rest, 1):
-            future = client.submit(run_packed, pickle.dumps(task.light(), pickle.HIGHEST_PROTOCOL), pure=False)
-            submitted[future.key] = future, task
-            put(future)
-
-    under_way = distributed.as_completed(loop=client.loop)
-    try:
-        for _ in range(room):
-            submit_next(under_way.add)
-        for future in under_way:
-            answer, (_, task) = _answer_of(future), submitted.pop(future.key)
-            meter.part(task.seconds)(1.0)
-            yield task, answer
-            submit_next(under_way.add)
-    finally:
-        client.cancel([future for future, _ in submitted.values()])
-
-
-def _answer_of(future: Any) -> Any:
-    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
-    than this machine."""
-    try:
-        answer, made_by = future.result()
-    except StillhookError:
-        raise
-    except Exception as e:
-        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
-        raise SimulationError(
-            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
-        ) from None
-    if made_by != results_hash():
-        raise SimulationError(
-            f"cluster: a worker runs Stillhook {made_by}, this machine {results_hash()}. Install the same"
-            " version everywhere."
-        )
-    return answer

@@ -1,0 +1,107 @@
+"""Tasks on a Dask cluster: who may be spoken to, and what happens to tasks of workers that are lost.
+
+Whoever may speak to a Dask scheduler runs what they like on its workers: that is what Dask is for. So a scheduler
+beyond this machine is spoken to by TLS, whose certificates say who takes part, unless the user names it as one of a
+closed network.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import itertools
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+from urllib.parse import urlsplit
+
+from stillhook.base.progress import Meter
+from stillhook.engine.tasks import Answers, Task
+from stillhook.engine.tasks.carried import answer_to, error_of, pack_task, unpack_answer
+from stillhook.errors import SimulationError, StillhookError
+from stillhook.kernels.build import results_hash
+from stillhook.units import quote
+
+IN_FLIGHT = 3
+"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
+VARIABLE = "STILLHOOK_CLOSED_NETWORK"
+"""Environment variable with the hosts of schedulers that are spoken to without TLS, separated by commas."""
+ENCRYPTED = ("tls", "wss", "inproc")
+"""Protocols whose messages nobody else reads or sends; the last is this process."""
+
+
+def check_address(address: str) -> None:
+    """Errors: SimulationError for a scheduler beyond this machine without TLS, unless its network is closed."""
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    if parts.scheme in ENCRYPTED:
+        return
+    host = parts.hostname or ""
+    closed = [each.strip().lower() for each in os.environ.get(VARIABLE, "").split(",")]
+    if is_loopback(host) or (host and host in closed):
+        return
+    raise SimulationError(
+        f"scheduler {quote(address)}: without TLS whoever reaches it runs code on its workers and here. Use tls:// with"
+        f" certificates (docs/how-to/run-on-many-machines.md), or set {VARIABLE}={host} where nobody else is on the"
+        " network."
+    )
+
+
+def is_loopback(host: str) -> bool:
+    """Whether this is the machine itself, by its number or the name localhost."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Answers:
+    """Tasks with what is kept of their runs; a few are under way for each thread of the cluster, and those of a lost
+    worker are given again.
+
+    Errors: those of a case; SimulationError where the cluster fails, runs other code, or is not to be spoken to.
+    """
+    import distributed
+
+    check_address(str(client.scheduler.address))
+    rest = iter(tasks)
+    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
+    submitted: dict[str, tuple[Any, Task]] = {}
+
+    def submit_next(put: Callable[[Any], None]) -> None:
+        for task in itertools.islice(rest, 1):
+            future = client.submit(answer_to, pack_task(task), pure=False)
+            submitted[future.key] = future, task
+            put(future)
+
+    under_way = distributed.as_completed(loop=client.loop)
+    try:
+        for _ in range(room):
+            submit_next(under_way.add)
+        for future in under_way:
+            kept, (_, task) = _answer_of(future), submitted.pop(future.key)
+            meter.part(task.seconds)(1.0)
+            yield task, kept
+            submit_next(under_way.add)
+    finally:
+        client.cancel([future for future, _ in submitted.values()])
+
+
+def _answer_of(future: Any) -> list[Any]:
+    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
+    than this machine."""
+    try:
+        answer = unpack_answer(future.result())
+    except StillhookError:
+        raise
+    except Exception as e:
+        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
+        raise SimulationError(
+            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
+        ) from None
+    if answer.error is not None:
+        raise error_of(*answer.error)
+    if answer.kept is None:
+        raise SimulationError(
+            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same"
+            " version everywhere."
+        )
+    return answer.kept
