@@ -45,6 +45,23 @@ def check_address(address: str) -> None:
     )
 
 
+def check_certificates(address: str) -> None:
+    """Errors: SimulationError for tls:// where Dask's settings name no certificates, or files that are none."""
+    from distributed import Security
+
+    if not address.startswith("tls://"):
+        return
+    try:
+        reason = "" if Security().get_connection_args("client").get("ssl_context") is not None else "none is named"
+    except (OSError, ValueError, TypeError) as problem:
+        reason = " ".join(str(problem).split())[:120]
+    if reason:
+        raise SimulationError(
+            f"scheduler {quote(address)}: no certificates ({reason}). Set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, and"
+            " ..__CLIENT__CERT and ..__CLIENT__KEY, to their files (docs/how-to/run-on-many-machines.md)."
+        )
+
+
 def is_loopback(host: str) -> bool:
     """Whether this is the machine itself, by its number or the name localhost."""
     try:
