@@ -8,9 +8,11 @@ closed network.
 from __future__ import annotations
 
 import ipaddress
-import itertools
 import os
+import time
+from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -23,6 +25,8 @@ from stillhook.units import quote
 
 IN_FLIGHT = 3
 """Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
+RETURN = 30.0
+"""Time for which a scheduler that is lost may be away [s]; Dask's client tries for as long to reach it again."""
 VARIABLE = "STILLHOOK_CLOSED_NETWORK"
 """Environment variable with the hosts of schedulers that are spoken to without TLS, separated by commas."""
 ENCRYPTED = ("tls", "wss", "inproc")
@@ -79,27 +83,49 @@ def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Answers:
     import distributed
 
     check_address(str(client.scheduler.address))
-    rest = iter(tasks)
-    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
+    rest = deque(tasks)
     submitted: dict[str, tuple[Any, Task]] = {}
 
     def submit_next(put: Callable[[Any], None]) -> None:
-        for task in itertools.islice(rest, 1):
+        if rest:
+            task = rest.popleft()
             future = client.submit(answer_to, pack_task(task), pure=False)
             submitted[future.key] = future, task
             put(future)
 
-    under_way = distributed.as_completed(loop=client.loop)
     try:
-        for _ in range(room):
-            submit_next(under_way.add)
-        for future in under_way:
-            kept, (_, task) = _answer_of(future), submitted.pop(future.key)
-            meter.part(task.seconds)(1.0)
-            yield task, kept
-            submit_next(under_way.add)
+        while rest:
+            under_way = distributed.as_completed(loop=client.loop)
+            for _ in range(IN_FLIGHT * max(sum(client.nthreads().values()), 1)):
+                submit_next(under_way.add)
+            for future in under_way:
+                if future.cancelled():  # its scheduler is gone, and all that was under way with it
+                    rest.extendleft(task for _, task in submitted.values())
+                    submitted.clear()
+                    _wait_for_return(client)
+                    break
+                kept, (_, task) = _answer_of(future), submitted.pop(future.key)
+                meter.part(task.seconds)(1.0)
+                yield task, kept
+                submit_next(under_way.add)
     finally:
-        client.cancel([future for future, _ in submitted.values()])
+        if submitted:
+            with suppress(Exception):  # the cluster may be what failed
+                client.cancel([future for future, _ in submitted.values()])
+
+
+def _wait_for_return(client: Any) -> None:
+    """Wait until a scheduler that was lost is there again, with a worker. Errors: SimulationError after `RETURN`."""
+    end = time.monotonic() + RETURN
+    while time.monotonic() < end:
+        with suppress(Exception):  # whatever a connection that comes and goes makes of a question
+            if client.status == "running" and client.nthreads():
+                return
+        time.sleep(0.2)
+    raise SimulationError(
+        f"cluster: the scheduler was lost, and did not return with a worker within {RETURN:g} s. Start it and run"
+        " again; a store keeps what is done."
+    )
 
 
 def _answer_of(future: Any) -> list[Any]:
