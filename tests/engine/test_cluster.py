@@ -103,7 +103,7 @@ def test_what_could_be_called_is_not_decoded(hostile, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for kind, decode in (("task", unpack_task), ("answer", unpack_answer)):
         data = f"stillhook {kind} {results_hash()}\n".encode() + pickle.dumps((hostile, "x", {}), 5)
-        with pytest.raises(CarriedError, match="is no record of Stillhook, and nothing else is decoded") as error:
+        with pytest.raises(CarriedError, match="is not a record of Stillhook, and only those are decoded") as error:
             decode(data)
         assert "\n" not in str(error.value)
     assert not list(tmp_path.iterdir())
@@ -173,7 +173,7 @@ def test_a_scheduler_with_certificates_or_on_this_machine_is_spoken_to(address):
     "address", ["tcp://10.0.0.1:8786", "10.0.0.1:8786", "ucx://a:1", "ws://h:1", "localhost.x.y:1"]
 )
 def test_another_is_refused_unless_its_network_is_closed(address, monkeypatch):
-    with pytest.raises(SimulationError, match=r"without TLS whoever reaches it runs code .* STILLHOOK_CLOSED_NETWORK="):
+    with pytest.raises(SimulationError, match=r"without TLS anyone who reaches it runs code .* STILLHOOK_CLOSED_NETWORK="):
         check_address(address)
     host = address.split("://")[-1].rpartition(":")[0]
     monkeypatch.setenv(VARIABLE, f"elsewhere, {host}")

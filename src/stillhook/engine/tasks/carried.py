@@ -147,7 +147,7 @@ class _Records(pickle.Unpickler):
             if isinstance(found, type) and (issubclass(found, RECORDS) or dataclasses.is_dataclass(found)):
                 return found
         raise CarriedError(
-            f"cluster: {module}.{name} is no record of Stillhook, and nothing else is decoded. Use motions and cases of"
+            f"cluster: {module}.{name} is not a record of Stillhook, and only those are decoded. Use motions and cases of"
             " the package."
         )
 
