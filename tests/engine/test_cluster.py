@@ -173,7 +173,9 @@ def test_a_scheduler_with_certificates_or_on_this_machine_is_spoken_to(address):
     "address", ["tcp://10.0.0.1:8786", "10.0.0.1:8786", "ucx://a:1", "ws://h:1", "localhost.x.y:1"]
 )
 def test_another_is_refused_unless_its_network_is_closed(address, monkeypatch):
-    with pytest.raises(SimulationError, match=r"without TLS anyone who reaches it runs code .* STILLHOOK_CLOSED_NETWORK="):
+    with pytest.raises(
+        SimulationError, match=r"without TLS anyone who reaches it runs code .* STILLHOOK_CLOSED_NETWORK="
+    ):
         check_address(address)
     host = address.split("://")[-1].rpartition(":")[0]
     monkeypatch.setenv(VARIABLE, f"elsewhere, {host}")

@@ -147,8 +147,8 @@ class _Records(pickle.Unpickler):
             if isinstance(found, type) and (issubclass(found, RECORDS) or dataclasses.is_dataclass(found)):
                 return found
         raise CarriedError(
-            f"cluster: {module}.{name} is not a record of Stillhook, and only those are decoded. Use motions and cases of"
-            " the package."
+            f"cluster: {module}.{name} is not a record of Stillhook, and only those are decoded. Use motions and cases"
+            " of the package."
         )
 
 

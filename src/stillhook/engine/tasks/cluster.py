@@ -43,8 +43,8 @@ def check_address(address: str) -> None:
     if is_loopback(host) or (host and host in closed):
         return
     raise SimulationError(
-        f"scheduler {quote(address)}: without TLS anyone who reaches it runs code on its workers and here. Use tls:// with"
-        f" certificates (docs/how-to/run-on-many-machines.md), or set {VARIABLE}={host} on a network of your"
+        f"scheduler {quote(address)}: without TLS anyone who reaches it runs code on its workers and here. Use tls://"
+        f" with certificates (docs/how-to/run-on-many-machines.md), or set {VARIABLE}={host} on a network of your"
         " own."
     )
 
