@@ -115,7 +115,7 @@ def is_public(module: str) -> bool:
 def code_of(kind: str, data: bytes) -> str:
     """Hash of the code that made these bytes. Errors: CarriedError where they are none of this kind."""
     first, _, _ = data[:128].partition(b"\n")
-    words = first.decode("ascii", "replace").split(" ")
+    words = first.decode("ascii", "replace").split(" ", 2)
     if len(words) != 3 or words[:2] != ["stillhook", kind]:
         raise CarriedError(f"cluster: not a {kind} of Stillhook. Install the same version everywhere.")
     return words[2]
