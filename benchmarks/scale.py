@@ -7,7 +7,6 @@ import argparse
 import json
 import math
 import os
-import pickle
 import subprocess
 import sys
 import time
@@ -24,6 +23,7 @@ from stillhook import Crane, Scenario, Sine, load_crane
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.simulate import row_of, run_cases
 from stillhook.engine.tasks import Task, cut
+from stillhook.engine.tasks.carried import answer_to, pack_task, unpack_answer
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 
@@ -102,15 +102,14 @@ def costs(crane: Crane) -> dict[str, float]:
     task = Task(of, list(range(len(cases))), [crane] * len(cases), cases, n_sub=2, lanes=VL, every=0, keep=row_of)
     task.run()
     worker = median(timed(task.run) for _ in range(ROUNDS)) / len(cases)
-    sent = pickle.dumps(task.light(), 5)
-    answers = task.run()
-    back = pickle.dumps(answers, 5)
+    sent = pack_task(task)
+    back = answer_to(sent)
 
     def submitter() -> None:
         of.check(task.cranes, task.cases)
         cut(of, task.cranes, task.cases, task.indices, VL, 2)
-        pickle.dumps(task.light(), 5)
-        pickle.loads(back)
+        pack_task(task)
+        unpack_answer(back)
 
     n = len(cases)
     give = median(timed(submitter) for _ in range(ROUNDS)) / n

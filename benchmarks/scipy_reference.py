@@ -70,10 +70,8 @@ class SolverRun:
 
     def observe(self, k: int, row: Array) -> None:
         """PLC cycle k on the lane."""
-        b = self.block
-        self.d.run(
-            self.A, row, len(row), b.H, b.W, b.out.reshape(-1), 0, k, 0, NEVER, k, b.n_win, 1, self.drive.t_cycle
-        )
+        b, out = self.block, self.block.out.reshape(-1)
+        self.d.run(self.A, row, len(row), b.H, b.W, out, b.lost, 0, k, 0, NEVER, k, b.n_win, 1, self.drive.t_cycle)
 
 
 def quintic(a: Array, b: Array, dt: float) -> Array:

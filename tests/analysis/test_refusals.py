@@ -108,7 +108,7 @@ REFUSED = {
         ("| [settings] at_most = 2", "settings.at_most = 2"),
         ("| [settings] full_plan = 1", "settings.full_plan = 1: it must be true or false"),
         ("| [settings] store = ''", 'settings.store = ""'),
-        ("| [settings] scheduler = 'garbage'", 'such as "tcp://10.0.0.1:8786"'),
+        ("| [settings] scheduler = 'garbage'", 'such as "tls://10.0.0.1:8786"'),
     ),
 }
 """Command -> what is added to it, and words of the line in which it is refused; behind a bar fields of the scenario, or

@@ -18,7 +18,7 @@ from stillhook.analysis.maps.settling import (
     settling_of,
 )
 from stillhook.analysis.steady.steady_state import wire_out_on
-from stillhook.engine import tasks as many
+from stillhook.engine.tasks import cluster
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time
@@ -131,7 +131,7 @@ class TestTime:
         asked = {"loads": "50 t, 150 t, 250 t", "speeds": "10 m/min, 40 m/min, 110 m/min"}
         with distributed.Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as client:
             away = settling_of(CRANE, **asked, client=client)
-            monkeypatch.setattr(many, "run_packed", lambda packed: (None, "other code"))
+            monkeypatch.setattr(cluster, "answer_to", lambda packed: b"stillhook answer other code\n")
             with pytest.raises(
                 SimulationError, match=r"^cluster: a worker runs Stillhook other code, this machine .*\."
             ):

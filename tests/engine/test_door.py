@@ -17,11 +17,11 @@ import pytest
 from tests.engine.lifts import IN_SEAS, deep_lift, in_sea
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.engine import store, tasks
+from stillhook.engine import store
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.engine.simulate import run_cases
 from stillhook.engine.store import SUFFIX, Summary
-from stillhook.engine.tasks import Task
+from stillhook.engine.tasks import Task, carried, cluster
 from stillhook.errors import SimulationError, SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.sea.motion.recorded import Recorded
@@ -382,7 +382,8 @@ def test_a_wrong_case_is_named_by_a_worker_as_by_this_machine(client):
 
 
 def test_workers_with_other_code_are_refused(client, monkeypatch):
-    monkeypatch.setattr(tasks, "results_hash", lambda: "other code")
+    for module in (cluster, carried):
+        monkeypatch.setattr(module, "results_hash", lambda: "other code")
     with pytest.raises(SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."):
         run_cases(CRANE, SCENARIOS[:2], client=client)
 

@@ -163,7 +163,7 @@ def test_a_kernel_with_a_map_is_the_same_in_c(tmp_path, example):
     library = compile_c(c_source("pure-active", (1,), setup), tmp_path)
     array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
     library.run_1.argtypes, library.run_1.restype = (
-        [array, array, n, array, array, array, *[n] * 7, ctypes.c_double],
+        [array, array, n, array, array, array, array, *[n] * 7, ctypes.c_double],
         None,
     )
     blocks = [ScenarioBlock([Ready.of(crane, case)], lanes=1, n_sub=2, every=1) for _ in range(2)]

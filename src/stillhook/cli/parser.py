@@ -7,6 +7,7 @@ Files that a command leaves in a folder: checked before anything runs, written a
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import socket
@@ -163,8 +164,8 @@ def typed_position(problem: MotionError, form: str) -> MotionError:
 def client_of(address: str | None) -> Iterator[Any]:
     """A client of the scheduler at this address, closed at the end; None without an address.
 
-    Errors: SimulationError, one line, where dask.distributed is not installed, no scheduler answers, or it has no
-    workers.
+    Errors: SimulationError, one line, where dask.distributed is not installed, the scheduler is beyond this machine and
+    not spoken to by TLS, none answers, or it has no workers.
     """
     if address is None:
         yield None
@@ -178,6 +179,12 @@ def client_of(address: str | None) -> Iterator[Any]:
             'scheduler: dask.distributed is not installed. Install it with pip install "stillhook[dask]", here and on'
             " every worker."
         ) from None
+    from stillhook.engine.tasks.cluster import check_address, check_certificates  # heavy
+
+    check_address(address)
+    check_certificates(address)
+    for name in ("distributed", "distributed.client", "distributed.worker"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what it says in pages is said here in a line
     try:
         host, port = get_address_host_port(address)  # a client with no address complains once more when it is collected
         socket.getaddrinfo(host, port)  # a client tries again for `PATIENCE` what no name server knows

@@ -218,8 +218,13 @@ def steps_of_cases(crane: Crane | Sequence[Crane], cases: Sequence[Scenario], lo
     cranes = [crane] * len(cases) if isinstance(crane, Crane) else crane
     pairs = zip(cranes, cases, strict=True)
     fastest = max((max(fastest_rates(pack(each, case)).values()) for each, case in pairs), default=0.0)
-    least = steps_per_cycle(cranes[0], None, longest)
-    return max(least, substeps(cranes[0].control.t_cycle, RK4_LIMIT / fastest)) if fastest > 0.0 else least
+    least, t_cycle = steps_per_cycle(cranes[0], None, longest), cranes[0].control.t_cycle
+    if not t_cycle * fastest <= MOST_STEPS * RK4_LIMIT:
+        raise SpecError(
+            f"step: the fastest mode has {fastest:.3g} 1/s, which takes more than {MOST_STEPS} steps in a PLC cycle of"
+            f" {units.show(t_cycle, 'time')}. Check the number behind it, or give a step."
+        )
+    return max(least, substeps(t_cycle, RK4_LIMIT / fastest)) if fastest > 0.0 else least
 
 
 def cycles(crane: Crane, every: str | None, name: str = "every") -> int:
@@ -257,12 +262,13 @@ def labelled(
     the end of the shorter series is NaN."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    dt = runs[0].dt if runs else 0.0
+    dt = max((run.dt for run in runs), default=0.0)
     if runs:
-        names = runs[0].signals
+        names = next(run.signals for run in runs if run.signals)  # a refused case has none
         table = np.full((len(runs), max(len(run.series) for run in runs), len(names)), np.nan)
         for i, run in enumerate(runs):
-            table[i, : len(run.series)] = run.series
+            if run.signals:
+                table[i, : len(run.series)] = run.series
         dims = ("time",) if single else ("case", "time")
         columns |= {
             name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)

@@ -9,32 +9,47 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.plc import Memory
-from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import COLUMNS, CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.store import Summary
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
-from stillhook.kernels.lanes import access, aligned, offset, size, unflatten
+from stillhook.kernels.drivers.loop import MOST
+from stillhook.kernels.lanes import access, aligned, offset, paths, size, unflatten
 from stillhook.kernels.statistics import blank_window
 from stillhook.physics.records import fields
 from stillhook.spec.crane import Crane
 from stillhook.variables import WINDOW
+from stillhook.winches.records import Tick
 
 OK = "ok"
 """Status of a run that stayed inside every limit."""
 
 
 class Ending(StrEnum):
-    """How a run ended."""
+    """How a run ended; refused: it never began."""
 
     DONE = "done"
     DIVERGED = "diverged"
+    REFUSED = "refused"
+
+
+FAILED = frozenset({Ending.DIVERGED.value, Ending.REFUSED.value})
+"""Status of a case without numbers."""
+
+
+class Loss(NamedTuple):
+    """Where a run lost its numbers: time [s], and state or input that was not a number or beyond what a winch can
+    reach, in words."""
+
+    t: float
+    cause: str
 
 
 class Ready(Protocol):
@@ -56,7 +71,7 @@ class Ready(Protocol):
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Run(ABC):
     """What came back of a case. t_end time reached [s]; state, memory at the end; series: one row of `signals` every dt
-    [s], None where none was stored; step [s]."""
+    [s], None where none was stored; step [s]; loss: what was no number at t_end, in words, "" of a sound run."""
 
     crane: Crane
     case: Any
@@ -68,6 +83,7 @@ class Run(ABC):
     signals: tuple[str, ...]
     dt: float
     step: float
+    loss: str = ""
 
     @functools.cached_property
     @abstractmethod
@@ -86,14 +102,48 @@ class Run(ABC):
 
     @property
     def diverged(self) -> bool:
-        """Whether it lost its numbers."""
-        return self.ending is Ending.DIVERGED
+        """Whether it has no numbers: it lost them, or never began."""
+        return self.ending is not Ending.DONE
+
+    @property
+    def loss_note(self) -> str:
+        """When it lost its numbers, and which, in a sentence."""
+        return f"lost its numbers at {self.t_end:.2f} s: {self.loss}"
 
     def column(self, name: str) -> FloatArray:
         """The time series of a signal. Errors: KeyError for one that this winch type has not."""
         if self.series is None or name not in self.signals:
             raise KeyError(name)
         return np.asarray(self.series[:, self.signals.index(name)])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Refused(Run):
+    """A case that never began. names: of the numbers that its summary would have; loss: why it was refused."""
+
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, crane: Crane, case: Any, names: tuple[str, ...], problem: StillhookError) -> Self:
+        """A case without a state, a series or numbers."""
+        ending: dict[str, Any] = {"ending": Ending.REFUSED, "t_end": 0.0, "state": None, "memory": None}
+        rows: dict[str, Any] = {"series": np.empty((0, 0)), "signals": (), "dt": 0.0, "step": math.nan}
+        return cls(crane=crane, case=case, names=names, loss=str(problem), **ending, **rows)
+
+    @functools.cached_property
+    def summary(self) -> dict[str, Any]:
+        """Status, NaN for every number, and why it was refused."""
+        return {"status": Ending.REFUSED.value, **dict.fromkeys(self.names, math.nan), "notes": [self.loss_note]}
+
+    @property
+    def loss_note(self) -> str:
+        """Why it was refused, in a sentence."""
+        return f"refused: {self.loss}"
+
+    @property
+    def row(self) -> Summary:
+        """What a batch keeps of it."""
+        return Summary(self.names, Ending.REFUSED, [math.nan] * len(self.names), [self.loss_note])
 
 
 T = TypeVar("T")
@@ -128,6 +178,7 @@ class Block(ABC, Generic[R]):
 
     sampled = 1  # statistics are taken every so many cycles
     short_from: int | None = None  # cycle from which on pieces are short
+    inputs = COLUMNS  # inputs by name, with their columns in a row of the drive
 
     def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int) -> None:
         self.ready = list(ready)
@@ -140,8 +191,8 @@ class Block(ABC, Generic[R]):
         self.n_win = round(WINDOW / (self.sampled * self.drive.t_cycle)) + 1
         self.W = aligned(blank_window(self.n_win, lanes, self.d.parts.windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, len(self.d.columns), lanes))
-        self.failed: dict[int, float] = {}
+        self.out, self.lost = np.empty((rows, len(self.d.columns), lanes)), np.full(1, -1.0)
+        self.failed: dict[int, Loss] = {}
         self.ended: dict[int, Run] = {}
         self.ran = 0
         self.A = aligned(np.array(self.records()).T)
@@ -183,11 +234,12 @@ class Block(ABC, Generic[R]):
             "signals": self.d.columns,
             "dt": self.every * self.drive.t_cycle,
             "step": self.drive.t_cycle / self.n_sub,
+            "loss": self.failed[i].cause if i in self.failed else "",
         }
 
     def sound(self) -> BoolArray:
-        """Lanes whose numbers are finite, (lanes,)."""
-        return np.asarray(np.isfinite(self.A[: self.n_x]).all(axis=0))
+        """Lanes whose states are numbers that a winch can reach, (lanes,)."""
+        return np.asarray((np.abs(self.A[: self.n_x]) <= MOST).all(axis=0))
 
     def reset(self, i: int) -> None:
         """Set a lane to rest again."""
@@ -196,20 +248,63 @@ class Block(ABC, Generic[R]):
         self.A[:, i] = fresh[:, i]
 
     def steps(self) -> Iterator[float]:
-        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
-        rest. What came out of a case is taken where it is over, wherever the others are."""
+        """Run to the end in pieces; yields the share done. What came out of a case is taken where it is over, or where
+        it lost its numbers, wherever the others are."""
         for k, count in self.drive.pieces(self.short_from):
-            self.piece(filled([r.drive for r in self.lanes], k, count + 1), k, count)
-            self.ran = k + count
-            for i in np.flatnonzero(~self.sound()):
-                if int(i) not in self.ended:
-                    self.failed.setdefault(int(i), self.ran * self.drive.t_cycle)
-                self.reset(int(i))
-            for lane in set(self.over()) - self.ended.keys() - self.failed.keys():
+            self._advance(filled([r.drive for r in self.lanes], k, count + 1), k, k + count)
+            for lane in set(self.over()) - self.ended.keys():
                 self.ended[lane] = self.result(lane)
-            if len(self.failed) + len(self.ended) >= len(self.ready):
+            if len(self.ended) == len(self.ready):
                 break
             yield self.ran / self.drive.n_ticks
+
+    def _advance(self, D: FloatArray, k: int, end: int) -> None:
+        """Run cycles k .. end; D rows of the drive. The kernel stops where a lane loses its numbers, and goes on with
+        the others from there."""
+        at = self.ran = k
+        self._take_lost(D, 0)
+        while at < end or self.lost[0] == self.drive.n_ticks:  # the last cycle is still to be observed
+            if len(self.ended) == len(self.ready):
+                break
+            self.piece(D[at - k :], at, end - at)
+            at = self.ran = end if self.lost[0] < 0.0 else int(self.lost[0])
+            self._take_lost(D, at - k)
+
+    def _take_lost(self, D: FloatArray, count: int) -> None:
+        """Mark cases that lost their numbers in the last `count` cycles of D; their lanes repeat a sound one from here
+        on."""
+        sound = self.sound() & (np.abs(D[count]) <= MOST).all(axis=0)
+        if sound.all():
+            return
+        unsound = np.flatnonzero(~sound)
+        for i in unsound.tolist():
+            if i < len(self.ready) and i not in self.ended:
+                self.failed[i] = Loss(self.ran * self.drive.t_cycle, self.cause(D[: count + 1, :, i], i))
+                self.reset(i)
+                self.ended[i] = self.result(i)
+        if sound.any():
+            other = int(np.argmax(sound))
+            for each in (D, *self.side_by_side()):
+                each[..., unsound] = each[..., [other]]
+            for i in unsound.tolist():
+                self.lanes[i] = self.lanes[other]
+
+    def side_by_side(self) -> tuple[FloatArray, ...]:
+        """All that lanes carry from cycle to cycle, the lane last."""
+        return self.A, self.W.reshape(-1, len(self.lanes))
+
+    def cause(self, rows: FloatArray, i: int) -> str:
+        """What is no number in lane i, or beyond what a winch can reach, in words: what drives it, rows (cycles, cols),
+        else the state that is farthest beyond."""
+        if len(late := np.argwhere(~(np.abs(rows) <= MOST))):
+            cycle, column = late[0]
+            name = next((name for name, at in self.inputs.items() if column in at), Tick._fields[column])
+            return f"its input {name} is {rows[cycle, column]:.3g}"
+        names, values = paths(self.d.State), np.abs(self.A[: self.n_x, i])
+        worst = int(np.argmax(np.where(np.isnan(values), -1.0, values)))
+        if not values[worst] > MOST:
+            worst = int(np.argmax(np.isnan(values)))
+        return f"state {names[worst].rpartition('.')[2]} is {self.A[worst, i]:.3g}"
 
     def over(self) -> Iterable[int]:
         """Cases that need not be run on."""
@@ -225,20 +320,21 @@ class Block(ABC, Generic[R]):
         return record_of(cls)(self.A[at : at + size(cls), i].tolist(), 0)
 
     def series(self, i: int) -> FloatArray | None:
-        """Series of lane i, as far as it was run; without numbers from where it failed, because there the lane runs on
-        from rest."""
+        """Series of lane i, as far as it was run; without numbers from where it failed."""
         if not self.every:
             return None
         if i in self.failed:
-            self.out[math.ceil(self.failed[i] / (self.every * self.drive.t_cycle) - 1e-9) :, :, i] = np.nan
-        elif self.ran < self.drive.n_ticks:  # its programme ended the run
+            series = self.out[:, :, i].copy()
+            series[math.ceil(self.failed[i].t / (self.every * self.drive.t_cycle) - 1e-9) :] = np.nan
+            return np.asarray(series)
+        if self.ran < self.drive.n_ticks:  # its programme ended the run
             return np.asarray(self.out[: math.ceil(self.ran / self.every), :, i])
         return np.asarray(self.out[:, :, i])
 
     def ending(self, i: int) -> tuple[Ending, float]:
         """How lane i ended, and the time reached [s]."""
         if i in self.failed:
-            return Ending.DIVERGED, self.failed[i]
+            return Ending.DIVERGED, self.failed[i].t
         return Ending.DONE, self.ran * self.drive.t_cycle
 
 

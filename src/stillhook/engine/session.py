@@ -158,7 +158,6 @@ class Session:
         block, d = self._block, self._block.d
         y = offset(d.Lane, "y", 1)
         self._signals = {name: y + i for i, name in enumerate(d.Signals._fields)}
-        self._x = self._A[: block.n_x]
         self._D, self._D_now, self._copy = room_for((2 * TICK,)), room_for((TICK,)), aligned(self._A)
         self._seen = False
         names = self._ranges.names
@@ -167,9 +166,9 @@ class Session:
         )
         quintic, windows, out = block.H, block.W, block.out.reshape(-1)
         behind = (NOT_YET, block.n_win, block.n_sub, self._t_cycle)  # last, ...
-        step = (block.A.reshape(-1), self._D, TICK, quintic, windows, out, 0, 0, 1, NOT_YET, *behind)
-        look = (self._copy, self._D_now, TICK, quintic, windows, out, 0, 0, 0, NOT_YET, *behind)
-        self._step, self._look = repeated(d.run, step, (7,)), repeated(d.run, look, (7, 10))
+        step = (block.A.reshape(-1), self._D, TICK, quintic, windows, out, block.lost, 0, 0, 1, NOT_YET, *behind)
+        look = (self._copy, self._D_now, TICK, quintic, windows, out, block.lost, 0, 0, 0, NOT_YET, *behind)
+        self._step, self._look = repeated(d.run, step, (8,)), repeated(d.run, look, (8, 11))
 
     @property
     def time(self) -> float:
@@ -228,9 +227,10 @@ class Session:
             if self._wire:  # the tension's rate, at both ends
                 D[1] = D[TICK + 1] = (ahead[0] - self._row[0]) / self._t_cycle
             self._step(self._k)
-            if not np.isfinite(self._x).all():
+            if not self._block.sound()[0]:
+                cause = self._block.cause(self._D.reshape(2, TICK), 0)
                 raise SimulationError(
-                    f"Session: a state is not a number at {self.time:.6g} s. Restore a saved state or shorten the step."
+                    f"Session: {cause} after {self.time:.6g} s. Restore a saved state or shorten the step."
                 )
             self._k += 1
             self._row, self._next, self._seen, self._vessel.unit = ahead, self._row, False, unit

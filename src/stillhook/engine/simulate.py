@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from stillhook import units
 from stillhook.base.progress import Meter, Progress
@@ -20,17 +20,22 @@ from stillhook.engine.arguments import (
     steps_per_cycle,
 )
 from stillhook.engine.lowering.case import LoweringType
-from stillhook.engine.runner import Ending, Run
+from stillhook.engine.runner import Ending, Refused, Run
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.store import Store, Summary, keys_of
-from stillhook.engine.tasks import CaseType, Task, cut, on_cluster, on_threads
-from stillhook.errors import Cancelled, ScenarioError, SimulationError
+from stillhook.engine.tasks import CaseType, Task, cut, on_threads
+from stillhook.engine.tasks.carried import kept_on_workers
+from stillhook.engine.tasks.cluster import on_cluster
+from stillhook.errors import Cancelled, ScenarioError, SimulationError, StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray
+
+
+T = TypeVar("T")
 
 
 class End(StrEnum):
@@ -47,6 +52,7 @@ class OnFailure(StrEnum):
     MARK = "mark"
 
 
+@kept_on_workers
 def row_of(run: Run) -> Summary:
     """The summary of a run: what a batch keeps of it unless something else is asked for."""
     return run.row
@@ -69,6 +75,7 @@ def run_cases(
     store: str | Path | None = None,
     client: Any = None,
     progress: Progress | None = None,
+    mark: bool = False,
 ) -> list[Any]:
     """What is kept of every run, in the order of the cases; a case that loses its numbers is marked and affects no
     other.
@@ -76,24 +83,66 @@ def run_cases(
     Parameters and errors as in `simulate`, and: step may be steps per PLC cycle; every PLC cycles between two rows of
     the series, 0 for none; lanes cases side by side, 1 or 16, which changes no number; default 16 where summaries are
     kept or there are many cases; keep what is kept of a run, made where it was run: its `Summary`, `unchanged`, or what
-    a function of a module makes of it (a cluster sends no more than that).
+    a function of a module makes of it (a cluster sends no more than that); mark: a case that is refused is a `Refused`
+    run among the others, with the status "refused".
     """
     cranes, cases = paired(crane, case, ANY_CASE)
     of = type_of(cases)
-    n_sub = _checked(of, cranes, cases, step, threads, series=every > 0)
+    n_sub, refused = _checked(of, cranes, cases, step, threads, series=every > 0, mark=mark)
     more: dict[str, Any] = {"every": every, "lanes": lanes, "keep": keep, "client": client, "progress": progress}
-    return _run(of, cranes, cases, n_sub, threads=threads, store=store, **more)
+    return _run(of, cranes, cases, n_sub, threads=threads, store=store, refused=refused, mark=mark, **more)
+
+
+Problems = dict[int, StillhookError]
+"""Why cases were refused, by place."""
 
 
 def _checked(
-    of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], step: str | int | None, threads: int, *, series: bool
-) -> int:
-    """Refuse cases that cannot be run; steps per PLC cycle, default those for series or for statistics."""
+    of: CaseType,
+    cranes: Sequence[Crane],
+    cases: Sequence[Case],
+    step: str | int | None,
+    threads: int,
+    *,
+    series: bool,
+    mark: bool,
+) -> tuple[int, Problems]:
+    """Steps per PLC cycle, default those for series or for statistics, and the cases that cannot be run. Errors: those
+    of the first such case, unless they are marked and others can be run."""
     check_threads(threads)
-    of.check(cranes, cases)
+    refused: Problems = {}
+    _sorted_out(of.check, cranes, cases, refused, mark=mark)
     if isinstance(step, int):
-        return step
-    return of.default_steps(cranes, cases, series=series) if step is None else steps_per_cycle(cranes[0], step)
+        return step, refused
+    if step is not None:
+        return steps_per_cycle(cranes[0], step), refused
+    return _sorted_out(lambda w, c: of.default_steps(w, c, series=series), cranes, cases, refused, mark=mark), refused
+
+
+def _sorted_out(
+    look: Callable[[list[Crane], list[Case]], T],
+    cranes: Sequence[Crane],
+    cases: Sequence[Case],
+    refused: Problems,
+    *,
+    mark: bool,
+) -> T:
+    """What `look` says of all cases that can be run; the others are added to `refused` where they are marked."""
+    places = [i for i in range(len(cases)) if i not in refused]
+    try:
+        return look([cranes[i] for i in places], [cases[i] for i in places])
+    except StillhookError:
+        if not mark:
+            raise
+        before = len(refused)
+        for i in places:
+            try:
+                look([cranes[i]], [cases[i]])
+            except StillhookError as problem:
+                refused[i] = problem
+        if len(refused) in (before, len(cases)):
+            raise
+    return _sorted_out(look, cranes, cases, refused, mark=mark)
 
 
 def _run(
@@ -109,18 +158,23 @@ def _run(
     store: str | Path | None,
     client: Any,
     progress: Progress | None,
+    refused: Problems,
+    mark: bool,
 ) -> list[Any]:
     """`run_cases` of pairs that were checked."""
     if lanes is None:
         lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
-    ready = of.ready(cranes, cases, n_sub) if keep is unchanged else None  # they are all in memory anyway
+    # without marks packed at once: they are all in memory anyway
+    ready = of.ready(cranes, cases, n_sub) if keep is unchanged and not mark else None
     results: dict[int, Any] = {}
     keys: list[bytes] = []
     if store is not None:
         folder, keys, results = _stored(of, cranes, cases, n_sub, store)
         if len(results) < len(cases):
             folder.check_room()
-    seconds = [of.seconds(w, c) for w, c in zip(cranes, cases, strict=True)]
+    for i, problem in refused.items():
+        results[i] = keep(Refused.of(cranes[i], cases[i], of.names(cranes[i], cases[i]), problem))
+    seconds = [0.0 if i in refused else of.seconds(cranes[i], cases[i]) for i in range(len(cases))]
     done = sum(seconds[i] for i in results)
     meter = Meter(sum(seconds), progress, done, of=len(cases), finished=len(results))
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
@@ -136,6 +190,7 @@ def _run(
             keep=keep,
             seconds=sum(seconds[i] for i in part),
             ready=None if ready is None else [ready[i] for i in part],
+            mark=mark,
         )
         for part in cut(of, cranes, cases, [i for i in range(len(cases)) if i not in results], lanes, workers)
     ]
@@ -226,8 +281,9 @@ def simulate(
     end : {"duration", "programme"}
         "programme" ends a lowering soon after its programme; default after its duration.
     on_failure : {"raise", "mark"}
-        "raise" (default) stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which
-        failed).
+        "raise" (default) stops with SimulationError if a case fails, and before anything runs where one is refused;
+        "mark" keeps the rest: `status` is "diverged" or "refused", `notes` say why, the other cases have the numbers
+        that they have alone.
     threads : int, default 2
         Threads that share a batch.
     store : str or Path, optional
@@ -285,15 +341,16 @@ def simulate(
         rows = math.ceil(rows / sampled) * sampled
     elif stored and rows % sampled:
         raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
-    n_sub = _checked(of, cranes, cases, step, threads, series=stored)
+    mark = OnFailure(on_failure) is OnFailure.MARK
+    n_sub, refused = _checked(of, cranes, cases, step, threads, series=stored, mark=mark)
 
     def labelled(runs: Mapping[int, Any]) -> xarray.Dataset:
         """Runs by the places of their cases; all of them, or those that were finished."""
         places = sorted(runs)
         ordered = [runs[i] for i in places]
         summaries = [run.row for run in ordered] if stored else ordered
-        if len(runs) == len(cases) and OnFailure(on_failure) is OnFailure.RAISE:
-            raise_failures(summaries)
+        if len(runs) == len(cases):
+            (raise_refused if mark else raise_failures)(summaries)
         return of.dataset(
             crane if isinstance(crane, Crane) else [cranes[i] for i in places],
             [cases[i] for i in places],
@@ -316,6 +373,8 @@ def simulate(
             store=store,
             client=client,
             progress=progress,
+            refused=refused,
+            mark=mark,
         )
     except Cancelled as stopped:
         raise stopped.then(labelled) from None
@@ -335,6 +394,12 @@ def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarr
         single=labels is None,
         runs=runs,
     )
+
+
+def raise_refused(summaries: Sequence[Mapping[str, Any]]) -> None:
+    """Errors: SimulationError where every case was refused, with the reason of the first."""
+    if all(s["status"] == Ending.REFUSED for s in summaries):
+        raise SimulationError(f"{len(summaries)} of {len(summaries)} cases {summaries[0]['notes'][-1]}")
 
 
 def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:

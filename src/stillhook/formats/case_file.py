@@ -38,7 +38,7 @@ _ADDRESS = re.compile(r"\S+:[0-9]+|inproc://\S+")
 
 def _address(text: str) -> str:
     if not _ADDRESS.fullmatch(text):
-        raise ValueError('no address of a Dask scheduler. Write it with its port, such as "tcp://10.0.0.1:8786".')
+        raise ValueError('no address of a Dask scheduler. Write it with its port, such as "tls://10.0.0.1:8786".')
     return text
 
 

@@ -36,7 +36,10 @@ def settings_table(kind: str, module: WithSettings) -> type[Spec]:
         name: _field(setting, f"{module.file.name}: Settings.{name}: default")
         for name, setting in module.settings.items()
     }
-    return create_model(f"{kind}_{module.field}", __base__=Spec, __doc__=f"Settings of {module.title}.", **fields)
+    name = f"{kind}_{module.field}"
+    table = create_model(name, __base__=Spec, __doc__=f"Settings of {module.title}.", __module__=__name__, **fields)
+    globals()[name] = table  # found by its name where a crane comes from another process
+    return table
 
 
 def _field(setting: Setting, where: str) -> tuple[Any, Any]:

@@ -93,7 +93,7 @@ def implausible_values(model: BaseModel, path: str = "") -> tuple[str, ...]:
 
 def marked(status: str, notes: Sequence[str]) -> str:
     """The status of a result that follows from numbers with these notes: never "ok" where there are any."""
-    if not notes or status == "diverged":
+    if not notes or status in ("diverged", "refused"):
         return status
     return IMPLAUSIBLE if status == "ok" else f"{status}, {IMPLAUSIBLE}"
 

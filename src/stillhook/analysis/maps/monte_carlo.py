@@ -20,6 +20,7 @@ from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_dr
 from stillhook.analysis.uncertainty.report import INSIDE, chance
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.engine.runner import FAILED
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -138,7 +139,7 @@ class _Statistics:
                 self.values[name][i] = _quantiles(rows[c, :, self.names.index(name)])
             probability = chance(self._usable(i, rows[c], status[c]))
             self.chances[i] = probability.low, probability.value, probability.high
-            self.failed[i] = sum(s == "diverged" for s in status[c])
+            self.failed[i] = sum(s in FAILED for s in status[c])
 
     def _usable(self, i: int, rows: FloatArray, status: list[str]) -> NDArray[np.bool_]:
         case = self.cells.cases[i]

@@ -16,7 +16,7 @@ from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress, begin
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.summary import numbers_of
-from stillhook.engine.simulate import run_cases
+from stillhook.engine.simulate import raise_refused, run_cases
 from stillhook.errors import Cancelled, ScenarioError
 from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.text import scaled_to, speed_peak
@@ -86,7 +86,9 @@ def map_of(
         return _map(crane, axes, chosen, cranes, cases, answers, _words(motion, period, periods is not None))
 
     try:
-        rows = run_cases(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+        options: dict[str, Any] = {"threads": threads, "store": store, "client": client, "progress": progress}
+        rows = run_cases(cranes, cases, step=step, mark=True, **options)
+        raise_refused(rows)
     except Cancelled as stopped:
         raise stopped.then(map_from) from None
     return map_from(dict(enumerate(rows)))

@@ -21,6 +21,7 @@ from stillhook.base.progress import Progress
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.simulate import run_cases
+from stillhook.engine.tasks.carried import kept_on_workers
 from stillhook.errors import ScenarioError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
@@ -219,6 +220,7 @@ def _runs(
     return cranes, cases
 
 
+@kept_on_workers
 def response(run: ScenarioRun, dv: float) -> Response:
     """One test's response to a step dv [m/s], with the cause where it did not settle."""
     import xarray  # heavy: other maps print without it

@@ -259,6 +259,7 @@ OURS = (
     "uncompensated",
     "audit",
     "diverged",
+    "refused",
 )
 """Parts of a status that a controller is to blame for: not what load and motion do to wire and
 accumulator."""

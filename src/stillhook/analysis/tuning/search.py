@@ -28,6 +28,7 @@ from stillhook.analysis.tuning.objective import (
 from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to_vector, with_settings
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.engine.runner import FAILED
 from stillhook.engine.simulate import run_cases
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
@@ -101,7 +102,7 @@ class Search:
             self.fast += [
                 Fast(c, reasons)
                 for c, reasons in zip(ladder, passed, strict=True)
-                if not reasons & {"saturated", "diverged"}
+                if not reasons & {"saturated", *FAILED}
             ][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
         results = run_cases(self.crane, self.runs, threads=self.threads)
@@ -133,7 +134,8 @@ class Search:
         n = len(self.runs)
         if not sound:
             return out
-        results = run_cases([cranes[i] for i in sound for _ in range(n)], self.runs * len(sound), threads=self.threads)
+        each, runs = [cranes[i] for i in sound for _ in range(n)], self.runs * len(sound)
+        results = run_cases(each, runs, threads=self.threads, mark=True)
         for k, i in enumerate(sound):
             rows = results[k * n : (k + 1) * n]
             score = self.weigh(scored(cranes[i], self.mode, self.cases, rows, self.limits, self.fast))

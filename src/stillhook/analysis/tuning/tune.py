@@ -229,7 +229,8 @@ def _asides(search: Search, optimum: dict[str, float]) -> list[tuple[float, floa
                 places.append((i, k))
     n = len(search.runs)
     if points:
-        rows = run_cases([c for c in points for _ in range(n)], search.runs * len(points), threads=search.threads)
+        each, runs = [c for c in points for _ in range(n)], search.runs * len(points)
+        rows = run_cases(each, runs, threads=search.threads, mark=True)
         for j, ((i, k), crane) in enumerate(zip(places, points, strict=True)):
             results = rows[j * n : (j + 1) * n]
             score = search.weigh(scored(crane, search.mode, search.cases, results, search.limits, search.fast))

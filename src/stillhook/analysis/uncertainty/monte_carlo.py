@@ -17,7 +17,7 @@ from stillhook.base.progress import Progress, Relay
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.scenario.summary import numbers_of
-from stillhook.engine.simulate import run_cases
+from stillhook.engine.simulate import raise_refused, run_cases
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -167,7 +167,8 @@ def run_draws(
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
         part_progress = part_of(progress, done, len(pairs), total)
-        part = run_cases([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
+        part = run_cases([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, mark=True, **options)
+        raise_refused(part[: max(len(drawings) - done, 0)] or part)
         numbers[done : done + len(part)] = [[s[name] for name in names] for s in part]
         status += [s["status"] for s in part]
         at_values += map(dict, part[: max(len(drawings) - done, 0)])

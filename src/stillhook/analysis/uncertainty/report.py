@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.attribution import Attribution
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, largest_totals
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
-from stillhook.engine.runner import OK
+from stillhook.engine.runner import FAILED, OK
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SpecError
 from stillhook.report import kit
@@ -38,7 +38,6 @@ INSIDE = 0.9
 """Share of the draws inside a band: 5 to 95 %."""
 LEAST_FOR_ERRORS = 20
 """Draws below which an end of a band has no standard error: hardly one draw is beyond it."""
-FAILED = "diverged"
 OFFSET = "offset"
 NUMERIC = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
 
@@ -159,7 +158,9 @@ def troubles(run: xarray.Dataset) -> dict[str, Estimate]:
 
 
 def failures(run: xarray.Dataset) -> dict[str, int]:
-    return {str(c): int(np.count_nonzero(run["status"].sel(case=c).values == FAILED)) for c in run["case"].values}
+    """Case -> draws without numbers."""
+    status = {str(c): run["status"].sel(case=c).values.astype(str) for c in run["case"].values}
+    return {c: int(np.count_nonzero(np.isin(of, list(FAILED)))) for c, of in status.items()}
 
 
 class Paired(NamedTuple):
@@ -329,7 +330,8 @@ def _remarks(data: dict[str, Any], compared: Sequence[str]) -> Iterator[str]:
         yield f"standard error of the 95 % end of the error: {values}"
     for label, case in data["cases"].items():
         if case["failed"]:
-            yield f"{label}: {case['failed']} draws diverged; they are in no band, and count as beyond every limit"
+            lost = f"{case['failed']} draws diverged or were refused"
+            yield f"{label}: {lost}; they are in no band, and count as beyond every limit"
 
 
 def _limits(data: dict[str, Any]) -> list[Table]:

@@ -15,6 +15,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
+from stillhook.engine.runner import FAILED
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SimulationError, SpecError
 from stillhook.spec.crane import Crane
@@ -188,11 +189,11 @@ def sensitivity(
     table, rows, varied = _tables(uncertain, n, seed)
     drawings = base_drawings(cranes, cases, uncertain, table._replace(values=rows))
     numbers, status, _ = run_draws(drawings, rows, progress=progress, **options)
-    failed = sum(s == "diverged" for row in status for s in row)
+    failed = sum(s in FAILED for row in status for s in row)
     if failed:
         raise SimulationError(
-            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs diverged, and indices of the rest would"
-            " mislead. Take a finer step, or narrower distributions."
+            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs diverged or were refused, and indices of the rest"
+            " would mislead. Take a finer step, or narrower distributions."
         )
     results = {(c, o): numbers[i, :, columns.index(o)] for i, c in enumerate(names) for o in outputs}
     if against is not None:

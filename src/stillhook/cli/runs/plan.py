@@ -51,7 +51,7 @@ CELL_HELP = (
     'The run that governs a cell, "Tp=9 s, heading=165 deg" (and Hs=, alternative=, phase=), as a lift file with its'
     " film in a folder of --out. A plan that --out holds is not computed again."
 )
-WORKERS_HELP = 'Cores of this machine to use, or the address of a Dask scheduler, "tcp://10.0.0.1:8786".'
+WORKERS_HELP = 'Cores of this machine to use, or the address of a Dask scheduler, "tls://10.0.0.1:8786".'
 MOST_THREADS = 256
 SEED_HELP = (
     "Each seed gives the runs of the twin other waves of the same seas: two plans show by how much limits scatter."

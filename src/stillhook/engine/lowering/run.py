@@ -21,6 +21,7 @@ from stillhook.engine.runner import Block, nothing, record_of
 from stillhook.engine.scenario.run import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
+from stillhook.kernels.drivers.loop import MOST
 from stillhook.kernels.lanes import aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics import blank
 from stillhook.sea.motion.motion import Ramped
@@ -196,7 +197,7 @@ class LiftBlock(Block[Ready]):
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count."""
-        E, i_0 = self._water(k, count)
+        self.E, i_0 = self._water(k, count)
         self.d.run(
             self.A.reshape(-1),
             self.B.reshape(-1),
@@ -204,7 +205,7 @@ class LiftBlock(Block[Ready]):
             self.S.reshape(-1),
             self.n_phases,
             self.T.reshape(-1),
-            E.reshape(-1),
+            self.E.reshape(-1),
             np.zeros(8),
             self.levels,
             self.dt_waves,
@@ -219,6 +220,7 @@ class LiftBlock(Block[Ready]):
             self.H,
             self.W,
             self.out.reshape(-1),
+            self.lost,
             self.every,
             k,
             count,
@@ -275,8 +277,18 @@ class LiftBlock(Block[Ready]):
         return [i for i, r in enumerate(self.ready) if phase[i] >= len(r.packed.programme.rows)]
 
     def sound(self) -> BoolArray:
-        """Lanes whose numbers are finite, (lanes,)."""
-        return np.asarray(super().sound() & np.isfinite(self.B[:, :2]).all(axis=(0, 1)))
+        """Lanes whose states are numbers that a winch can reach, (lanes,)."""
+        return np.asarray(super().sound() & (np.abs(self.B[:, :2]) <= MOST).all(axis=(0, 1)))
+
+    def side_by_side(self) -> tuple[FloatArray, ...]:
+        """All that lanes carry from cycle to cycle, and their programmes and payloads; the lane last."""
+        return *super().side_by_side(), self.B, self.S, self.T
+
+    def cause(self, rows: FloatArray, i: int) -> str:
+        """Water or deck where one of their numbers is none; else as of any winch."""
+        if self.E.ndim > 1 and not (np.abs(self.E[..., i]) <= MOST).all():
+            return f"motion of its {'water' if self.levels else 'deck'} is not a number"
+        return super().cause(rows, i)
 
     def reset(self, i: int) -> None:
         """Set a lane to rest again."""

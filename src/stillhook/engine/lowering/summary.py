@@ -426,7 +426,7 @@ def _loss_notes(run: LoweringRun) -> list[str]:
 def notes(run: LoweringRun) -> list[str]:
     """What a reader should know in addition to the numbers."""
     if run.diverged:
-        return [f"lost its numbers by {run.t_end:.2f} s"]
+        return [run.loss_note]
     crane, case, r = run.crane, run.case, run.total
     notes_of_run = [
         *oscillation_notes(crane, r.stats.oscillation.largest),

@@ -19,7 +19,7 @@ from stillhook.engine.arguments import (
     summary_columns,
 )
 from stillhook.engine.certificate import twin_line
-from stillhook.engine.inputs import CycleInputs, shape
+from stillhook.engine.inputs import WIRE_COLUMNS, CycleInputs, shape
 from stillhook.engine.pack.guard import guard_in
 from stillhook.engine.pack.winch import Packed, kernel_of, pack
 from stillhook.engine.runner import Block, Run, each_case, nothing
@@ -98,6 +98,7 @@ class ScenarioBlock(Block[Ready]):
             self.H,
             self.W,
             self.out.reshape(-1),
+            self.lost,
             self.every,
             k,
             count,
@@ -136,6 +137,8 @@ class ScenarioBlock(Block[Ready]):
 
 class WireBlock(ScenarioBlock):
     """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
+
+    inputs = WIRE_COLUMNS
 
     @staticmethod
     def setup(r: Ready) -> Setup:

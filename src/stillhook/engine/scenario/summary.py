@@ -80,10 +80,10 @@ class ScenarioRun(Run):
         heavy = capacity_notes(crane, foreseen.F_rest, self.stats.common.F_max + foreseen.wire, foreseen.wire)
         notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
         notes += alarm_notes(self.checks)
-        if self.diverged:
-            notes.append(f"lost its numbers by {self.t_end:.2f} s")
         winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
         notes += warm_up_notes(winch, self.before, t)
+        if self.diverged:
+            notes.append(self.loss_note)
         e_c_pp, e_c_pp_measured, s_tip_pp = self.span
         weight = max(st.cycles - 1.0, 1.0)
         mean = st.e_sum / weight

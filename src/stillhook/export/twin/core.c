@@ -38,9 +38,9 @@ static void sh_rest(double *A, const double *row, double *beginning)
 
 static void sh_run(double *A, double *rows, int64_t cycles)
 {
-    double windows[1] = {0.0}, series[1] = {0.0};
-    sh_kernel_run(A, rows, SH_ROW, sh_quintic, windows, series, 0, 0, cycles, SH_NEVER, cycles > 0 ? SH_NEVER : 0, 1,
-                  SH_N_SUB, SH_T_CYCLE);
+    double windows[1] = {0.0}, series[1] = {0.0}, lost[1];
+    sh_kernel_run(A, rows, SH_ROW, sh_quintic, windows, series, lost, 0, 0, cycles, SH_NEVER,
+                  cycles > 0 ? SH_NEVER : 0, 1, SH_N_SUB, SH_T_CYCLE);
 }
 
 static void sh_observe(double *A, const double *row, double *sensed)

@@ -299,6 +299,7 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
         H: Array,
         W: Array,
         out: Array,
+        lost: Array,
         every: int,
         k_0: int,
         n: int,
@@ -311,6 +312,6 @@ def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
         """See `LiftArrays` and `cycles_of`; every and n_peak are multiples of `sampled`."""
         align_stack()
         arrays = LiftArrays(B, N, S, n_stages, T, E, H_w, levels, dt_w, i_0, G, starts, first, P, n_peak)
-        cycles(A, arrays, D_, cols, H, W, out, every, k_0, n, 0, last, n_win, sampled, n_sub, t_cycle)
+        cycles(A, arrays, D_, cols, H, W, out, lost, every, k_0, n, 0, last, n_win, sampled, n_sub, t_cycle)
 
     return run

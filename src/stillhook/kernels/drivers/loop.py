@@ -11,7 +11,7 @@ from typing import Any
 from stillhook.control.plc import Memory
 from stillhook.kernels.drivers.commands import commands_in_force
 from stillhook.kernels.drivers.winch import Driver
-from stillhook.kernels.lanes import Array, access, offset
+from stillhook.kernels.lanes import Array, access, offset, size
 from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
 from stillhook.kernels.statistics import SIGNALS, window_add, window_turn
 from stillhook.physics.records import define, record
@@ -20,6 +20,11 @@ from stillhook.winches.records import THIN, Geometry, Tick, Tip
 
 NH = 12
 """Weights of a quintic at one place, see `tip_between`."""
+MOST = 1.0e15
+"""Magnitude beyond which no state of a winch is one [SI]: the largest of the ranges in `state_ranges.csv`."""
+
+LOOK = 4
+"""Cycles between two looks whether all states are numbers."""
 
 
 def idle(n: int) -> Any:
@@ -91,7 +96,25 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
     V_M = TICK + offset(Tick, "v_m", LANES)
     SWING = ST + offset(d.Stats, "oscillation", LANES)
     SWING_UP = SWING + offset(Oscillation, "watched", LANES) + offset(Watched, "up", LANES)
-    NS = len(d.columns)
+    Y_LOAD = Y + offset(d.Signals, "s_load", LANES)  # and its speed: in a lowering those of the payload
+    NS, NX = len(d.columns), size(d.State)
+
+    @scalar
+    def beyond(A, row, cols, k):
+        """How many numbers of the row that drives cycle k, and every `LOOK` cycles of states and load, are none, or are
+        beyond what a winch can reach.
+
+        The row is looked at by itself: of a tip without a place comes a slack wire, and sound states.
+        """
+        n = 0
+        for l in range(cols * LANES):
+            n += 0 if abs(row[l]) <= MOST else 1
+        if k % LOOK == 0:
+            for l in range(NX * LANES):
+                n += 0 if abs(A[X + l]) <= MOST else 1
+            for l in range(2 * LANES):
+                n += 0 if abs(A[Y_LOAD + l]) <= MOST else 1
+        return n
 
     @scalar
     def tip_between(start, end, l, H, k):
@@ -176,13 +199,17 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
                     put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
 
     @scalar
-    def cycles(A, at, D, cols, H, W, out, every, k_0, n, first, last, n_win, sampled, n_sub, t_cycle):
+    def cycles(A, at, D, cols, H, W, out, lost, every, k_0, n, first, last, n_win, sampled, n_sub, t_cycle):
         """Cycles k_0 .. k_0 + n of all lanes in A; cycle `last` is only observed.
 
         D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone), H the weights of its
         quintic. Statistics, windows of n_win samples and energies are taken every `sampled` cycles, windows from cycle
         `first` on; in between the PLC alone works. Every `every` cycles a row of the series goes to out (0: never).
+
+        lost[0] is the cycle before which the lanes were left because a state, a load or what drives them was not a
+        number, or beyond `MOST`; -1 where none was. What follows is run by another call.
         """
+        lost[0] = -1.0
         h = t_cycle / n_sub
         for k in range(k_0, k_0 + n + 1 if k_0 + n == last else k_0 + n):
             row = D[(k - k_0) * cols * LANES :]
@@ -217,6 +244,9 @@ def cycles_of(d: Driver, hooks: Hooks) -> Any:
                 after(A, at)
                 for l in range(2 * LANES):
                     A[TIP_0 + l] = A[TIP_2 + l]
+            if beyond(A, ahead, cols, k + 1) > 0:
+                lost[0] = 1.0 * (k + 1)
+                break
 
     return cycles
 
@@ -255,6 +285,7 @@ def run_of(d: Driver) -> Any:
         H: Array,
         W: Array,
         out: Array,
+        lost: Array,
         every: int,
         k_0: int,
         n: int,
@@ -266,6 +297,6 @@ def run_of(d: Driver) -> Any:
     ):
         """See `cycles_of`; every cycle is watched."""
         align_stack()
-        cycles(A, 0.0, D, cols, H, W, out, every, k_0, n, first, last, n_win, 1, n_sub, t_cycle)
+        cycles(A, 0.0, D, cols, H, W, out, lost, every, k_0, n, first, last, n_win, 1, n_sub, t_cycle)
 
     return run

@@ -41,7 +41,7 @@ class LaneParts:
 class Driver:
     """What runs a winch on a load path: records, the scalar functions that a run is made of, and its kernels.
 
-    run(A, ..., D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle) runs the lanes of A; see
+    run(A, ..., D, cols, H, W, out, lost, every, k_0, n, first, last, n_win, n_sub, t_cycle) runs the lanes of A; see
     `stillhook.kernels.drivers.loop`, and of a lowering `stillhook.kernels.drivers.lift`.
     """
 

@@ -14,7 +14,9 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.base.progress import Progress
 from stillhook.engine.lowering.case import Case
 from stillhook.engine.lowering.summary import PEAK_INTERVAL as INTERVAL
+from stillhook.engine.runner import Ending
 from stillhook.engine.simulate import End, simulate, stored_places
+from stillhook.errors import LiftError
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Seas
@@ -265,8 +267,8 @@ class Cells:
     def simulated(
         self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
     ) -> xarray.Dataset:
-        """Runs as the plan makes them."""
-        return simulate(
+        """Runs as the plan makes them. Errors: LiftError where one is refused: it is the plan that cannot be."""
+        data = simulate(
             cranes,
             cases,
             **self.options,
@@ -276,6 +278,9 @@ class Cells:
             threads=self.execution.threads,
             progress=progress,
         )
+        for refused in data["notes"].values[data["status"].values == Ending.REFUSED]:
+            raise LiftError(str(refused).removeprefix("refused: "))
+        return data
 
     @property
     def options(self) -> dict[str, Any]:

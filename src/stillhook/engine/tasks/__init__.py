@@ -1,20 +1,20 @@
-"""A type of case, and many cases of it: cut into tasks of what can run side by side, shared by threads or a cluster."""
+"""A type of case, and many cases of it: cut into tasks of what can run side by side, shared by threads
+(a cluster: `stillhook.engine.tasks.cluster`)."""
 
 from __future__ import annotations
 
 import itertools
 import math
-import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.runner import Block, Ready, Run
+from stillhook.engine.runner import Block, Ready, Refused, Run
 from stillhook.engine.store import Summary
-from stillhook.errors import SimulationError, StillhookError
-from stillhook.kernels.build import Setup, driver, results_hash
+from stillhook.errors import StillhookError
+from stillhook.kernels.build import Setup, driver
 from stillhook.spec.crane import Crane
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ TASK_SECONDS_EACH = 250.0
 it."""
 TASKS_EACH = 8
 """Tasks for each worker at least, where there are enough cases: none then waits long for the last one."""
-IN_FLIGHT = 3
-"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
 
 
 class CaseType(ABC):
@@ -98,7 +96,8 @@ class CaseType(ABC):
 
 class Task(NamedTuple):
     """Cases that one worker runs, with their places in the whole list; keep: what is kept of every run, made where it
-    was run; ready: the cases packed, where that was done before; seconds simulated, of all cases."""
+    was run; ready: the cases packed, where that was done before; seconds simulated, of all cases; mark: a case that is
+    refused when it is packed is a `Refused` run, rather than the end of all."""
 
     type: CaseType
     indices: list[int]
@@ -110,6 +109,7 @@ class Task(NamedTuple):
     keep: Callable[[Any], Any]
     seconds: float = 0.0
     ready: Sequence[Ready] | None = None
+    mark: bool = False
 
     def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
@@ -124,17 +124,35 @@ class Task(NamedTuple):
         for k in range(0, total, self.lanes):
             part = slice(k, k + self.lanes)
             count = len(self.indices[part])
-            places = None if self.indices == [0] else self.indices[part]
-            if self.ready is None:
-                ready = self.type.ready(self.cranes[part], self.cases[part], self.n_sub, places)
+            ready = self._packed(part) if self.ready is None else self.ready[part]
+            runs = {j: r for j, r in enumerate(ready) if isinstance(r, Refused)}
+            if sound := [r for r in ready if not isinstance(r, Refused)]:
+                block = self.type.block(sound, lanes=self.lanes, n_sub=self.n_sub, every=self.every)
+                for share in itertools.chain(block.steps(), (1.0,)):
+                    if progress is not None:
+                        progress((k + share * count) / total)
+                made = iter(block.results())
+                results += [self.keep(runs[j] if j in runs else next(made)) for j in range(len(ready))]
             else:
-                ready = self.ready[part]
-            block = self.type.block(ready, lanes=self.lanes, n_sub=self.n_sub, every=self.every)
-            for share in itertools.chain(block.steps(), (1.0,)):
-                if progress is not None:
-                    progress((k + share * count) / total)
-            results += map(self.keep, block.results())
+                results += map(self.keep, runs.values())
         return results
+
+    def _packed(self, part: slice) -> Sequence[Ready | Refused]:
+        """Cases of a block packed. Errors: those of the first that cannot be run, unless these are marked."""
+        cranes, cases = self.cranes[part], self.cases[part]
+        try:
+            return self.type.ready(cranes, cases, self.n_sub, None if self.indices == [0] else self.indices[part])
+        except StillhookError:
+            if not self.mark:
+                raise
+
+        def each(crane: Crane, case: Any) -> Ready | Refused:
+            try:
+                return self.type.ready([crane], [case], self.n_sub)[0]
+            except StillhookError as problem:
+                return Refused.of(crane, case, self.type.names(crane, case), problem)
+
+        return [each(crane, case) for crane, case in zip(cranes, cases, strict=True)]
 
 
 def cut(
@@ -176,59 +194,3 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Answers:
             meter.stopped = True
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def run_packed(packed: bytes) -> tuple[Any, str]:
-    """What is kept of the runs of a pickled task, into which a cluster need not look, and the hash of the code that
-    made it."""
-    return pickle.loads(packed).run(), results_hash()
-
-
-def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Answers:
-    """The same on a cluster; a few are under way for each of its threads, and a lost worker's are given again.
-
-    Errors: those of a case; SimulationError where the cluster fails, or runs other code.
-    """
-    import distributed
-
-    rest = iter(tasks)
-    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
-    submitted: dict[str, tuple[Any, Task]] = {}
-
-    def submit_next(put: Callable[[Any], None]) -> None:
-        for task in itertools.islice(rest, 1):
-            future = client.submit(run_packed, pickle.dumps(task.light(), pickle.HIGHEST_PROTOCOL), pure=False)
-            submitted[future.key] = future, task
-            put(future)
-
-    under_way = distributed.as_completed(loop=client.loop)
-    try:
-        for _ in range(room):
-            submit_next(under_way.add)
-        for future in under_way:
-            answer, (_, task) = _answer_of(future), submitted.pop(future.key)
-            meter.part(task.seconds)(1.0)
-            yield task, answer
-            submit_next(under_way.add)
-    finally:
-        client.cancel([future for future, _ in submitted.values()])
-
-
-def _answer_of(future: Any) -> Any:
-    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
-    than this machine."""
-    try:
-        answer, made_by = future.result()
-    except StillhookError:
-        raise
-    except Exception as e:
-        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
-        raise SimulationError(
-            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
-        ) from None
-    if made_by != results_hash():
-        raise SimulationError(
-            f"cluster: a worker runs Stillhook {made_by}, this machine {results_hash()}. Install the same"
-            " version everywhere."
-        )
-    return answer
