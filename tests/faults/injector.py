@@ -53,11 +53,14 @@ class Fault(NamedTuple):
         return f"{self.kind.name.lower()} {name} at {self.at}".replace("  ", " ")
 
 
+NO_FAULT = Fault()
+
+
 class Control(ctypes.Structure):
     """`struct control` of shim.c."""
 
     _fields_ = (
-        *((name, ctypes.c_int64) for name in ("kind", "at", "error", "count", "fired")),
+        *((name, ctypes.c_int64) for name in ("kind", "at", "error", "count", "fired", "struck")),
         ("calls", ctypes.c_int64 * len(CALLS)),
         *((name, ctypes.c_int64) for name in ("memory_at", "memory_least", "memory_count", "clock")),
         ("below", ctypes.c_char * 4096),
@@ -66,13 +69,14 @@ class Control(ctypes.Structure):
 
 class Outcome(NamedTuple):
     """code: exit code, negative for a signal; out, err: what was printed; count: calls that change files, by kind in
-    `calls`; fired: faults; allocations: large ones; seconds it took."""
+    `calls`; fired: faults, the first of them in a call of the kind `struck`; allocations: large ones."""
 
     code: int
     out: str
     err: str
     count: int
     fired: int
+    struck: str
     calls: Mapping[str, int]
     allocations: int
 
@@ -132,7 +136,7 @@ class Injector:
     def run(
         self,
         arguments: Sequence[str],
-        fault: Fault = Fault(),
+        fault: Fault = NO_FAULT,
         *,
         env: Mapping[str, str] | None = None,
         below: Path | None = None,
@@ -159,8 +163,9 @@ class Injector:
         code = self._asked(request)["code"]
         control.memory_least = 0
         out, err = ((self._scratch / name).read_text(encoding="utf-8", errors="replace") for name in ("out", "err"))
+        struck = CALLS[control.struck] if control.fired else ""
         calls = dict(zip(CALLS, control.calls, strict=True))
-        return Outcome(code, out, err, control.count, control.fired, calls, control.memory_count)
+        return Outcome(code, out, err, control.count, control.fired, struck, calls, control.memory_count)
 
     def learn(self, arguments: Sequence[str], env: Mapping[str, str] | None = None) -> Outcome:
         """Run a command line; the server then imports the modules that it used, for the next ones."""

@@ -25,10 +25,8 @@ def wait(child: int, limit: float) -> int:
         if time.monotonic() > end:
             os.killpg(child, signal.SIGKILL)
         time.sleep(STEP)
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
     return os.waitstatus_to_exitcode(status)
 
 

@@ -25,7 +25,7 @@ enum kind { NONE, FAIL, FAIL_ON, FULL, KILL, TORN };
 enum call { OPEN, WRITE, SYNC, RENAME, MAKE, REMOVE, CALLS };
 
 struct control {
-    int64_t kind, at, error, count, fired, calls[CALLS]; /* fault, its call from 1 on, errno; what was counted */
+    int64_t kind, at, error, count, fired, struck, calls[CALLS]; /* fault, its call from 1 on, errno; what was counted */
     int64_t memory_at, memory_least, memory_count;       /* allocation that fails from 1 on; those of that size count */
     int64_t clock;                                       /* added to the wall clock [ns] */
     char below[4096];                                    /* folder, with a slash at its end */
@@ -88,7 +88,8 @@ static int fault(enum call call)
         return 0;
     if (kind == FULL && (call == REMOVE || call == SYNC || call == RENAME))
         return 0; /* which a full disk still does */
-    control->fired++;
+    if (control->fired++ == 0)
+        control->struck = call;
     if (kind == KILL || (kind == TORN && call != WRITE))
         kill(getpid(), SIGKILL);
     return kind == TORN ? -1 : (int)control->error;
