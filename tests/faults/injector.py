@@ -30,6 +30,10 @@ MODULES = "STILLHOOK_FAULTS_MODULES"
 """Environment variable: file for the names of the modules that a command line used."""
 
 
+STILL = 1_795_867_200 * 10**9
+"""2026-11-28T12:00 UTC [ns since 1970]."""
+
+
 class Kind(IntEnum):
     """What happens at a call, as `enum kind`."""
 
@@ -62,7 +66,7 @@ class Control(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int64) for name in ("kind", "at", "error", "count", "fired", "struck")),
         ("calls", ctypes.c_int64 * len(CALLS)),
-        *((name, ctypes.c_int64) for name in ("memory_at", "memory_least", "memory_count", "clock")),
+        *((name, ctypes.c_int64) for name in ("memory_at", "memory_least", "memory_count", "clock", "still")),
         ("below", ctypes.c_char * 4096),
     )
 
@@ -141,15 +145,21 @@ class Injector:
         env: Mapping[str, str] | None = None,
         below: Path | None = None,
         memory: tuple[int, int] = (0, 0),
+        clock: float = 0.0,
         limit: float = 120.0,
     ) -> Outcome:
         """Run a command line with a fault. env: further variables; below: folder whose calls count, by default the
-        injector's; memory: number and least size of the allocation that fails; limit [s]."""
+        injector's; memory: number and least size of the allocation that fails; clock: what the wall clock is
+        ahead [s], 0: it stands at `STILL`, so that files that hold a time are the same; limit [s].
+
+        Arguments that begin with "python" are the name of a function of `writers`, and its argument.
+        """
         control = self.control
         control.kind, control.at, control.error = fault
         control.count = control.fired = control.memory_count = 0
         control.calls[:] = [0] * len(CALLS)
         control.memory_at, control.memory_least = memory
+        control.clock, control.still = round(1e9 * clock), 0 if clock else STILL
         request = {
             "arguments": list(map(str, arguments)),
             "cwd": str(self.folder),
@@ -161,7 +171,7 @@ class Injector:
             "limit": limit,
         }
         code = self._asked(request)["code"]
-        control.memory_least = 0
+        control.memory_least = control.still = 0
         out, err = ((self._scratch / name).read_text(encoding="utf-8", errors="replace") for name in ("out", "err"))
         struck = CALLS[control.struck] if control.fired else ""
         calls = dict(zip(CALLS, control.calls, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -54,6 +55,7 @@ def preload(modules: list[str]) -> None:
         if module not in sys.modules and not module.startswith("__"):
             with contextlib.suppress(Exception):
                 importlib.import_module(module)
+    gc.freeze()  # a child has no copies to make of what it does not change
 
 
 def serve() -> None:
@@ -84,10 +86,15 @@ if __name__ == "__main__":
 
     preload(sys.argv[1:])
     serve()
-    from stillhook.cli import main
+    from stillhook.__main__ import main
 
     try:
-        main()
+        if sys.argv[1] == "python":
+            from tests.faults.writers import write
+
+            write(*sys.argv[2:])
+        else:
+            main()
     finally:
         if MODULES in os.environ:
             with open(os.environ[MODULES], "w", encoding="utf-8") as file:

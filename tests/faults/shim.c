@@ -27,7 +27,7 @@ enum call { OPEN, WRITE, SYNC, RENAME, MAKE, REMOVE, CALLS };
 struct control {
     int64_t kind, at, error, count, fired, struck, calls[CALLS]; /* fault, its call from 1 on, errno; what was counted */
     int64_t memory_at, memory_least, memory_count;       /* allocation that fails from 1 on; those of that size count */
-    int64_t clock;                                       /* added to the wall clock [ns] */
+    int64_t clock, still;                                /* added to the wall clock [ns]; all that it shows, or 0 */
     char below[4096];                                    /* folder, with a slash at its end */
 };
 
@@ -265,8 +265,10 @@ void *realloc(void *old, size_t size) { return none_left(size) ? NULL : __libc_r
 int clock_gettime(clockid_t clock, struct timespec *now)
 {
     int code = (int)syscall(SYS_clock_gettime, clock, now);
-    if (code == 0 && clock == CLOCK_REALTIME && control->clock) {
+    if (code == 0 && clock == CLOCK_REALTIME && (control->clock || control->still)) {
         int64_t all = now->tv_sec * 1000000000LL + now->tv_nsec + control->clock;
+        if (control->still)
+            all = control->still;
         now->tv_sec = all / 1000000000LL;
         now->tv_nsec = all % 1000000000LL;
     }

@@ -66,8 +66,8 @@ class atomic_file:
     def __enter__(self) -> Path:
         return self._one.__enter__()[0]
 
-    def __exit__(self, *of: object) -> None:
-        self._one.__exit__(*of)
+    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
+        self._one.__exit__(kind, error)
 
 
 class _durable_files(atomic_files):

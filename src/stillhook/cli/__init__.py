@@ -143,6 +143,8 @@ def _command() -> Any:
 def main() -> None:
     """Entry point of the `stillhook` command."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only compete with ours
+    if not os.environ.get(DEBUG):
+        sys.unraisablehook = lambda unraisable: None  # what a library cannot close after an error is no second line
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's letters cannot show ends no command
             stream.reconfigure(errors="backslashreplace")

@@ -22,9 +22,9 @@ class Proposal(NamedTuple):
     """What the observer says of friction.
 
     time: of a clock that its reader has, too [s]; known: whether there is an estimate that is not old; value: factor
-    that may be applied, None where it may not; low, high: its 95 % interval; reason why there is none or may not be applied; steps of friction since the
-    observer's start, and what the last one says: each begins the estimate again; deviating: signals whose deviation is
-    an alarm.
+    that may be applied, None where it may not; low, high: its 95 % interval; reason why there is none or may not be
+    applied; steps of friction since the observer's start, and what the last one says: each begins the estimate again;
+    deviating: signals whose deviation is an alarm.
     """
 
     time: float

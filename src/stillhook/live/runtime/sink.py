@@ -76,7 +76,7 @@ class EventLog:
                 self._left_out = 0
             self._add(happened)
         except OSError as problem:
-            self._left_out, self._problem = self._left_out + 1, problem.strerror
+            self._left_out, self._problem = self._left_out + 1, str(problem.strerror)
 
     def _open(self) -> FileIO:
         return FileIO(self._path, "a")
