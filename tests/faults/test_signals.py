@@ -69,7 +69,7 @@ def test_what_a_tuning_has_found_is_kept(tmp_path: Path):
 def test_a_live_twin_that_starts_ends_without_a_traceback(tmp_path: Path, after: float, group: bool):
     assert started(tmp_path, "example", "live", "twin").wait() == 0
     file = tmp_path / "twin" / "live.toml"
-    begin, rest = file.read_text().split("[opcua]")
+    begin, _ = file.read_text().split("[opcua]")
     file.write_text(begin + "[udp]\nport = 0\n")
     of = started(tmp_path, "live", "run", "twin/live.toml")
     time.sleep(after)
