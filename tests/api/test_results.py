@@ -1,6 +1,7 @@
 """Results: labelled, on disk whole or not at all, and repeatable from their own record."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest

@@ -86,6 +86,7 @@ COMMANDS = {
 ELSEWHERE = {
     "demo": "plan with its report",
     "condition": "tests/live/test_condition_state.py: killed at each write",
+    "certificate key new": "the writer keys: keys are never the same twice",
     "live history": "save_run and write_table, as run and convert",
     "live residual": "atomic_file, as inspect",
     "identify component": "as identify friction",

@@ -18,8 +18,10 @@ from tests.faults.writers import WRITERS
 
 OUTPUTS = {"out", "save", "store", "reference", "target"}
 """Names of parameters that a command writes to."""
-SLOWER = ("run_file", "stored")
+SLOWER = ("run_file", "stored", "keys")
 """Writers that take tenths of a second."""
+FOLDERS = ("stored", "keys")
+"""Writers that make a folder before their files."""
 QUICK, LONG = 3, 16
 """Faults of a command in the default tests and in the thorough ones."""
 
@@ -45,9 +47,8 @@ def test_every_command_that_writes_is_here():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WRITERS)
 def test_all_faults_at_all_calls_of_what_writes(bench: Bench, name: str):
-    tried, problems = bench.problems(
-        Writes(f"python {name} OUT", parts=name == "stored"), 12 if name in SLOWER else None
-    )
+    writes = Writes(f"python {name} OUT", over=name != "keys", parts=name in FOLDERS)
+    tried, problems = bench.problems(writes, 12 if name in SLOWER else None)
     assert not problems, f"{len(problems)} of {tried}: {problems[:5]}"
 
 

@@ -55,8 +55,18 @@ def stored(out: Path) -> None:
     Store(out / "store").put([b"k" * 32], [Summary(("e_c_pp",), "ok", [0.1], ["a note"])])
 
 
+def keys(out: Path) -> None:
+    """A private and a public key."""
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+    from stillhook.trust.keys import SigningKey, write_key
+
+    key = SigningKey("A signer", Ed25519PrivateKey.from_private_bytes(b"k" * 32))
+    write_key(key, out / "key.pem", out / "key.pub.pem")
+
+
 WRITERS: dict[str, Callable[[Path], None]] = {
-    each.__name__: each for each in (one_file, one_durable_file, files_together, folder, run_file, stored)
+    each.__name__: each for each in (one_file, one_durable_file, files_together, folder, run_file, stored, keys)
 }
 
 

@@ -14,10 +14,11 @@ from stillhook.errors import SimulationError
 
 class atomic_files:
     """Temporary names next to the targets, which all get their names when the block ends well; else all targets are as
-    they were, and neither temporary files nor folders made for them are left."""
+    they were, and neither temporary files nor folders made for them are left. modes: rights of the files, at no time
+    more."""
 
-    def __init__(self, *targets: Path) -> None:
-        self.targets = targets
+    def __init__(self, *targets: Path, modes: Sequence[int] | None = None) -> None:
+        self.targets, self.modes = targets, modes or [0o644] * len(targets)
 
     def __enter__(self) -> tuple[Path, ...]:
         self._made: list[Path] = []
@@ -50,8 +51,8 @@ class atomic_files:
             raise cannot_write(self.targets[0], error) from None
 
     def _finish(self) -> None:
-        for part in self._parts:
-            os.chmod(part, 0o644)
+        for part, mode in zip(self._parts, self.modes, strict=True):
+            os.chmod(part, mode)
         _put(list(zip(self._parts, self.targets, strict=True)))
 
 
