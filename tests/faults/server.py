@@ -12,6 +12,8 @@ import sys
 import time
 from typing import Any
 
+THREADED = ("polars", "_polars")
+"""Packages with threads of their own, which no fork of them has: each child imports them itself."""
 STEP = 0.002
 """Time between two looks at a child [s]."""
 
@@ -52,7 +54,7 @@ def become(request: dict[str, Any]) -> None:
 def preload(modules: list[str]) -> None:
     """Import modules, where that can be done by their names."""
     for module in modules:
-        if module not in sys.modules and not module.startswith("__"):
+        if module not in sys.modules and not module.startswith(("__", *THREADED)):
             with contextlib.suppress(Exception):
                 importlib.import_module(module)
     gc.freeze()  # a child has no copies to make of what it does not change
