@@ -9,14 +9,13 @@ from tests.faults.bench import Bench
 from tests.faults.commands import COMMANDS, Writes
 from tests.faults.injector import compiled
 
-LARGE = 65_536
-"""Least size of an allocation that fails [bytes]: most of the interpreter's own are smaller."""
+LARGE = 262_144
+"""Least size of an allocation that fails [bytes]: the interpreter's own are smaller."""
 MOST = 20
 """Allocations of a command that fail, spread over all of them."""
 ABORTED = (-6, -11)
 """HDF5 and Typst end the process where they get no memory; nothing in Python can prevent it."""
 INSIDE = {
-    "compare": Writes("compare SHORT --controllers ns,ssc"),
     "map": Writes('map nov-250t --controllers ssc --loads "30 t" --speeds "20 m/min"'),
     "convert": COMMANDS["convert csv"],
 }
