@@ -61,7 +61,7 @@ COMMANDS = {
     "tip": Writes(f'tip supply-vessel-82m --at "x=-20 m, y=-18 m" {WAVE} --duration "3 min" --seed 1 --out OUT'),
     "vessel": Writes('vessel supply-vessel-82m --at "x=-20 m, y=-18 m" --out OUT'),
     "payload": Writes("payload suction-anchor-85t --out OUT"),
-    "stability": Writes("stability nov-250t --out OUT"),
+    "stability": Writes("stability nov-100t-pure-active --out OUT"),
     "map": Writes(f"map nov-250t --controllers ssc {POINT} --out OUT"),
     "envelope": Writes('envelope nov-250t --controllers ssc --loads "30 t" --out OUT'),
     "tune": Writes(f"tune TUNED --controllers ssc {POINT} --free K_p --objective error --out OUT"),
