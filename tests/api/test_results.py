@@ -1,6 +1,7 @@
 """Results: labelled, on disk whole or not at all, and repeatable from their own record."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -189,11 +190,11 @@ def test_a_failed_write_leaves_nothing_behind(single, tmp_path, monkeypatch, bef
     if before is not None:
         target.write_bytes(before)
 
-    def fail(self, path, **options):
-        path.write_bytes(b"half of it")
+    def fail(self, data):
+        self.write_text("half of it")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xarray.Dataset, "to_netcdf", fail)
+    monkeypatch.setattr(Path, "write_bytes", fail)
     with pytest.raises((OSError, StillhookError)):
         save_run(single, target)
     assert [p.name for p in tmp_path.iterdir()] == ([] if before is None else ["run.nc"])

@@ -167,7 +167,7 @@ def propose(of: ObservedTwin, proposal: Proposal) -> Callable[[], None]:
     of._listen = lambda: None
 
     def say() -> None:
-        of._proposal = proposal._replace(time=time.time())
+        of._proposal = proposal._replace(time=time.monotonic())
 
     return say
 

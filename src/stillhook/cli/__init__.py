@@ -1,8 +1,8 @@
 """The command line: thin commands that call verbs and own no physics.
 
 Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 invalid input, reported in one line without a
-traceback; 3 an error of Stillhook itself, in one line with the address for a report; 130 interrupted; 141 the
-reader of the output has gone.
+traceback; 3 an error of Stillhook itself, in one line with the address for a report; 128 and the number of the signal
+that ended it (130 Ctrl-C, 143 SIGTERM); 141 the reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import typer
 import typer.main
 
 from stillhook._version import __version__
+from stillhook.base.signals import forget, received, stopped_by
 from stillhook.cli.groups import Entry, Group, Program
 from stillhook.cli.names import modern
 from stillhook.errors import StillhookError
@@ -142,6 +143,8 @@ def _command() -> Any:
 def main() -> None:
     """Entry point of the `stillhook` command."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only compete with ours
+    if not os.environ.get(DEBUG):
+        sys.unraisablehook = lambda unraisable: None  # what a library cannot close after an error is no second line
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's letters cannot show ends no command
             stream.reconfigure(errors="backslashreplace")
@@ -150,50 +153,58 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
+    forget()
     try:
-        arguments, notes = modern(arguments)
-        for note in notes:
-            print(f"note: {note}.", file=sys.stderr)
-        with warnings.catch_warnings():
-            warnings.simplefilter("always", FutureWarning)  # old forms of files
-            warnings.showwarning = functools.partial(_note, warnings.showwarning)
-            code = _command()(arguments, standalone_mode=False)
-        if sys.stdout is not None:  # closed by the caller
-            sys.stdout.flush()
-    except StillhookError as e:
-        if e.__cause__ is not None:
-            _trace(e)
-        return _refuse_all(e.lines)
-    except OSError as e:
-        return _lost(e)
-    except SystemExit as e:  # the argument parser's answer to a pipe that nobody reads
-        return (
-            _lost(e.__context__)
-            if isinstance(e.__context__, OSError)
-            else e.code
-            if isinstance(e.code, int)
-            else REFUSED
-        )
-    except Exception as e:
-        if hasattr(e, "format_message"):  # an error of the argument parser
-            return (
-                _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.")
-                if str(e.format_message())
-                else REFUSED
-            )
-        if isinstance(e, ModuleNotFoundError):
-            from stillhook.base.extras import missing
-
-            if line := missing(e):
-                return _refuse(line)
-        if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
+        code = _called(arguments)
+    except BaseException as e:
+        if received() is not None or isinstance(e, KeyboardInterrupt):  # libraries turn an interrupt into an error
             return _stopped()
-        return _failed(e)
-    except KeyboardInterrupt:
-        return _stopped()
-    if code == INTERRUPTED:
+        return _said(e)
+    if code == INTERRUPTED or received() is not None:  # of what keeps its results so far, and of servers
         return _stopped()
     return code if isinstance(code, int) else 0
+
+
+def _called(arguments: list[str]) -> object:
+    """What the command gives."""
+    arguments, notes = modern(arguments)
+    for note in notes:
+        print(f"note: {note}.", file=sys.stderr)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", FutureWarning)  # old forms of files
+        warnings.showwarning = functools.partial(_note, warnings.showwarning)
+        code = _command()(arguments, standalone_mode=False)
+    if sys.stdout is not None:  # closed by the caller
+        sys.stdout.flush()
+    return code
+
+
+def _said(problem: BaseException) -> int:
+    """One line on what ended a command, and its exit code."""
+    match problem:
+        case StillhookError():
+            if problem.__cause__ is not None:
+                _trace(problem)
+            return _refuse_all(problem.lines)
+        case OSError():
+            return _lost(problem)
+        case MemoryError():
+            return _exhausted(problem)
+        case SystemExit():  # the argument parser's answer to a pipe that nobody reads
+            if isinstance(problem.__context__, OSError):
+                return _lost(problem.__context__)
+            return problem.code if isinstance(problem.code, int) else REFUSED
+    if hasattr(problem, "format_message"):  # an error of the argument parser
+        line = " ".join(str(problem.format_message()).split()).rstrip(".")
+        return _refuse(f"{line}. See --help.") if line else REFUSED
+    if isinstance(problem, ModuleNotFoundError):
+        from stillhook.base.extras import missing
+
+        if line := missing(problem):
+            return _refuse(line)
+    if type(problem).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
+        return _stopped()
+    return _failed(problem)
 
 
 def _note(usual: Callable[..., None], message: Warning | str, category: type[Warning], *place: Any) -> None:
@@ -224,7 +235,7 @@ def _refuse_all(lines: Sequence[str]) -> int:
     return REFUSED
 
 
-def _trace(problem: Exception) -> None:
+def _trace(problem: BaseException) -> None:
     """With `DEBUG` the traceback of an exception."""
     if os.environ.get(DEBUG):
         import traceback
@@ -232,7 +243,7 @@ def _trace(problem: Exception) -> None:
         traceback.print_exception(problem)
 
 
-def _failed(problem: Exception) -> int:
+def _failed(problem: BaseException) -> int:
     """An unexpected exception: type, place and where to report it, or the line of a module of the user; with `DEBUG`
     its traceback before that."""
     import traceback
@@ -258,8 +269,16 @@ def _failed(problem: Exception) -> int:
 
 
 def _stopped() -> int:
-    print("stopped: no file was left half-written", file=sys.stderr)
-    return INTERRUPTED
+    line, code = stopped_by(received())
+    print(line, file=sys.stderr)
+    return code
+
+
+def _exhausted(problem: MemoryError) -> int:
+    """Memory that the system does not give; NumPy says how much."""
+    problem.__traceback__ = None  # what its frames hold is free again
+    reason = f" ({problem})" if str(problem) else ""
+    return _refuse(f"not enough memory{reason}. No file was left half-written. Run fewer or shorter cases at once.")
 
 
 def _lost(problem: OSError) -> int:

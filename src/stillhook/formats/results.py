@@ -3,11 +3,9 @@ all."""
 
 from __future__ import annotations
 
-import errno
 import json
 import math
 import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +18,7 @@ from stillhook.base.gateway.parse import from_json
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
+from stillhook.formats.netcdf import write_netcdf
 from stillhook.library import crane_from_toml
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.stored import LARGEST, stored_lowerings
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
 
 
-HEADER = 500_000
-"""What a file holds next to its numbers, generously [bytes]."""
 RESOLUTION = 120
 """Of pictures [dots per inch]."""
 
@@ -56,7 +53,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
 
     Raises
     ------
-    OSError
+    StillhookError
         Where the disk is full or the folder cannot be written.
 
     Examples
@@ -72,10 +69,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     """
     target = Path(path)
     with atomic_file(target) as part:
-        if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        encoding = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
-        run.to_netcdf(part, engine="h5netcdf", encoding=encoding)
+        write_netcdf(part, {"": run})
     return target
 
 

@@ -20,6 +20,7 @@ from stillhook.base.gateway.guard import reader
 from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
+from stillhook.formats.netcdf import write_netcdf
 from stillhook.formats.results import save_json, to_json
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.report.document import Document, Part, Table, Text
@@ -292,11 +293,8 @@ def save_plan(result: PlanResult, folder: str | Path) -> Path:
 
 def write_plan(result: PlanResult, part: Path) -> None:
     """The files of a result in a folder that is moved into place later."""
-    result.data.to_netcdf(part / NUMBERS, engine="h5netcdf", encoding=_packed(result.data))
-    for name in BLOCKS:
-        if name in result:
-            block = result[name]
-            block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
+    blocks = {name: result[name] for name in BLOCKS if name in result}
+    write_netcdf(part / NUMBERS, {"": result.data, **blocks}, packed="fi")
     facts = json.loads(to_json({**result.facts, OF_NUMBERS: _hash((part / NUMBERS).read_bytes())}))
     save_json(facts | {OF_FACTS: _hash_of_facts(facts)}, part / FACTS)
 
@@ -307,10 +305,6 @@ def _hash(content: bytes) -> str:
 
 def _hash_of_facts(facts: dict[str, Any]) -> str:
     return _hash(json.dumps(facts, sort_keys=True).encode())
-
-
-def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
-    return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
 
 
 @reader(PlanError)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stillhook.base.atomic import atomic_files
 from stillhook.errors import TrustError
 from stillhook.trust.home import open_to_others, text_of
 from stillhook.units import quote
@@ -101,23 +102,24 @@ def new_key(name: str) -> SigningKey:
 
 
 def write_key(key: SigningKey, private: Path, public: Path, passphrase: str = "") -> None:
-    """Write both files, the private one readable by its owner alone. Errors: TrustError where one exists, or cannot be
-    written."""
+    """Write both files, the private one readable by its owner alone. Errors: TrustError where one exists;
+    SimulationError where one cannot be written."""
     from cryptography.hazmat.primitives import serialization as s
 
     lock: Any = s.BestAvailableEncryption(passphrase.encode()) if passphrase else s.NoEncryption()
     text = key.private.private_bytes(s.Encoding.PEM, s.PrivateFormat.PKCS8, lock).decode()
-    for path, content, mode in ((private, f"Name: {key.name}\n{text}", 0o600), (public, key.public.pem(), 0o644)):
-        try:
-            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "w", newline="\n") as file:
-                file.write(content)
-        except FileExistsError:
+    for path in (private, public):
+        if os.path.lexists(path):
             raise TrustError(
                 f"{path}: exists, and a key that is lost signs nothing any more. Choose another folder with --out."
-            ) from None
-        except OSError as problem:
-            raise TrustError(f"{path}: cannot be written ({problem.strerror}). Choose another folder.") from None
+            )
+    try:
+        private.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as problem:
+        raise TrustError(f"{private}: cannot be written ({problem.strerror}). Choose another folder.") from None
+    with atomic_files(private, public, modes=(0o600, 0o644)) as (of_private, of_public):
+        of_private.write_text(f"Name: {key.name}\n{text}", encoding="utf-8", newline="\n")
+        of_public.write_text(key.public.pem(), encoding="utf-8", newline="\n")
 
 
 def read_key(path: Path, passphrase: Callable[[], str]) -> SigningKey:

@@ -40,20 +40,20 @@ def plc_run(
     import asyncio
     import time
 
+    from stillhook.base.signals import noted
     from stillhook.cli.live.twin import ending
     from stillhook.live.hil.cost import bus_cost
     from stillhook.live.hil.plc_file import read_plc_file
     from stillhook.live.hil.plc_log import PlcLog
     from stillhook.live.hil.soft_plc import SoftPlc
     from stillhook.live.runtime.deadlines import ask_for_real_time
-    from stillhook.live.servers.serving import stopping
 
     plan = read_plc_file(plc_file)
     bus, controller = plan.bus(), plan.controller()
     cycle = f"{1e3 * controller.t_cycle:g} ms"
     say(f"{plan.mode} on {plan.crane.name} every {cycle} over {bus.label}. {ask_for_real_time().line}")
     end = ending(duration)
-    with PlcLog(plan.log) as log, stopping() as stopped:
+    with PlcLog(plan.log) as log, noted() as stopped:
         plc = SoftPlc(bus, controller, plan.script, log, say)
         outcome = asyncio.run(plc.run(lambda: stopped() or time.monotonic() >= end))
     cost: BusCost | str = "The script changed inputs, or the guard stopped the winch: the cost of the bus is not known."

@@ -16,7 +16,7 @@ import numpy as np
 
 from stillhook import units
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import atomic_file
+from stillhook.base.atomic import atomic_files
 from stillhook.engine.certificate import envelope_line, objections, twin_line
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.simulate import simulate
@@ -68,7 +68,7 @@ def write_fmu(export: Export, file: str | Path, *, fmi: str = "2", platforms: Se
         raise ExportError(f"{target.name}: the name of an FMU ends in .fmu.")
     members = fmu_members(export, fmi=fmi, platforms=platforms)
     beside = target.with_name(f"{target.stem}_OspModelDescription.xml")
-    with atomic_file(target) as part, atomic_file(beside) as description:
+    with atomic_files(target, beside) as (part, description):
         write_zip(part, members)
         description.write_text(osp(export), encoding="utf-8")
     return target, beside
@@ -193,7 +193,7 @@ def write_reference(export: Export, folder: str | Path) -> tuple[Path, ...]:
     names = [name for name in outputs if name in run and run[name].dims == ("time",)]
     base = Path(folder) / export.identifier
     files = tuple(base.with_name(f"{base.name}_{end}") for end in ("in.csv", "ref.csv", "ref.opt"))
-    with atomic_file(files[0]) as one, atomic_file(files[1]) as two, atomic_file(files[2]) as three:
+    with atomic_files(*files) as (one, two, three):
         one.write_text(csv(t, MOTION, tip), encoding="utf-8")
         two.write_text(csv(t, names, np.column_stack([run[n].values for n in names])), encoding="utf-8")
         times = f"StartTime, 0.0\nStopTime, {float(t[-1])!r}\nStepSize, {t_cycle!r}\n"

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -48,6 +51,26 @@ def write_sheets(sheets: Sequence[Sheet], file: Path, error: type[StillhookError
     need("openpyxl", file.name, error)
     if long := next((sheet for sheet in sheets if len(sheet.rows) > MOST_ROWS), None):
         raise error(f"{file.name}: {len(long.rows):,} rows, and a sheet holds {MOST_ROWS:,}. Write it as .csv.")
+    with _in_one_line(file, error):
+        _write_book(sheets, file)
+    return file
+
+
+@contextmanager
+def _in_one_line(file: Path, error: type[StillhookError]) -> Iterator[None]:
+    """openpyxl puts each sheet in a temporary file, which lxml writes where it is installed."""
+    try:
+        yield
+    except Exception as problem:
+        if not isinstance(problem, (OSError, getattr(sys.modules.get("lxml.etree"), "LxmlError", OSError))):
+            raise
+        reason, folder = getattr(problem, "strerror", None) or problem, tempfile.gettempdir()
+        raise error(
+            f"{file}: cannot be written ({reason}). Free space in the temporary folder {folder}, or set TMPDIR."
+        ) from None
+
+
+def _write_book(sheets: Sequence[Sheet], file: Path) -> None:
     from openpyxl import Workbook
     from openpyxl.cell import WriteOnlyCell
     from openpyxl.styles import Font
@@ -78,7 +101,6 @@ def write_sheets(sheets: Sequence[Sheet], file: Path, error: type[StillhookError
             sheet.append([cell(value) for value in row])
     with atomic_file(file) as part, part.open("wb") as whole:
         book.save(whole)
-    return file
 
 
 def _plain(cell: Any) -> Any:

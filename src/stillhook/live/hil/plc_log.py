@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -50,23 +51,31 @@ class PlcLog:
         self._path = path
 
     def __enter__(self) -> PlcLog:
-        try:
+        with self._in_one_line():
             self._file = self._path.open("w", encoding="utf-8", newline="\n")
-        except OSError as problem:
-            raise LiveError(f"{self._path}: {problem.strerror}. Give log another place in the PLC file.") from None
-        self._file.write(",".join(HEADINGS) + "\n")
+            self._file.write(",".join(HEADINGS) + "\n")
         return self
 
     def __exit__(self, *of: object) -> None:
-        self._file.close()
+        with self._in_one_line():
+            self._file.close()
+
+    @contextmanager
+    def _in_one_line(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as problem:
+            raise LiveError(f"{self._path}: {problem.strerror}. Give log another place in the PLC file.") from None
 
     def add(self, status: tuple[float, ...], inputs: FloatArray, outputs: FloatArray) -> None:
         """A cycle: numbers of `STATUS`, `INPUTS` and `OUTPUTS` [SI]."""
-        self._file.write(",".join(map(repr, (*status, *inputs.tolist(), *outputs.tolist()))) + "\n")
+        with self._in_one_line():
+            self._file.write(",".join(map(repr, (*status, *inputs.tolist(), *outputs.tolist()))) + "\n")
 
     def flush(self) -> None:
         """Let others see it."""
-        self._file.flush()
+        with self._in_one_line():
+            self._file.flush()
 
 
 class Step(NamedTuple):

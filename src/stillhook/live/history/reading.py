@@ -16,6 +16,7 @@ from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
 from stillhook.base.variable import Variable, flags
 from stillhook.errors import LiveError
+from stillhook.formats.netcdf import write_netcdf
 from stillhook.formats.out import of_run, write_table
 from stillhook.formats.table.parquet import open_duckdb, sql_file, sql_name
 from stillhook.live.history.columns import ROW, STATUS, TIME, heading
@@ -255,6 +256,6 @@ def save(run: xarray.Dataset, file: str | Path) -> Path:
     target = Path(file)
     if target.suffix.lower() == ".nc":
         with atomic_file(target) as part:
-            run.to_netcdf(part, engine="h5netcdf")
+            write_netcdf(part, {"": run}, packed="")
         return target
     return write_table(of_run(run.assign_coords(time=run["time"] + run.attrs["start"])), target)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import time as clock
 from collections.abc import Mapping, Sequence
 from contextlib import closing
@@ -17,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.signals import held_back, let_through
 from stillhook.base.variable import Variable
 from stillhook.errors import LiveError
 from stillhook.live.history.budget import Budget
@@ -172,11 +174,13 @@ class HistorySink:
             return
         self._hour = hour
         self._archiver = multiprocessing.get_context("spawn").Process(target=_archive, args=(self._folder,))
-        self._archiver.start()
+        with held_back():
+            self._archiver.start()
 
 
 def _archive(folder: Path) -> None:
     """Archive behind everything else that the machine does, or say in one line why not."""
+    let_through(sys.exit)
     if hasattr(os, "nice"):  # Windows has none
         os.nice(POLITE)
     try:

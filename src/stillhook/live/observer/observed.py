@@ -14,7 +14,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.parse import json_file
-from stillhook.errors import LiveError, StillhookError
+from stillhook.base.signals import held_back
+from stillhook.errors import LiveError, SimulationError, StillhookError
 from stillhook.live.estimate.bounds import PLAUSIBLE
 from stillhook.live.observer.adaptation import CERTIFIED, Adaptation, Change, not_allowed
 from stillhook.live.observer.observer import FACTOR, Task, shown_names
@@ -198,7 +199,8 @@ class ObservedTwin:
         context = multiprocessing.get_context("spawn")
         args = (self._task, self.twin.memory, self._panel.name)
         self._process = context.Process(target=run_observer, args=args, daemon=True)
-        self._process.start()
+        with held_back():
+            self._process.start()
         self._heard = self._began = time.monotonic()
 
     def _watch_process(self) -> None:
@@ -213,7 +215,7 @@ class ObservedTwin:
             self._start_at = now + self._wait
             self._shown, self._proposal = dict.fromkeys(self._shown, math.nan), None
             if self._adaptation is not None:
-                self._adaptation.begin_again(time.time())
+                self._adaptation.begin_again(time.monotonic())
             code = self._process.exitcode
             text = f"The observer's process ended with {code} and is started again in {self._wait:g} s."
             self.tell(event("twin", "observer-died", text, code or 0))
@@ -244,14 +246,14 @@ class ObservedTwin:
         if before != CERTIFIED and reason:
             self._apply(Change(before, CERTIFIED, math.nan, math.nan, f"withdrawn at the start, {reason}"))
         if adapt is not None and not reason:
-            self._adaptation = Adaptation(adapt, before, time.time())
+            self._adaptation = Adaptation(adapt, before, time.monotonic())
         level = f"level 1: {against}" if against else f"level {2 if adapt is None else 3}"
         self.tell(event("twin", "observed", f"Compared with measured {', '.join(self.settings.signals)} ({level})."))
 
     def _adapt(self) -> None:
         if self._adaptation is None:
             return
-        now = time.time()
+        now = time.monotonic()
         if (change := self._adaptation.next(self._proposal, now)) is not None:
             self._apply(change)
             return
@@ -263,8 +265,11 @@ class ObservedTwin:
     def _apply(self, change: Change) -> None:
         if self._file is not None:
             data = {"value": change.new, "low": change.low, "high": change.high, "time": time.time()}
-            with atomic_file(self._file) as part:
-                part.write_text(json.dumps(data), encoding="utf-8")
+            try:
+                with atomic_file(self._file) as part:
+                    part.write_text(json.dumps(data), encoding="utf-8")
+            except SimulationError as problem:
+                self.tell(event("twin", "factor-not-saved", f"{problem} The twin continues."))
         self._hand_over(change.new)
         self.tell(event("twin", "adapted", change.text, change.new))
 

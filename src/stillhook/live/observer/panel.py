@@ -21,10 +21,10 @@ PROPOSAL_BYTES = 1500
 class Proposal(NamedTuple):
     """What the observer says of friction.
 
-    time: UTC [s]; known: whether there is an estimate that is not old; value: factor that may be applied, None where it
-    may not; low, high: its 95 % interval; reason why there is none or may not be applied; steps of friction since the
-    observer's start, and what the last one says: each begins the estimate again; deviating: signals whose deviation is
-    an alarm.
+    time: of a clock that its reader has, too [s]; known: whether there is an estimate that is not old; value: factor
+    that may be applied, None where it may not; low, high: its 95 % interval; reason why there is none or may not be
+    applied; steps of friction since the observer's start, and what the last one says: each begins the estimate again;
+    deviating: signals whose deviation is an alarm.
     """
 
     time: float

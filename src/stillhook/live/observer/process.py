@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import signal
 import time
 
+from stillhook.base.signals import let_through
 from stillhook.live.observer.observer import Observer, Task, shown_names
 from stillhook.live.observer.panel import HEAD, Panel
 from stillhook.live.observer.signals import OF_INPUTS
@@ -16,17 +16,18 @@ from stillhook.live.runtime.sink import event
 
 LOOK = 0.2
 """Time between two looks at rows and messages [s]."""
+JUMP = 1.0
+"""Step of the wall clock against the monotonic one that is a jump [s]; a disciplined clock drifts by less in a look."""
 POLITE = 5
 """Priority that it gives up: kernel and servers come first."""
 
 
 def run_observer(task: Task, rows: str, panel: str) -> None:
     """Until it is asked to stop, or its parent is gone. rows, panel: names of the kernel's board and of its own."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):  # Windows has none
         os.nice(POLITE)
     own = Panel(panel)
-    signal.signal(signal.SIGTERM, lambda *_: own.stop())
+    let_through(own.stop)
     with contextlib.closing(own), contextlib.closing(Board(rows)) as board:
         _loop(task, board, own)
 
@@ -38,7 +39,13 @@ def _loop(task: Task, board: Board, own: Panel) -> None:
     observer = Observer(task, time.time(), tell)
     names, signals = shown_names(task.settings), message_names(task)
     row, message, parent = board.rows.count, own.messages.count, os.getppid()
+    offset = time.time() - time.monotonic()
     while not own.stopping and os.getppid() == parent:
+        jump, offset = time.time() - time.monotonic() - offset, time.time() - time.monotonic()
+        if abs(jump) > JUMP:
+            tell("clock", f"The clock of this machine jumped by {jump:.6g} s; the comparison begins again.", jump)
+            observer = Observer(task, time.time(), tell)
+            row, message = board.rows.count, own.messages.count
         first, rows, lost = board.rows.since(row)
         row = first + len(rows)
         for each in rows:
@@ -55,7 +62,7 @@ def _loop(task: Task, board: Board, own: Panel) -> None:
             )
         observer.advance(time.time())
         own.values.publish(padded([observer.values[name] for name in names], own.values.width))
-        own.proposals.add(observer.proposal.to_json())
+        own.proposals.add(observer.proposal._replace(time=time.monotonic()).to_json())
         time.sleep(LOOK)
 
 

@@ -11,6 +11,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 
+BACK = 60.0
+"""A time that much before the newest state is of a clock that was set back [s]; rows are asked for sooner than that."""
 MOST = 2000
 """States that wait for rows: ten seconds of messages as fast as they are taken."""
 
@@ -29,11 +31,18 @@ class Received:
     def __init__(self, names: Sequence[str], timeout: float) -> None:
         self._place = {name: i for i, name in enumerate(names)}
         self._timeout = timeout
+        self._states: deque[_State] = deque(maxlen=MOST)
+        self._begin()
+
+    def _begin(self) -> None:
         nothing = np.full(len(self._place), np.nan)
-        self._states: deque[_State] = deque([_State(-math.inf, nothing, nothing)], MOST)
+        self._states.clear()
+        self._states.append(_State(-math.inf, nothing, nothing))
 
     def take(self, now: float, values: Mapping[str, float]) -> None:
-        """Values that came in now [s]."""
+        """Values that came in now [s]. Where the clock was set back, what came before is forgotten."""
+        if now < self._states[-1].since - BACK:
+            self._begin()
         _, known, arrivals = self._states[-1]
         known, arrivals = known.copy(), arrivals.copy()
         for name, value in values.items():
@@ -43,6 +52,8 @@ class Received:
 
     def passed(self, now: float) -> FloatArray:
         """Values, then ages [s], at a time of which nothing earlier will be asked any more."""
+        if now < self._states[-1].since - BACK:
+            self._begin()
         while len(self._states) > 1 and self._states[1].since <= now:
             self._states.popleft()
         return self._beside(self._states[0], now)

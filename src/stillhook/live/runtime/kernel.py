@@ -12,7 +12,6 @@ import gc
 import math
 import multiprocessing
 import os
-import signal
 import sys
 import threading
 import time
@@ -23,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.base.signals import let_through
 from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.session import Session
 from stillhook.errors import LiveError, SimulationError
@@ -95,9 +95,8 @@ class Task(NamedTuple):
 
 def run_kernel(task: Task, memory: str) -> None:
     """The process: until it is asked to stop, by the board, by SIGTERM, or because its parent is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the parent asks for the stop
     board = Board(memory)
-    signal.signal(signal.SIGTERM, lambda *_: board.stop())
+    let_through(board.stop)
     try:
         Kernel(task, board).run()
     except (SimulationError, LiveError) as problem:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Sequence
+from io import FileIO
 from pathlib import Path
-from typing import IO, Protocol
+from typing import Protocol
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LiveError
@@ -41,16 +44,18 @@ class StateKeeper(Protocol):
 
 class EventLog:
     """Events as lines of JSON at the end of a file, each written through before the next; rows are not kept. A file
-    that is full takes the place of the one that was full before it, NAME.1.jsonl.
+    that is full takes the place of the one that was full before it, NAME.1.jsonl. A disk that takes no line holds no
+    twin up: the events are counted, and the next line that is written says how many.
 
-    Errors: LiveError where the file cannot be written.
+    Errors: LiveError where the file cannot be opened.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._left_out, self._problem = 0, ""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file: IO[str] = path.open("a", encoding="utf-8")
+            self._file = self._open()
         except OSError as problem:
             raise LiveError(f"{path}: {problem.strerror}. Choose another folder for the events.") from None
 
@@ -59,12 +64,29 @@ class EventLog:
 
     def event(self, happened: Event) -> None:
         """Write it."""
-        if self._file.tell() > FULL:
-            self._file.close()
-            self._path.replace(self._path.with_suffix(f".1{self._path.suffix}"))
-            self._file = self._path.open("a", encoding="utf-8")
-        self._file.write(happened.to_json() + "\n")
-        self._file.flush()
+        try:
+            if not self._file.closed and self._file.seek(0, os.SEEK_END) > FULL:
+                self._file.close()  # Windows renames no open file
+                self._path.replace(self._path.with_suffix(f".1{self._path.suffix}"))
+            if self._file.closed:
+                self._file = self._open()
+            if self._left_out:
+                text = f"{self._left_out} events were not written here: {self._problem}."
+                self._add(event("twin", "lost-events", text, self._left_out))
+                self._left_out = 0
+            self._add(happened)
+        except OSError as problem:
+            self._left_out, self._problem = self._left_out + 1, str(problem.strerror)
+
+    def _open(self) -> FileIO:
+        return FileIO(self._path, "a")
+
+    def _add(self, happened: Event) -> None:
+        """Write a line, or none of it."""
+        begin, line = self._file.seek(0, os.SEEK_END), happened.to_json().encode() + b"\n"
+        if (self._file.write(line) or 0) < len(line):
+            self._file.truncate(begin)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def close(self) -> None:
         """Close the file."""

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.signals import held_back
 from stillhook.errors import LiveError, SimulationError
 from stillhook.live.runtime.board import Board, Face
 from stillhook.live.runtime.inputs import MOTION, InputWriter
@@ -63,7 +64,7 @@ class LiveTwin:
                 self._board.states.add(kept)
             self._start()
         except BaseException:
-            self._end()
+            self._end(at_once=True)
             raise
         self._inputs = InputWriter(self._board.inputs, self.face.inputs)
         return self
@@ -165,7 +166,8 @@ class LiveTwin:
         context = multiprocessing.get_context("spawn")
         ready = self._board.faces.count
         self._process = context.Process(target=run_kernel, args=(self.task, self._board.name), daemon=True)
-        self._process.start()
+        with held_back():
+            self._process.start()
         end = time.monotonic() + START
         while self._board.faces.count == ready:
             if not self._process.is_alive() or time.monotonic() > end:
@@ -238,10 +240,13 @@ class LiveTwin:
             for sink in self.sinks:
                 sink.rows(first, self.names, cut)
 
-    def _end(self) -> None:
+    def _end(self, at_once: bool = False) -> None:
+        """Release everything. at_once: the kernel is not ready, and has nothing to save."""
         self._ending = True
         process = getattr(self, "_process", None)
-        if process is not None and process.is_alive():
+        if process is not None and process.pid is not None and process.is_alive():
+            if at_once:
+                process.kill()
             process.terminate()
             process.join(STOP)
             if process.is_alive():

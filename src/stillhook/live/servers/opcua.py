@@ -84,7 +84,7 @@ class OpcUaServer:
             )
         self._served, self._crane, self._streamed, self._settings = served, crane, streamed, settings
         self.trust = TrustFolder(settings.folder)
-        self._last = -1
+        self._last, self._seen = -1, -math.inf
         self._admitted: dict[str, bytes] = {}
         self._refused: dict[str, Counted] = {}
 
@@ -115,11 +115,12 @@ class OpcUaServer:
         row = self._served.latest()
         if row is None:
             return
-        age = time.time() - row.values.get("time_utc", time.time())
-        good = self._served.alive and age < OLD
-        if row.number == self._last and good:
+        now = time.monotonic()  # a wall clock that jumps makes no row old
+        if new := row.number != self._last:
+            self._last, self._seen = row.number, now
+        good = self._served.alive and now - self._seen < OLD
+        if good and not new:
             return
-        self._last = row.number
         status = ua.StatusCode(ua.StatusCodes.Good if good else ua.StatusCodes.UncertainLastUsableValue)
         stamp = datetime.fromtimestamp(row.values.get("time_utc", time.time()), UTC)
         for name, nodeid in self._values:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable
 
+from stillhook.base.signals import noted
 from stillhook.live.live_file import LivePlan
 from stillhook.live.runtime import LiveTwin, event
 from stillhook.live.servers.modbus import ModbusServer
@@ -22,13 +21,13 @@ LOOK = 0.05
 def serve(
     twin: LiveTwin, served: Served, plan: LivePlan | None, done: Callable[[], bool], ready: Callable[[str], None]
 ) -> None:
-    """Run the servers of a plan until `done` says so, or SIGINT or SIGTERM comes, or the kernel refuses to continue.
+    """Run the servers of a plan until `done` says so, or a signal asks for the end, or the kernel refuses to continue.
 
     served: what the servers show, the twin itself or more; ready: takes each server's address.
 
     Errors: LiveError where a server cannot start.
     """
-    with stopping() as stopped:
+    with noted() as stopped:
         asyncio.run(_serve(twin, served, plan, lambda: stopped() or done(), ready))
 
 
@@ -65,18 +64,3 @@ async def _serve(
         finally:
             over = True
             await asyncio.gather(*tasks)
-
-
-@contextlib.contextmanager
-def stopping() -> Iterator[Callable[[], bool]]:
-    """Whether SIGINT or SIGTERM came, which end nothing by themselves meanwhile."""
-    signals: list[int] = []
-    before: dict[signal.Signals, Any] = {}
-    for each in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(ValueError):  # not in the main thread
-            before[each] = signal.signal(each, lambda number, frame: signals.append(number))
-    try:
-        yield lambda: bool(signals)
-    finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)

@@ -13,10 +13,11 @@ import socket
 from datetime import UTC, datetime
 from pathlib import Path
 
+from stillhook.base.atomic import atomic_file, atomic_files
 from stillhook.base.extras import need
 from stillhook.base.gateway.access import read_bytes
 from stillhook.base.gateway.budget import PROGRAM
-from stillhook.errors import LiveError
+from stillhook.errors import LiveError, SimulationError
 
 DAYS = 5 * 365
 """Days for which an own certificate is valid."""
@@ -46,6 +47,8 @@ class TrustFolder:
                 make_certificate(self.certificate, self.key, self.uri, f"Stillhook {name}")
         except OSError as problem:
             raise LiveError(f"{path}: {problem.strerror}. Choose another folder for certificates.") from None
+        except SimulationError as problem:
+            raise LiveError(str(problem)) from None
         self._check()
 
     def _check(self) -> None:
@@ -82,12 +85,13 @@ class TrustFolder:
         path = self.rejected / f"{name}.der"
         try:
             if not path.exists():
-                path.write_bytes(certificate)
+                with atomic_file(path) as part:
+                    part.write_bytes(certificate)
                 kept = sorted(self.rejected.glob("*.der"), key=lambda p: p.stat().st_mtime)
                 for old in kept[:-MOST_REJECTED]:
                     old.unlink(missing_ok=True)
-        except OSError as problem:
-            return f"with certificate {name}, which could not be kept ({problem.strerror})"
+        except (OSError, SimulationError) as problem:
+            return f"with certificate {name}, which could not be kept ({getattr(problem, 'strerror', problem)})"
         return f"with certificate {name}, kept in {path}"
 
 
@@ -107,15 +111,11 @@ def make_certificate(certificate: Path, key: Path, uri: str, name: str, days: in
     names = [x509.UniformResourceIdentifier(uri), x509.DNSName(socket.gethostname()), x509.DNSName("localhost")]
     uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     made = cert_gen.generate_self_signed_app_certificate(private, name, {}, names, uses, days)
-    for path, data in (
-        (key, cert_gen.dump_private_key_as_pem(private)),
-        (certificate, made.public_bytes(Encoding.DER)),
-    ):
+    for path in (key, certificate):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
+    with atomic_files(key, certificate, modes=(0o600, 0o600)) as (of_key, of_certificate):
+        of_key.write_bytes(cert_gen.dump_private_key_as_pem(private))
+        of_certificate.write_bytes(made.public_bytes(Encoding.DER))
 
 
 def _der_of(path: Path) -> bytes | None:

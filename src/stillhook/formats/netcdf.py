@@ -1,0 +1,24 @@
+"""NetCDF files, which are complete in memory before a byte of them is written: HDF5 does not survive a disk that
+refuses a write."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def write_netcdf(file: Path, groups: Mapping[str, xarray.Dataset], *, packed: str = "f") -> None:
+    """Write Datasets by the names of their groups, "" that of the file, the first first. packed: kinds of numbers that
+    are compressed, as of `dtype.kind`. Errors: OSError where the file cannot be written."""
+    memory = io.BytesIO()
+    for mode, (group, data) in zip("w" + "a" * len(groups), groups.items(), strict=False):
+        encoding: dict[Any, dict[str, Any]] = {
+            name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in packed
+        }
+        data.to_netcdf(memory, engine="h5netcdf", mode=mode, group=group or None, encoding=encoding)  # type: ignore[call-overload]
+    file.write_bytes(memory.getbuffer())
