@@ -6,6 +6,7 @@ import pytest
 
 from stillhook.analysis import kept as module
 from stillhook.analysis.kept import kept
+from stillhook.base.kept.checked import Kept, read_checked, write_checked
 from stillhook.library import changed, load_crane
 
 
@@ -65,9 +66,9 @@ def test_an_answer_of_a_wheel_holds_where_the_last_digits_of_a_number_differ(
     crane, asked = load_crane("nov-250t"), Asked()
     kept(crane, ("v_top", 1.0), asked)
     (file,) = (folder / "capacities").iterdir()
-    shipped = folder / "wheel" / "capacities"
-    shipped.mkdir(parents=True)
-    file.rename(shipped / module.shared_name(crane, ("v_top", 1.0)))
+    shipped = folder / "wheel" / "capacities" / module.shared_name(crane, ("v_top", 1.0))
+    write_checked(shipped, read_checked(file, Kept.ANSWER))
+    file.unlink()
     monkeypatch.setattr(module, "SHIPPED", folder / "wheel")
     assert kept(crane, ("v_top", 1.0 + 1e-12), asked) == (0.1 + 0.2, "time 1")
     assert asked.times == 1

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from stillhook.base.kept.leftovers import prefix, sweep
 from stillhook.errors import SimulationError
 
 
@@ -19,8 +20,9 @@ class atomic_file:
     def __enter__(self) -> Path:
         try:
             self.target.parent.mkdir(parents=True, exist_ok=True)
+            sweep(self.target.parent)
             handle, name = tempfile.mkstemp(
-                dir=self.target.parent, prefix=f".{self.target.stem}-", suffix=self.target.suffix
+                dir=self.target.parent, prefix=prefix(f".{self.target.stem}"), suffix=self.target.suffix
             )
         except (OSError, ValueError) as e:
             raise cannot_write(self.target, e) from None
@@ -74,7 +76,8 @@ class atomic_folder:
         try:
             self.created = not self.target.is_dir()
             self.target.mkdir(parents=True, exist_ok=True)
-            self.part = Path(tempfile.mkdtemp(dir=self.target, prefix=".part-"))
+            sweep(self.target)
+            self.part = Path(tempfile.mkdtemp(dir=self.target, prefix=prefix(".folder")))
         except (OSError, ValueError) as e:
             raise cannot_write(self.target, e) from None
         return self.part
