@@ -14,7 +14,6 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 AGE = 86_400.0
@@ -30,13 +29,11 @@ def prefix(of: str) -> str:
     return f"{of[:LONGEST]}-{os.getpid()}.part-"
 
 
-@contextlib.contextmanager
-def temporary_folder(purpose: str) -> Iterator[Path]:
-    """A folder among the system's temporary ones, removed at the end; a later process removes it where this one is
-    killed. purpose: a word for its name."""
+def temporary_folder(purpose: str) -> tempfile.TemporaryDirectory[str]:
+    """A folder among the system's temporary ones that a later process removes where this one is killed. purpose: a word
+    for its name."""
     sweep(Path(tempfile.gettempdir()))
-    with tempfile.TemporaryDirectory(prefix=prefix(f"stillhook-{purpose}"), ignore_cleanup_errors=True) as folder:
-        yield Path(folder)
+    return tempfile.TemporaryDirectory(prefix=prefix(f"stillhook-{purpose}"), ignore_cleanup_errors=True)
 
 
 def sweep(folder: Path, *, own: bool = False) -> None:

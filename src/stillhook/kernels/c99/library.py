@@ -35,11 +35,12 @@ import numpy as np
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.kept.checked import Kept, is_sound, read_checked, write_beside, write_checked
-from stillhook.base.kept.leftovers import sweep, temporary_folder
+from stillhook.base.kept.leftovers import sweep
 from stillhook.base.kept.one_at_a_time import one_at_a_time, remove_old_locks
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
+from stillhook.kernels.c99.zig import workplace
 from stillhook.kernels.cache import SHIPPED
 from stillhook.kernels.lanes import Array
 
@@ -241,13 +242,12 @@ class Library:
         with one_at_a_time(file.with_suffix(".lock")):
             if is_sound(file, Kept.LIBRARY):
                 return
-            with atomic_file(file) as library, temporary_folder("zig") as folder:
+            with atomic_file(file) as library, workplace(self.store.with_name("zig")) as (folder, environment):
                 code = folder / "kernels.c"
                 code.write_text(source, encoding="utf-8")
-                caches = {"ZIG_LOCAL_CACHE_DIR": str(folder), "ZIG_GLOBAL_CACHE_DIR": str(self.store.with_name("zig"))}
                 subprocess.run(
                     [*command, *FLAGS, target(), "-o", str(library), str(code)],
-                    env=os.environ | caches,
+                    env=environment,
                     check=True,
                     capture_output=True,
                     text=True,
