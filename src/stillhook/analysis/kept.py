@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.kept.checked import Kept, note, read_checked, write_checked
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import model_hash, results_hash
 from stillhook.kernels.cache import SHIPPED, cache_root
@@ -51,8 +51,8 @@ def kept(
             try:
                 value, basis, _ = json.loads(stored)
                 return float(value), str(basis)
-            except (ValueError, TypeError) as problem:
-                note(file, str(problem), Kept.ANSWER)
+            except (ValueError, TypeError):
+                note(file, OTHER, Kept.ANSWER)
     value, basis = work_out()
     with contextlib.suppress(StillhookError, OSError):
         write_checked(own, json.dumps([value, basis, shared_name(crane, question, rooms)]).encode())

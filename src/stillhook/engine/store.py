@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import cannot_write, check_folder
-from stillhook.base.kept.checked import Kept, note, read_checked, write_checked
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.engine.certificate import objections
 from stillhook.kernels.build import results_hash
 from stillhook.spec.crane import Crane
@@ -148,9 +148,9 @@ class Store:
             with np.load(io.BytesIO(stored), allow_pickle=False) as data:
                 content = _Content(*(data[name] for name in _Content._fields))
             if {len(each) for each in content} != {len(content.keys)} or content.numbers.dtype != np.float64:
-                raise ValueError("not the tables of a store")
-        except Exception as problem:  # of what another program wrote, many kinds come
-            note(self.folder / file, " ".join(str(problem).split())[:120], Kept.CASES)
+                raise ValueError
+        except Exception:  # of what another program wrote, many kinds come
+            note(self.folder / file, OTHER, Kept.CASES)
             return None
         return content
 

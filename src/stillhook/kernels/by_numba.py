@@ -18,7 +18,7 @@ from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 from numba.extending import intrinsic, overload, typeof_impl
 
-from stillhook.base.kept.checked import Kept, note, read_checked, write_checked
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import StillhookError
 from stillhook.kernels.cache import make_private
@@ -123,8 +123,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception as problem:  # whatever unpickling makes of what another program wrote
-            note(self._cache_file.folder, type(problem).__name__, Kept.MACHINE_CODE)
+        except Exception:  # whatever unpickling makes of what another program wrote
+            note(self._cache_file.folder, OTHER, Kept.MACHINE_CODE)
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:

@@ -23,6 +23,8 @@ BESIDE = ".sha256"
 """Suffix of the checksum beside a file."""
 LARGEST = 2_000_000_000
 """Bytes; nothing that is kept in this way is larger."""
+OTHER = "not what was kept under this name"
+"""Why a file is not believed whose checksum fits, or which has another."""
 LOG = logging.getLogger("stillhook")
 
 
@@ -36,6 +38,7 @@ class Kept(StrEnum):
     RESIDUAL = "The winch is identified again"
     ANSWER = "The answer is computed again"
     CASES = "Its cases are computed again"
+    CAMPAIGN = "The campaign is measured again"
 
 
 _NOTED: set[Kept] = set()

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.kept.checked import Kept, note, read_checked, write_checked
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.pack.shaft import wire_EA
 from stillhook.engine.scenario.summary import ScenarioRun
@@ -380,8 +380,8 @@ def _read(file: Path) -> Residual | None:
             remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
             compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
             return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
-    except Exception as problem:  # of what another program wrote, many kinds come
-        note(file, type(problem).__name__, Kept.RESIDUAL)
+    except Exception:  # of what another program wrote, many kinds come
+        note(file, OTHER, Kept.RESIDUAL)
         return None
 
 
