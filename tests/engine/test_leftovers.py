@@ -174,9 +174,7 @@ def test_work_goes_on_where_no_lock_can_be_had(tmp_path):
     done = []
     with one_at_a_time(tmp_path / "absent" / "a.lock"):
         done.append("no folder")
-    holder = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(tmp_path / "b.lock")], stdout=subprocess.PIPE, text=True
-    )
+    holder = subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path / "b.lock")], stdout=subprocess.PIPE, text=True)
     assert holder.stdout is not None
     assert holder.stdout.readline() == "held\n"
     with one_at_a_time(tmp_path / "b.lock", wait=0.2):

@@ -33,8 +33,8 @@ from trials.campaigns.friction import write_campaign as write_friction_tests
 from trials.campaigns.motor_map import synthetic_map, write_map
 
 import stillhook
-from stillhook.cli import run
 from stillhook.base.kept.checked import BESIDE
+from stillhook.cli import run
 from stillhook.kernels.c99.library import SUFFIX
 
 Case = Callable[[], Any]

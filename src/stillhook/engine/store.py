@@ -121,12 +121,14 @@ class Store:
                 index.files.discard(file)
                 index.damaged.add(file)
             else:
-                results.update({i: content.summary(row, names(i)) for row, i in rows})
+                results |= {
+                    i: content.summary(row, names(i)) for row, i in rows if content.keys[row].tobytes() == keys[i]
+                }
         return results
 
     def _index(self) -> _Index:
-        """Location of every key. Files never change, so each is read once in the life of this process, but a damaged one
-        again, which may have been replaced."""
+        """Location of every key. Files never change, so each is read once in the life of this process; a damaged one is
+        read again, for it may have been replaced."""
         present = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
         index = _INDICES.get(self.folder.resolve())
         if index is None or not index.files <= present:

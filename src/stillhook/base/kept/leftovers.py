@@ -67,8 +67,8 @@ def _remove_leftover(path: Path, process: int | None) -> None:
 
 
 def _is_alive(process: int) -> bool:
-    """Whether a process of this number runs on this machine. On Windows none is asked: its files cannot be removed while
-    they are open, and the age decides."""
+    """Whether a process of this number runs on this machine. On Windows, where that question would end the process,
+    the age of its files decides."""
     if os.name == "nt":
         return process == os.getpid()
     try:
