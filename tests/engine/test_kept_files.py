@@ -202,6 +202,27 @@ def test_damaged_machine_code_of_numba_is_compiled_again(tmp_path, cache, count)
     assert line.endswith(" Numba compiles the kernel again.")
 
 
+WHEEL = (
+    START
+    + """
+by_zig().function
+(made,) = folder.glob(f"*{native.SUFFIX}")
+shipped = folder / "shipped" / "library"
+native.write_beside(shipped, made.read_bytes())
+shipped.write_bytes(bytes(x ^ (i % 97 == 0) for i, x in enumerate(made.read_bytes())))
+native.shipped_library = lambda *_, **__: shipped
+print(doubled(by_zig()))
+"""
+)
+
+
+@needs_zig
+def test_a_damaged_library_of_a_wheel_is_left_out(tmp_path, cache):
+    out, (line,) = finished(script(tmp_path, WHEEL, cache))
+    assert out == "[2.0, 4.0, 3.0]\n"
+    assert line.endswith(" The compiled kernels of this installation are not used: install Stillhook again.")
+
+
 ONCE = (
     START
     + """
