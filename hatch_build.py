@@ -113,8 +113,7 @@ def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:
         for name, target in targets.items():
             cross_compile(sources, target, folder / f"{name}{target.suffix}", FLAGS)
     files = {name: f"{name}{target.suffix}" for name, target in targets.items()}
-    index = Index(kernel_hash(), kernels, files)
-    index.write(folder)
+    Index(kernel_hash(), kernels, files).write(folder)
 
 
 def cross_compile(sources: Sequence[Path], target: Target, file: Path, flags: Sequence[str]) -> None:

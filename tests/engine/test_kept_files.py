@@ -130,7 +130,6 @@ from pathlib import Path
 import numpy as np
 from tests.engine.damage import damaged
 
-from stillhook.kernels.by_numba import machine_code
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.library import Entry, Library
 
@@ -142,6 +141,8 @@ def by_zig():
 
 
 def by_numba():
+    from stillhook.kernels.by_numba import machine_code
+
     return machine_code(twice, folder / "numba")
 
 
@@ -195,6 +196,7 @@ def test_a_damaged_library_is_compiled_again_and_never_loaded(tmp_path, cache, f
     assert ": damaged (" in line
 
 
+@pytest.mark.usefixtures("numba")
 @pytest.mark.parametrize("count", [8, pytest.param(80, marks=pytest.mark.thorough)])
 def test_damaged_machine_code_of_numba_is_compiled_again(tmp_path, cache, count):
     _, said = finished(script(tmp_path, DAMAGED, cache, "numba", "*.nbc", count, count))
