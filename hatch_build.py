@@ -100,7 +100,7 @@ def libraries() -> list[Library]:
 def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:
     """Translate the kernels, compile them for each target, write the index."""
     from stillhook.kernels.build import kernel_hash
-    from stillhook.kernels.c99.library import FLAGS, INDEX, Index, code_hash
+    from stillhook.kernels.c99.library import FLAGS, Index, code_hash
 
     kernels: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as work:
@@ -113,8 +113,7 @@ def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:
         for name, target in targets.items():
             cross_compile(sources, target, folder / f"{name}{target.suffix}", FLAGS)
     files = {name: f"{name}{target.suffix}" for name, target in targets.items()}
-    index = Index(kernel_hash(), kernels, files)
-    (folder / INDEX).write_text(json.dumps(index._asdict(), indent=1), encoding="utf-8")
+    Index(kernel_hash(), kernels, files).write(folder)
 
 
 def cross_compile(sources: Sequence[Path], target: Target, file: Path, flags: Sequence[str]) -> None:
@@ -145,6 +144,7 @@ def identify_all(folder: Path) -> None:
     """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan also those of
     its sensitivity to friction and delay, top speeds of its winches and the gain of strong SSC."""
     from stillhook.analysis.kept import FOLDER
+    from stillhook.base.kept.checked import Kept, read_checked, write_checked
     from stillhook.formats.lift_file import load_lift
     from stillhook.library.catalogue import shelf
     from stillhook.plan.answer.reference_cell import sensitivity
@@ -168,10 +168,10 @@ def identify_all(folder: Path) -> None:
             duty = suspended_load(file.crane, file.lift, -compensated_depth(file.lift)).duty
             identify_residual(file.crane, replace(duty, sensors=file.lift.sensors), file.lift.controller)
         shutil.copytree(Path(cache) / KEPT, folder / KEPT)
-        (folder / FOLDER).mkdir()
         for file in (Path(cache) / FOLDER).iterdir():
-            answer = json.loads(file.read_text(encoding="utf-8"))
-            (folder / FOLDER / answer[-1]).write_text(json.dumps(answer), encoding="utf-8")
+            answer = read_checked(file, Kept.ANSWER)
+            assert answer is not None
+            write_checked(folder / FOLDER / json.loads(answer)[-1], answer)
 
 
 def main(folder: Path, *names: str) -> None:

@@ -6,6 +6,8 @@ import pytest
 
 from stillhook.analysis import kept as module
 from stillhook.analysis.kept import kept
+from stillhook.base.kept import checked
+from stillhook.base.kept.checked import Kept, read_checked, write_checked
 from stillhook.library import changed, load_crane
 
 
@@ -13,6 +15,9 @@ from stillhook.library import changed, load_crane
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
     return tmp_path
+
+
+NO_ANSWERS = ["", "[1.0", "[1.0]", "null", '{"a": 1}', '["x", "y"]']
 
 
 class Asked:
@@ -49,13 +54,26 @@ def test_other_code_is_worked_out_anew(folder: Path, monkeypatch: pytest.MonkeyP
     assert asked.times == 2
 
 
-@pytest.mark.parametrize("damage", ["", "[1.0", "[1.0]", "null", '{"a": 1}', '["x", "y"]'])
-def test_a_damaged_file_costs_time_only(folder: Path, damage: str) -> None:
+@pytest.mark.parametrize("damage", [*NO_ANSWERS, '[0.15, "half of it", "x"]'])
+def test_a_damaged_file_costs_time_only_and_is_noted(
+    folder: Path, damage: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    checked._NOTED.discard(Kept.ANSWER)
     crane, asked = load_crane("nov-250t"), Asked()
     kept(crane, ("v_top", 1.0), asked)
     (file,) = (folder / "capacities").iterdir()
     file.write_text(damage)
     assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
+    assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
+    assert len(caplog.records) == 1
+
+
+@pytest.mark.parametrize("damage", NO_ANSWERS)
+def test_what_is_no_answer_is_not_taken_for_one_though_its_checksum_fits(folder: Path, damage: str) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    kept(crane, ("v_top", 1.0), asked)
+    (file,) = (folder / "capacities").iterdir()
+    write_checked(file, damage.encode())
     assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
 
 
@@ -65,9 +83,9 @@ def test_an_answer_of_a_wheel_holds_where_the_last_digits_of_a_number_differ(
     crane, asked = load_crane("nov-250t"), Asked()
     kept(crane, ("v_top", 1.0), asked)
     (file,) = (folder / "capacities").iterdir()
-    shipped = folder / "wheel" / "capacities"
-    shipped.mkdir(parents=True)
-    file.rename(shipped / module.shared_name(crane, ("v_top", 1.0)))
+    shipped = folder / "wheel" / "capacities" / module.shared_name(crane, ("v_top", 1.0))
+    write_checked(shipped, read_checked(file, Kept.ANSWER))
+    file.unlink()
     monkeypatch.setattr(module, "SHIPPED", folder / "wheel")
     assert kept(crane, ("v_top", 1.0 + 1e-12), asked) == (0.1 + 0.2, "time 1")
     assert asked.times == 1

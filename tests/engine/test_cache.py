@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from stillhook.base.kept.checked import write_checked
 from stillhook.errors import SimulationError
 from stillhook.kernels import build, cache
 
@@ -165,7 +166,8 @@ def test_kernels_of_somebody_else_are_not_loaded(tmp_path, monkeypatch, temporar
 @posix
 @pytest.mark.usefixtures("numba")
 def test_planted_code_is_never_unpickled(tmp_path):
-    """The attack itself: an index that runs a command when it is unpickled, in a folder that others may write to."""
+    """The attack itself: machine code that runs a command when it is unpickled, with a checksum that fits, in a folder
+    that others may write to."""
     script, shared = tmp_path / "load.py", tmp_path / "shared"
     script.write_text(LOAD)
 
@@ -176,8 +178,8 @@ def test_planted_code_is_never_unpickled(tmp_path):
         return subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
 
     assert load(0o700).stderr == ""
-    (index,) = shared.rglob("*.nbi")
-    index.write_bytes(f"cos\nsystem\n(S'touch {tmp_path / 'owned'}'\ntR.".encode())
+    (code,) = shared.rglob("*.nbc")
+    write_checked(code, f"cos\nsystem\n(S'touch {tmp_path / 'owned'}'\ntR.".encode())
     done = load(0o777)
     assert done.stdout == "6.0\n"
     assert done.stderr.startswith(f"Cache folder {shared}: others may write to it")

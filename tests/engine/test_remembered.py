@@ -2,7 +2,7 @@
 
 import gc
 
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 
 
 class Machine:

@@ -1,7 +1,6 @@
 """Kernels that a wheel holds compiled: taken where they are of the installed sources, and no compiler is needed then."""
 
 import ctypes
-import json
 import os
 import struct
 import subprocess
@@ -15,6 +14,7 @@ import pytest
 from tests.scripts import script
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.base.kept import checked
 from stillhook.control.registry import CONTROLLERS
 from stillhook.engine.scenario.run import ScenarioType
 from stillhook.engine.simulate import run_cases, unchanged
@@ -51,7 +51,8 @@ def folder_with(folder: Path, platform: str = PLATFORM) -> Path:
     """A folder as a wheel has one, with one kernel."""
     index = Index("sources of today", {"twice": code_hash(CODE)}, {platform: "library"})
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / INDEX).write_text(json.dumps(index._asdict()))
+    (folder / "library").write_bytes(b"code")
+    index.write(folder)
     return folder
 
 
@@ -69,11 +70,19 @@ def test_a_kernel_that_an_edit_leaves_as_it_was_is_still_taken(tmp_path):
     assert shipped_library(["twice"], code=code_hash(CODE + "\n"), **edited) is None
 
 
-def test_a_library_of_another_platform_or_a_damaged_index_is_none(tmp_path):
+def test_a_library_of_another_platform_or_a_damaged_index_is_none(tmp_path, caplog):
+    checked._NOTED.discard(checked.Kept.WHEEL)
     assert shipped_library(["twice"], sources="sources of today", folder=folder_with(tmp_path / "a", "vms-vax")) is None
-    (folder_with(tmp_path / "b") / INDEX).write_text("{")
-    assert shipped_library(["twice"], sources="sources of today", folder=tmp_path / "b") is None
     assert shipped_library(["twice"], sources="sources of today", folder=tmp_path / "none") is None
+    assert caplog.records == []
+    index = folder_with(tmp_path / "b") / INDEX
+    index.write_bytes(index.read_bytes().replace(b"today", b"times"))
+    assert shipped_library(["twice"], sources="sources of times", folder=tmp_path / "b") is None
+    (note,) = caplog.records
+    assert note.getMessage() == (
+        f"{index}: damaged (its checksum does not fit)."
+        " The compiled kernels of this installation are not used: install Stillhook again."
+    )
 
 
 @pytest.mark.parametrize(("features", "expected"), [((True, True), "x86_64_v3"), ((True, False), "x86_64_v2")])
@@ -266,3 +275,13 @@ def test_a_wheel_runs_without_a_compiler_and_gives_the_bits_of_the_checkout(tmp_
             np.testing.assert_array_equal(a[name], b[name])
     python(site, cache, "-c", QUICK_PLAN)
     assert list(cache.iterdir()) == []  # nothing was compiled, and no winch identified
+
+    for file in (site / "stillhook" / "shipped").rglob("*"):
+        if file.is_file():
+            data = bytearray(file.read_bytes())
+            data[len(data) // 2] ^= 1
+            file.write_bytes(bytes(data))
+    python(site, cache, "-c", RUNS, str(tmp_path / "c.npz"), "any")
+    with np.load(tmp_path / "b.npz") as b, np.load(tmp_path / "c.npz") as c:
+        for name in b:
+            np.testing.assert_array_equal(b[name], c[name])

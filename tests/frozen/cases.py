@@ -33,6 +33,7 @@ from trials.campaigns.friction import write_campaign as write_friction_tests
 from trials.campaigns.motor_map import synthetic_map, write_map
 
 import stillhook
+from stillhook.base.kept.checked import BESIDE
 from stillhook.cli import run
 from stillhook.kernels.c99.library import SUFFIX
 
@@ -41,8 +42,8 @@ CASES: dict[str, Case] = {}
 CACHE = "STILLHOOK_CACHE"
 NOT_KERNELS = ("capacities", "residuals", "zig")
 """Folders of the cache with results, and with what Zig keeps for itself."""
-COMPILED = (SUFFIX, ".txt", ".nbi", ".nbc")
-"""Files of compiled kernels: libraries, what names them, and Numba's."""
+COMPILED = (SUFFIX, BESIDE, ".txt", ".nbc")
+"""Files of compiled kernels: libraries, their checksums, what names them, and Numba's."""
 
 
 def case(function: Case) -> Case:

@@ -9,6 +9,7 @@ from tests.live.conditions import DATES, WEAR, campaign, certified, fits, settle
 
 from stillhook import load_crane
 from stillhook.base.gateway.named_files import VARIABLE
+from stillhook.base.kept import checked
 from stillhook.cli import run as command
 from stillhook.engine.certificate import objections
 from stillhook.errors import LiveError, StillhookError
@@ -205,7 +206,8 @@ def test_a_campaign_that_is_still_being_written_is_waited_for(root: Path):
 
 
 @pytest.mark.parametrize("how", ["value", "digest", "half", "list"])
-def test_evidence_that_was_changed_is_measured_again(root: Path, fits, how: str):
+def test_evidence_that_was_changed_is_measured_again_with_a_note(root: Path, fits, how: str, caplog):
+    checked._NOTED.discard(checked.Kept.CAMPAIGN)
     follow_condition([root], root / "out")
     file = sorted((root / "out" / "campaigns").glob("*.json"))[0]
     text = file.read_text()
@@ -220,6 +222,8 @@ def test_evidence_that_was_changed_is_measured_again(root: Path, fits, how: str)
     follow_condition([root], root / "out")
     assert fits.fitted == len(DATES) + 1
     assert file.read_text() == text
+    (note,) = caplog.records
+    assert note.getMessage().endswith(f"{file.name}: damaged ({checked.OTHER}). The campaign is measured again.")
 
 
 def test_a_log_that_changes_later_is_measured_again(root: Path, fits):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterable, Mapping
 
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.engine.pack.settings import with_value
 from stillhook.engine.pack.winch import drum_record
 from stillhook.engine.simulate import run_cases

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.atomic import atomic_file
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import model_hash, results_hash
 from stillhook.kernels.cache import SHIPPED, cache_root
@@ -40,20 +40,22 @@ def kept(
     crane: Crane, question: Question, work_out: Callable[[], tuple[float, str]], rooms: tuple[str, ...] = (ROOM,)
 ) -> tuple[float, str]:
     """The answer to a question about a crane, a number and its basis in words; worked out where it is not kept. A
-    damaged file, or a folder that cannot be written to, costs the time again and nothing else.
+    damaged file, which is noted, or a folder that cannot be written to, costs the time again and nothing else.
 
     rooms: folders of the package whose code makes the answer.
     """
     own = cache_root() / FOLDER / _name([results_hash(), code(rooms), content(crane), question])
     with_wheel = SHIPPED / FOLDER / shared_name(crane, question, rooms) if SHIPPED.exists() else None
     for file in (with_wheel, own):
-        with contextlib.suppress(OSError, ValueError, TypeError):
-            if file is not None:
-                value, basis, _ = json.loads(file.read_text(encoding="utf-8"))
+        if file is not None and (stored := read_checked(file, Kept.ANSWER)) is not None:
+            try:
+                value, basis, _ = json.loads(stored)
                 return float(value), str(basis)
+            except (ValueError, TypeError):
+                note(file, OTHER, Kept.ANSWER)
     value, basis = work_out()
-    with contextlib.suppress(StillhookError, OSError), atomic_file(own) as part:
-        part.write_text(json.dumps([value, basis, shared_name(crane, question, rooms)]), encoding="utf-8")
+    with contextlib.suppress(StillhookError, OSError):
+        write_checked(own, json.dumps([value, basis, shared_name(crane, question, rooms)]).encode())
     return value, basis
 
 

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from stillhook.base.kept.leftovers import prefix, sweep
 from stillhook.errors import SimulationError
 
 
@@ -27,7 +28,10 @@ class atomic_files:
         try:
             for target in self.targets:
                 self._made[:0] = _make_folder(target.parent)
-                handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
+                sweep(target.parent)
+                handle, name = tempfile.mkstemp(
+                    dir=target.parent, prefix=prefix(f".{target.stem}"), suffix=target.suffix
+                )
                 parts.append(Path(name))
                 os.close(handle)
         except (OSError, ValueError) as e:
@@ -111,7 +115,10 @@ class atomic_folder:
                 raise NotADirectoryError(None, f"{self.target.name} is not a folder")
             above = self.target.absolute().parent if self._new else self.target
             self._made = _make_folder(above)
-            self.part = Path(tempfile.mkdtemp(dir=above, prefix=f".{self.target.name}-" if self._new else ".part-"))
+            sweep(above)
+            self.part = Path(
+                tempfile.mkdtemp(dir=above, prefix=prefix(f".{self.target.name}" if self._new else ".folder"))
+            )
         except (OSError, ValueError) as e:
             _discard((), self._made)
             raise cannot_write(self.target, e) from None

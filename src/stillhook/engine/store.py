@@ -1,29 +1,34 @@
 """Summaries of runs, and a folder that keeps them under what they follow from: crane, case, step and code.
 
-Every file is whole or not there; one file a task, so that an interrupted batch continues where it stopped.
+Every file is complete or absent; one file a task, so that an interrupted batch continues where it stopped. A file has a
+checksum: the cases of one that is damaged are computed again, and it is removed as soon as something is kept.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
+import io
 import json
+import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import atomic_file, cannot_write, check_folder
+from stillhook.base.atomic import cannot_write, check_folder
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.engine.certificate import objections
-from stillhook.errors import SimulationError
 from stillhook.kernels.build import results_hash
 from stillhook.spec.crane import Crane
 
-SUFFIX = ".cases.npz"
+SUFFIX = ".2.cases.npz"
+"""Second format: with a checksum. Files of the first end otherwise; none of their cases is one of this version."""
 KEY = 32
 """Length of a key [bytes]."""
 
@@ -62,11 +67,27 @@ class Summary(Mapping[str, Any]):
         return np.array([self.get(name, np.nan) for name in names])
 
 
+_NAME = re.compile(rf"[0-9a-f]{{{KEY}}}{re.escape(SUFFIX)}")
+
+
 class _Index(NamedTuple):
-    """files that have been read; places: key -> file and row in it."""
+    """files that were sound; places: key -> file and row in it; damaged: files that were not."""
 
     files: set[str]
     places: dict[bytes, tuple[str, int]]
+    damaged: set[str]
+
+
+class _Content(NamedTuple):
+    """keys (V32), status and notes (texts), numbers (n, width) of the n cases of a file."""
+
+    keys: NDArray[Any]
+    status: NDArray[Any]
+    numbers: FloatArray
+    notes: NDArray[Any]
+
+    def summary(self, row: int, names: tuple[str, ...]) -> Summary:
+        return Summary(names, str(self.status[row]), self.numbers[row].tolist(), json.loads(str(self.notes[row])))
 
 
 _INDICES: dict[Path, _Index] = {}
@@ -87,8 +108,7 @@ class Store:
         check_folder(self.folder, ())
 
     def find(self, keys: Sequence[bytes], names: Callable[[int], tuple[str, ...]]) -> dict[int, Summary]:
-        """Place in `keys` -> summary, for what is present; names of the numbers by place. Errors: SimulationError
-        naming a file that cannot be read."""
+        """Place in `keys` -> summary, for what is present; names of the numbers by place."""
         index = self._index()
         hits: dict[str, list[tuple[int, int]]] = {}
         for i, key in enumerate(keys):
@@ -97,47 +117,68 @@ class Store:
                 hits.setdefault(file, []).append((row, i))
         results: dict[int, Summary] = {}
         for file, rows in hits.items():
-            with self._opened(file) as data:
-                status, numbers, notes = data["status"], data["numbers"], data["notes"]
-                for row, i in rows:
-                    results[i] = Summary(names(i), str(status[row]), numbers[row].tolist(), json.loads(str(notes[row])))
+            if (content := self._content(file)) is None:  # damaged or removed since it was read first
+                index.files.discard(file)
+                index.damaged.add(file)
+            else:
+                results |= {
+                    i: content.summary(row, names(i)) for row, i in rows if content.keys[row].tobytes() == keys[i]
+                }
         return results
 
     def _index(self) -> _Index:
-        """Location of every key. Files never change, so each is read once in the life of this process."""
+        """Location of every key. Files never change, so each is read once in the life of this process; a damaged one is
+        read again, for it may have been replaced."""
         present = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
         index = _INDICES.get(self.folder.resolve())
         if index is None or not index.files <= present:
-            index = _INDICES[self.folder.resolve()] = _Index(set(), {})
+            index = _INDICES[self.folder.resolve()] = _Index(set(), {}, set())
         for file in sorted(present - index.files):
-            with self._opened(file) as data:
-                index.places.update({key.tobytes(): (file, row) for row, key in enumerate(data["keys"])})
-            index.files.add(file)
+            if (content := self._content(file)) is None:
+                index.damaged.add(file)
+            else:
+                index.places.update({key.tobytes(): (file, row) for row, key in enumerate(content.keys)})
+                index.files.add(file)
         return index
 
-    @contextmanager
-    def _opened(self, file: str) -> Iterator[Mapping[str, Any]]:
-        path = self.folder / file
+    def _content(self, file: str) -> _Content | None:
+        """What a file holds; None where it is absent and, with a note, where it is damaged."""
+        stored = read_checked(self.folder / file, Kept.CASES)
+        if stored is None:
+            return None
         try:
-            with np.load(path, allow_pickle=False) as data:
-                yield data
-        except Exception as e:  # of a damaged file many kinds come
-            raise SimulationError(
-                f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
-            ) from None
+            with np.load(io.BytesIO(stored), allow_pickle=False) as data:
+                content = _Content(*(data[name] for name in _Content._fields))
+            if {len(each) for each in content} != {len(content.keys)} or content.numbers.dtype != np.float64:
+                raise ValueError
+        except Exception:  # of what another program wrote, many kinds come
+            note(self.folder / file, OTHER, Kept.CASES)
+            return None
+        return content
 
     def put(self, keys: Sequence[bytes], summaries: Sequence[Summary]) -> None:
         """Keep the results of one task, which have the same names. The file appears under its name only when it is
-        complete."""
+        complete; damaged files are removed, which had no other use than these."""
         name = hashlib.sha256(b"".join(keys)).hexdigest()[:KEY]
-        with atomic_file(self.folder / f"{name}{SUFFIX}") as part, open(part, "wb") as file:
-            np.savez_compressed(
-                file,
-                keys=np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),
-                status=np.array([s.status for s in summaries]),
-                numbers=np.array([s.numbers for s in summaries], dtype=np.float64),
-                notes=np.array([json.dumps(s.notes) for s in summaries]),
-            )
+        content = io.BytesIO()
+        np.savez_compressed(
+            content,
+            keys=np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),
+            status=np.array([s.status for s in summaries]),
+            numbers=np.array([s.numbers for s in summaries], dtype=np.float64),
+            notes=np.array([json.dumps(s.notes) for s in summaries]),
+        )
+        write_checked(self.folder / f"{name}{SUFFIX}", content.getvalue())
+        self._remove_damaged()
+
+    def _remove_damaged(self) -> None:
+        """Remove files of a store's name that are still damaged: a process may have replaced one meanwhile."""
+        index = _INDICES.get(self.folder.resolve())
+        while index is not None and index.damaged:
+            file = index.damaged.pop()
+            if _NAME.fullmatch(file) and self._content(file) is None:
+                with contextlib.suppress(OSError):
+                    (self.folder / file).unlink(missing_ok=True)
 
 
 def keys_of(

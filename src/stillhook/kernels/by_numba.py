@@ -3,6 +3,9 @@ them, their machine code cached in a folder that only the user can enter."""
 
 import contextlib
 import functools
+import hashlib
+import pickle
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import FunctionType
@@ -12,8 +15,12 @@ import numba
 from llvmlite import ir
 from numba import njit, types
 from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
 from numba.extending import intrinsic, overload, typeof_impl
 
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
+from stillhook.base.kept.one_at_a_time import one_at_a_time
+from stillhook.errors import StillhookError
 from stillhook.kernels.cache import make_private
 from stillhook.physics.scalar import STRICT, ByRecord, Operation, Scalar, scalar_of
 
@@ -84,19 +91,31 @@ OPERATIONS: dict[str, Any] = {"bits": lambda x: bits(x), "double": lambda n: dou
 
 
 def machine_code(function: Any, folder: Path) -> Any:
-    """A kernel that is compiled on first call. Numba takes the folder from a global setting while a function is
-    decorated, so one at a time."""
+    """A kernel that is compiled on first call, by one process while others wait. Numba takes the folder from a global
+    setting while a function is decorated, so one at a time."""
     with _cached_in(folder):
         kernel = numba.njit(cache=True, nogil=True, **STRICT)(function)
-        if hasattr(kernel, "_cache"):  # not where NUMBA_DISABLE_JIT is set
-            kernel._cache = _Cache(kernel.py_func)
+        if not hasattr(kernel, "_cache"):  # where NUMBA_DISABLE_JIT is set
+            return kernel
+        kernel._cache = _Cache(kernel.py_func)
+    compile_ = kernel.compile
+
+    def compile_alone(signature: Any) -> Any:
+        with one_at_a_time(folder / f"{function.__name__}.lock"):
+            return compile_(signature)
+
+    kernel.compile = compile_alone
     return kernel
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not
-    kept. Its folder is that of one state of all sources, so that a kernel is known by its types alone: what it is
-    nested in need not be looked at."""
+    """Numba's cache, but never in the way: what is damaged is compiled again, what cannot be written is not kept. Its
+    folder is that of one state of all sources, so that a kernel is known by its types alone: what it is nested in need
+    not be looked at."""
+
+    def __init__(self, py_func: FunctionType) -> None:
+        super().__init__(py_func)
+        self._cache_file = _Files(Path(self.cache_path), py_func.__qualname__)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return sig, codegen.magic_tuple()
@@ -104,14 +123,32 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # whatever a damaged file makes of unpickling
-            with contextlib.suppress(OSError):
-                self.flush()
+        except Exception:  # whatever unpickling makes of what another program wrote
+            note(self._cache_file.folder, OTHER, Kept.MACHINE_CODE)
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, StillhookError):
             super().save_overload(sig, data)
+
+
+class _Files:
+    """Machine code of one kernel, a checked file for each set of types of its arguments."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.folder, self.name = folder, name
+
+    def load(self, key: Any) -> Any:
+        """What was saved, None where there is nothing sound."""
+        content = read_checked(self._file(key), Kept.MACHINE_CODE)
+        return None if content is None else pickle.loads(content)
+
+    def save(self, key: Any, data: Any) -> None:
+        write_checked(self._file(key), dumps(data))
+
+    def _file(self, key: Any) -> Path:
+        follows_from = f"{self.name} {key} numba {numba.__version__} python {sys.version}"
+        return self.folder / f"{hashlib.sha256(follows_from.encode()).hexdigest()[:24]}.nbc"
 
 
 @contextlib.contextmanager

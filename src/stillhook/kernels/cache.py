@@ -21,6 +21,7 @@ from pathlib import Path
 
 import platformdirs
 
+from stillhook.base.kept.leftovers import prefix, sweep
 from stillhook.errors import SimulationError
 
 VARIABLE = "STILLHOOK_CACHE"
@@ -131,7 +132,8 @@ def private_folder() -> Path:
             (above / name).mkdir(mode=PRIVATE, exist_ok=True)
             if not weakness(above / name):
                 return above / name
-    made = Path(tempfile.mkdtemp(prefix="stillhook-cache-"))
+    sweep(above)
+    made = Path(tempfile.mkdtemp(prefix=prefix("stillhook-cache")))
     if reason := weakness(made):
         made.rmdir()
         raise SimulationError(

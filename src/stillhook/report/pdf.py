@@ -6,13 +6,13 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import json
-import tempfile
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from stillhook.base.kept.leftovers import temporary_folder
 from stillhook.errors import StillhookError
 from stillhook.report.document import (
     Bullets,
@@ -67,7 +67,7 @@ def _typeset(document: Document, **options: Any) -> list[bytes]:
     import typst  # 80 MB: only where a document is wanted
 
     date = datetime.datetime.combine(datetime.date.fromisoformat(document.date), datetime.time(), datetime.UTC)
-    with tempfile.TemporaryDirectory() as name:
+    with temporary_folder("report") as name:
         folder = Path(name)
         (folder / TEMPLATE).write_bytes((files("stillhook.report") / TEMPLATE).read_bytes())
         data = typeset(json.dumps(_data(document, folder), ensure_ascii=False))

@@ -23,7 +23,7 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.units import Quantity, number, parse, show
 
 IMPLAUSIBLE = "implausible"

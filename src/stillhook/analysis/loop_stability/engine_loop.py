@@ -28,7 +28,7 @@ from stillhook.analysis.loop_stability.linearisation import LawMemory, lateness_
 from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.base.arrays import FloatArray
-from stillhook.base.identity import Keyed
+from stillhook.base.kept.identity import Keyed
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import drum_record, gains, pack

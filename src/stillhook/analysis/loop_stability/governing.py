@@ -43,7 +43,7 @@ from stillhook.analysis.loop_stability.places import (
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
-from stillhook.base.identity import Keyed
+from stillhook.base.kept.identity import Keyed
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.engine.scenario.followed_law import CYCLE, FollowedLaw
 from stillhook.errors import StillhookError

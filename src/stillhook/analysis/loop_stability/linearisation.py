@@ -32,7 +32,7 @@ from stillhook.analysis.loop_stability.loops import ContinuousLoop, Cycle, Sampl
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
-from stillhook.base.identity import Keyed
+from stillhook.base.kept.identity import Keyed
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, ControlLaw, code_of, mode_of_code
 from stillhook.engine.arguments import SERIES_STEP, steps_of_cases

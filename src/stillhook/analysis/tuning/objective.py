@@ -21,7 +21,7 @@ from stillhook.analysis.controllers import learning_time
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, margins
 from stillhook.analysis.steady.steady_state import speed_limit
-from stillhook.base.identity import Keyed
+from stillhook.base.kept.identity import Keyed
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.base.identity import Keyed
+from stillhook.base.kept.identity import Keyed
 from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_lift

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.capacity import capacity_notes, judged
 from stillhook.engine.pack.lift import PackedLift, stand_in

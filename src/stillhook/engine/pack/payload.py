@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.errors import LiftError
 from stillhook.physics.load_path import payload as kernel
 from stillhook.physics.load_path.payload import LEVELS

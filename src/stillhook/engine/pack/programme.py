@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.control import supervisor as modes
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import LiftSettings

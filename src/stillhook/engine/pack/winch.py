@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
 from stillhook.control.plant import PlantParameters
 from stillhook.control.plc import Memory, Plc

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import html
 import json
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -17,6 +16,7 @@ import numpy as np
 from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_files
+from stillhook.base.kept.leftovers import temporary_folder
 from stillhook.engine.certificate import envelope_line, objections, twin_line
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.simulate import simulate
@@ -91,7 +91,7 @@ def fmu_members(export: Export, *, fmi: str, platforms: Sequence[str]) -> dict[s
         members["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(export)
     if export.crane.certified is not None:
         members["resources/certificate.json"] = export.crane.certified.model_dump_json(indent=2)
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder("fmu") as folder:
         for platform in dict.fromkeys(p for p in platforms if p != SOURCE_ONLY):
             name = f"{export.identifier}{PLATFORMS[platform].suffix}"
             compile_library(source, platform, Path(folder) / name)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import platform as machine
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +14,7 @@ from typing import NamedTuple
 from stillhook import units
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import ExportError
+from stillhook.kernels.c99.zig import workplace
 from stillhook.kernels.cache import cache_root
 
 
@@ -92,15 +91,14 @@ def compile_library(source: str, platform: str, file: Path, flags: Sequence[str]
     command = _compiler(platform)
     libraries = ["-lm"] if platform == "linux64" else []
     hidden = [] if platform == "win64" else ["-fPIC"]
-    with tempfile.TemporaryDirectory() as folder, atomic_file(file) as part:
-        code, made = Path(folder) / "model.c", Path(folder) / f"model{PLATFORMS[platform].suffix}"
+    with atomic_file(file) as part, workplace(_kept()) as (folder, environment):
+        code, made = folder / "model.c", folder / f"model{PLATFORMS[platform].suffix}"
         code.write_text(source, encoding="utf-8")
-        caches = {f"ZIG_{which}_CACHE_DIR": str(_kept()) for which in ("LOCAL", "GLOBAL")}
         done = subprocess.run(
             [*command, *FLAGS, *hidden, *flags, "-o", str(made), str(code), *libraries],
             capture_output=True,
             text=True,
-            env=os.environ | caches,
+            env=environment,
             check=False,
         )
         if done.returncode != 0:

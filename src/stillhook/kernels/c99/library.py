@@ -5,7 +5,8 @@ A wheel holds libraries, one for each platform and level of processor; its index
 is used only where that is what is installed: all sources, or the C source of a kernel. A checkout holds none.
 
 What is compiled here is kept under the hash of its C source, so that an edit of one kernel leaves the others as they
-are; one process compiles it and the others wait. Where Zig is missing or fails, or a winch or controller of the user is
+are; one process compiles it and the others wait. Every library has its checksum beside it: one that is damaged would
+end the process, and is not loaded. Where Zig is missing or fails, or a winch or controller of the user is
 outside the subset of Python that is translated, Numba compiles the kernel. `STILLHOOK_KERNELS=numba` leaves native
 libraries out.
 """
@@ -33,9 +34,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.base.atomic import atomic_file
+from stillhook.base.kept.checked import Kept, is_sound, read_checked, write_beside, write_checked
+from stillhook.base.kept.leftovers import sweep
+from stillhook.base.kept.one_at_a_time import one_at_a_time, remove_old_locks
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
+from stillhook.kernels.c99.zig import workplace
 from stillhook.kernels.cache import SHIPPED
 from stillhook.kernels.lanes import Array
 
@@ -52,6 +57,12 @@ class Index(NamedTuple):
     sources: str
     kernels: Mapping[str, str]
     libraries: Mapping[str, str]
+
+    def write(self, folder: Path) -> None:
+        """Write it, and the checksums of its libraries, into their folder. Errors: SimulationError."""
+        write_checked(folder / INDEX, json.dumps(self._asdict(), indent=1).encode())
+        for name in self.libraries.values():
+            write_beside(folder / name, (folder / name).read_bytes())
 
 
 def code_hash(source: str) -> str:
@@ -75,8 +86,9 @@ def level() -> str:
 def index(folder: Path) -> Index | None:
     """Index of the libraries in a folder; None where it holds none that can be read."""
     try:
-        return Index(**json.loads((folder / INDEX).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        content = read_checked(folder / INDEX, Kept.WHEEL)
+        return None if content is None else Index(**json.loads(content))
+    except (ValueError, TypeError):
         return None
 
 
@@ -164,9 +176,11 @@ class Library:
         return function
 
     def _load(self) -> ctypes.CDLL:
-        """The first of its files that this system can load."""
+        """The first of its files that is sound and that this system can load."""
         problem = OSError("no library")
-        for file in self.files():
+        for file, kept in self.files():
+            if not is_sound(file, kept):
+                continue
             try:
                 return ctypes.CDLL(str(file))
             except OSError as error:
@@ -175,21 +189,23 @@ class Library:
 
     def is_compiled(self) -> bool:
         """Whether it is there, without a compilation."""
-        if shipped_library(self.entries, sources=self.sources) is not None:
+        if (shipped := shipped_library(self.entries, sources=self.sources)) is not None and is_sound(
+            shipped, Kept.WHEEL
+        ):
             return True
-        return (known := self._known()) is not None and known.exists()
+        return (known := self._known()) is not None and is_sound(known, Kept.LIBRARY)
 
-    def files(self) -> Iterator[Path]:
+    def files(self) -> Iterator[tuple[Path, Kept]]:
         """Where the library is, in the order of preference; compiled where there is none yet. Errors: SubsetError,
         NoCompilerError, OSError, SubprocessError."""
         if (shipped := shipped_library(self.entries, sources=self.sources)) is not None:
-            yield shipped
-        if (known := self._known()) is not None and known.exists():
-            yield known
+            yield shipped, Kept.WHEEL
+        if (known := self._known()) is not None:
+            yield known, Kept.LIBRARY
         source = self.source()
         if shipped is None and (same := shipped_library(self.entries, code=code_hash(source))) is not None:
-            yield same
-        yield self._made(source)
+            yield same, Kept.WHEEL
+        yield self._made(source), Kept.LIBRARY
 
     def source(self) -> str:
         """Its C99. Errors: SubsetError."""
@@ -206,9 +222,7 @@ class Library:
         parts = (source, *FLAGS, target(), version("ziglang"), sysconfig.get_platform())
         file = self.store / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
         self._compile(source, file)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_file(self._pointer()) as pointer:
-            pointer.write_text(file.name, encoding="utf-8")
+        write_checked(self._pointer(), file.name.encode())
         return file
 
     def _pointer(self) -> Path:
@@ -216,33 +230,29 @@ class Library:
         return self.folder / f"library{target()}.txt"
 
     def _known(self) -> Path | None:
-        try:
-            return self.store / self._pointer().read_text(encoding="utf-8")
-        except OSError:
-            return None
+        name = read_checked(self._pointer(), Kept.LIBRARY)
+        return None if name is None else self.store / name.decode()
 
     def _compile(self, source: str, file: Path) -> None:
-        from filelock import FileLock
-
         command = compiler()
         assert command is not None
-        with FileLock(file.with_suffix(".lock")):
-            if file.exists():
+        self.store.mkdir(parents=True, exist_ok=True)
+        sweep(self.store, own=True)
+        remove_old_locks(self.store)
+        with one_at_a_time(file.with_suffix(".lock")):
+            if is_sound(file, Kept.LIBRARY):
                 return
-            with atomic_file(file) as library:
-                code = library.with_suffix(".c")
+            with atomic_file(file) as library, workplace(self.store.with_name("zig")) as (folder, environment):
+                code = folder / "kernels.c"
                 code.write_text(source, encoding="utf-8")
-                caches = {f"ZIG_{scope}_CACHE_DIR": str(self.store.with_name("zig")) for scope in ("LOCAL", "GLOBAL")}
-                try:
-                    subprocess.run(
-                        [*command, *FLAGS, target(), "-o", str(library), str(code)],
-                        env=os.environ | caches,
-                        check=True,
-                        capture_output=True,
-                        text=True,
-                    )
-                finally:
-                    code.unlink(missing_ok=True)
+                subprocess.run(
+                    [*command, *FLAGS, target(), "-o", str(library), str(code)],
+                    env=environment,
+                    check=True,
+                    capture_output=True,
+                    text=True,
+                )
+                write_beside(file, library.read_bytes())
 
 
 class Entry:

@@ -13,6 +13,7 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.parse import json_file
+from stillhook.base.kept.checked import OTHER, Kept, note
 from stillhook.base.sealed import digest_of, sealed
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.condition.followed import FOLLOWED, TABLE_HASH, Followed
@@ -108,17 +109,19 @@ def key_of(campaign: Campaign, logs: Mapping[str, str]) -> str:
 
 
 def stored(campaign: Campaign, key: str, logs: Mapping[str, str], folder: Path | None) -> Measured:
-    """What is known of a campaign already; nothing where its file is not there, or was changed."""
+    """What is known of a campaign already; nothing where its file is absent and, with a note, where it was changed."""
     known = Measured(campaign, key, logs)
-    if folder is None:
+    if folder is None or not (file := folder / known.name).is_file():
         return known
     try:
-        data = json_file(folder / known.name, "what is known of a campaign", "", LiveError)
-        if data["format"] == FORMAT and data["key"] == key and data["digest"] == digest_of(data):
+        data = json_file(file, "what is known of a campaign", "", LiveError)
+        if data["digest"] != digest_of(data):
+            raise ValueError
+        if data["format"] == FORMAT and data["key"] == key:
             known.numbers = {name: Number(**x) for name, x in data["numbers"].items()}
             known.reasons, known.judged = data["reasons"], data["judged"]
     except (StillhookError, ValueError, KeyError, TypeError, AttributeError):
-        pass
+        note(file, OTHER, Kept.CAMPAIGN)
     return known
 
 

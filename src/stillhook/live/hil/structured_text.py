@@ -10,7 +10,6 @@ import ctypes
 import os
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.kept.leftovers import temporary_folder
 from stillhook.errors import ExportError, LiveError
 from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.text import structured_text
@@ -136,7 +136,7 @@ class CompiledText:
                 f"Structured Text: has no function block {block.block.name}. Give a text that stillhook plc export"
                 f" wrote for the controller {name}."
             )
-        self._folder = tempfile.TemporaryDirectory(prefix="stillhook-plc-", ignore_cleanup_errors=True)
+        self._folder = temporary_folder("plc")
         library = ctypes.CDLL(str(compiler.library(text, block.block.name, Path(self._folder.name))))
         for function, arguments in LIBRARY.items():
             getattr(library, function).argtypes = arguments

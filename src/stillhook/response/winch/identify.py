@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import io
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.atomic import atomic_file
+from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.pack.shaft import wire_EA
 from stillhook.engine.scenario.summary import ScenarioRun
@@ -369,13 +370,19 @@ def _code() -> str:
 
 
 def _read(file: Path) -> Residual | None:
-    """A table identified before; None where there is none, or the file is damaged."""
-    with contextlib.suppress(Exception), np.load(file, allow_pickle=False) as data:  # damaged files raise many kinds
-        fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
-        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
-        compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
-        return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
-    return None
+    """A table identified before; None where there is none, or, with a note, the file is damaged."""
+    content = read_checked(file, Kept.RESIDUAL)
+    if content is None:
+        return None
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as data:
+            fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
+            remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
+            compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
+            return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
+    except Exception:  # of what another program wrote, many kinds come
+        note(file, OTHER, Kept.RESIDUAL)
+        return None
 
 
 def _write(file: Path, residual: Residual) -> None:
@@ -388,8 +395,10 @@ def _write(file: Path, residual: Residual) -> None:
         "about": np.array(residual.about),
         "lasts": np.array(residual.remnant.lasts if residual.remnant is not None else math.nan),
     }
-    with contextlib.suppress(StillhookError, OSError), atomic_file(file) as part, open(part, "wb") as out:
-        np.savez_compressed(out, **arrays)
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    with contextlib.suppress(StillhookError, OSError):
+        write_checked(file, content.getvalue())
 
 
 def mixed(a: Residual, b: Residual, share: float) -> Residual:

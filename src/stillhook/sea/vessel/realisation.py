@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import choice
-from stillhook.base.identity import remembered
+from stillhook.base.kept.identity import remembered
 from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import COARSE, FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
