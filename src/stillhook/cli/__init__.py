@@ -56,6 +56,7 @@ COMMANDS: dict[str, Entry | Group] = {
     "inspect": Entry("runs.inspect", "inspect"),
     "calc": Entry("analysis.calc", "calc"),
     "thesis": Entry("analysis.thesis", "thesis"),
+    "manifest": Entry("runs.manifest", "manifest"),
     "certificate": Entry("runs.certificate", "certificate"),
     "certificate sign": Entry("runs.certificate", "sign"),
     "certificate key": Group(

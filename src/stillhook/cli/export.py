@@ -217,7 +217,7 @@ def plc_export(
     text = structured_text(block)
     facts = settings(block, text)
     contents = (text, plcopen_xml(block), facts, sequence_csv(block), *(() if tip is None else (tip,)))
-    write_out(out, dict(zip(names, contents, strict=True)), quiet=json)
+    write_out(out, dict(zip(names, contents, strict=True)), quiet=json, cranes=[machine])
     data = {**facts, "files": [str(out / name) for name in names]}
     title = f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s"
     say_lines(data, title, [f"SHA-256 {facts['sha256']}"], json=json)

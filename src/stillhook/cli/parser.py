@@ -11,11 +11,12 @@ import logging
 import os
 import re
 import socket
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
 import typer
 
 from stillhook.base.atomic import check_folder
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from stillhook.formats.case_file import Subject
     from stillhook.report.terminal import Answer
     from stillhook.sea.motion.motion import Motion
+    from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
 
@@ -223,9 +225,10 @@ def present(
     json: bool,
     show: Callable[[], None] | None = None,
     pictures: Callable[[], Mapping[str, Any]] | None = None,
+    cranes: Sequence[Crane] = (),
 ) -> None:
     """Print an answer: with json in SI, else in brief, with --verbose all of it, as `show` prints it where that is
-    given; and write files and pictures into a folder, as `write_out` does."""
+    given; and write files and pictures of cranes into a folder, as `write_out` does."""
     from stillhook.report.terminal import print_json
 
     if json:
@@ -235,7 +238,7 @@ def present(
     else:
         say_answer(brief())
     if out is not None and files is not None:
-        write_out(out, files, pictures=pictures, quiet=json)
+        write_out(out, files, pictures=pictures, quiet=json, cranes=cranes)
 
 
 def say_answer(answer: Answer) -> None:
@@ -255,18 +258,21 @@ def write_out(
     quiet: bool,
     hint: bool = True,
     pictures: Callable[[], Mapping[str, Any]] | None = None,
+    cranes: Sequence[Crane] = (),
 ) -> None:
     """Write files by name as `stillhook.formats.results.save_files` does, and announce them unless quiet.
 
     pictures: draws figures by name; without the extra `report` they are left out, and with hint a line says so.
+    cranes: those that the files follow from, for their manifest.
     """
     from stillhook.formats.results import save_files
+    from stillhook.spec.crane import identity
 
     if pictures is not None:
         from stillhook.report.kit import draw_if_possible
 
         files = {**draw_if_possible(pictures), **files}
-    save_files(out, files)
+    save_files(out, files, click.get_current_context().command_path, [identity(crane) for crane in cranes])
     announce(out, files, quiet=quiet)
     if pictures is not None and hint:
         say_left_out()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.guard import guarded, reader
 from stillhook.base.gateway.parse import from_json
 from stillhook.engine.simulate import End, simulate
@@ -23,6 +23,7 @@ from stillhook.library import crane_from_toml
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.stored import LARGEST, stored_lowerings
 from stillhook.spec.scenario import Scenario
+from stillhook.trust.results import Cranes, note_misfit, result_folder
 
 if TYPE_CHECKING:
     import xarray
@@ -102,6 +103,7 @@ def load_run(path: str | Path) -> xarray.Dataset:
     if not os.path.isfile(path):
         reason = "is a folder" if os.path.isdir(path) else "no such file"
         raise StillhookError(f"{path}: {reason}. Give a file that save_run or --out wrote.")
+    note_misfit(Path(path))
     try:
         run = read_dataset(Path(path))
     except UnreadableError as problem:
@@ -217,10 +219,11 @@ def save_json(data: Any, path: str | Path) -> Path:
     return target
 
 
-def save_files(folder: Path, files: Mapping[str, Any]) -> None:
-    """Write files by name, all of them or none: figures as PNG, Datasets as NetCDF, texts and bytes as they are,
-    anything else as JSON. Errors: SimulationError where the folder cannot be written."""
-    with atomic_folder(folder) as part:
+def save_files(folder: Path, files: Mapping[str, Any], what: str, cranes: Cranes = ()) -> None:
+    """Write files by name with their manifest (what they are, of which cranes), all of them or none: figures as PNG,
+    Datasets as NetCDF, texts and bytes as they are, anything else as JSON. Errors: SimulationError where the folder
+    cannot be written."""
+    with result_folder(folder, what, cranes) as part:
         for name, content in files.items():
             path = part / name
             if isinstance(content, str):

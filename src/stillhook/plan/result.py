@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from numpy.typing import NDArray
 
-from stillhook.base.atomic import atomic_folder
 from stillhook.base.gateway.access import sha256_of
 from stillhook.base.gateway.guard import reader
 from stillhook.base.gateway.parse import json_file
@@ -26,6 +25,7 @@ from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.report.document import Document, Part, Table, Text
 from stillhook.report.formatting import EMPTY, percent
 from stillhook.report.html import fragment
+from stillhook.trust.results import note_misfit, result_folder
 from stillhook.units import quote
 from stillhook.variables import attributes
 
@@ -286,9 +286,16 @@ def save_plan(result: PlanResult, folder: str | Path) -> Path:
         The folder.
     """
     target = Path(folder)
-    with atomic_folder(target) as part:
+    with result_folder(target, "plan", cranes_of(result)) as part:
         write_plan(result, part)
     return target
+
+
+def cranes_of(result: PlanResult) -> list[tuple[str, str]]:
+    """Name and hash of the crane, for a manifest; none in facts that were read without."""
+    crane = result.facts.get("crane")
+    name, digest = (crane.get("name"), crane.get("digest")) if isinstance(crane, dict) else (None, None)
+    return [(name, digest)] if isinstance(name, str) and isinstance(digest, str) else []
 
 
 def write_plan(result: PlanResult, part: Path) -> None:
@@ -332,6 +339,7 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     for name in PLAN_FILES:
         if not (where / name).is_file():
             raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
+    note_misfit(*(where / name for name in PLAN_FILES))
     facts = _facts(where / FACTS)
     _check_numbers(facts.pop(OF_NUMBERS, None), where)
     try:

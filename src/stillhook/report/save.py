@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.pack.programme import link_buoyancy, settings
@@ -29,8 +28,9 @@ from stillhook.sea.vessel.boom import TipPoint
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion, tip_motion_exact
 from stillhook.sea.vessel.relative import RelativeMotion
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, identity
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.trust.results import Cranes, result_folder
 
 if TYPE_CHECKING:
     import xarray
@@ -92,7 +92,7 @@ def write_lowering(
     crane, lift = file.crane, file.lift
     title = f"{lift.name}: {crane.name}, {file.place}"
     _, _, series, numbers = LOWERING_FILES
-    with atomic_folder(out) as part:
+    with result_folder(out, "lowering", [identity(crane)]) as part:
         figures = draw_if_possible(lambda: lowering_figures(run, crane, lift, title))
         for name, figure in figures.items():
             kit.save(figure, part / name)
@@ -106,11 +106,11 @@ RESPONSE_FILES = ("response.png", "response.nc", "summary.json")
 
 
 def write_response(
-    out: Path, data: xarray.Dataset, answer: dict[str, Any], draw: Callable[[], Figure]
+    out: Path, data: xarray.Dataset, answer: dict[str, Any], draw: Callable[[], Figure], cranes: Cranes
 ) -> tuple[str, ...]:
     """Write the files of a response, all of them or none. Gives their names."""
     picture, numbers, summary = RESPONSE_FILES
-    with atomic_folder(out) as part:
+    with result_folder(out, "response", cranes) as part:
         figures = draw_if_possible(lambda: {picture: draw()})
         for name, figure in figures.items():
             kit.save(figure, part / name)
@@ -152,7 +152,7 @@ def write_tip(
         **{f"{n}_max": float(np.abs(x).max()) for n, x in (("z", s), ("v", v), ("a", a))},
     }
     picture, harmonics, table, numbers = names
-    with atomic_folder(out) as part:
+    with result_folder(out, "motion of the crane tip") as part:
         for name, figure in draw_if_possible(lambda: {picture: tip_figure(rao, sea, at, summary, motion)}).items():
             kit.save(figure, part / name)
         (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")

@@ -269,6 +269,12 @@ def content(crane: Crane, *, digits: int = 17) -> dict[str, str]:
     }
 
 
+def identity(crane: Crane) -> tuple[str, str]:
+    """Name of a crane, and one hash of all that results follow from (`content`): what a manifest says of it."""
+    text = "\n".join(f"{name} {part}" for name, part in sorted(content(crane).items()))
+    return crane.name, hashlib.sha256(text.encode()).hexdigest()
+
+
 def wire_capacity(drum: Drum, wire: Wire) -> float:
     """Wire on the full drum, measured along its centre [m]."""
     return math.pi * drum.turns * drum.layers * (drum.d + drum.layers * wire.d)

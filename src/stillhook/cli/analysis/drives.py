@@ -87,7 +87,7 @@ def compare_drives(
     files = {FILES[0]: data, FILES[1]: result.dataset()} if out is not None else None
 
     brief = lambda: _answer(result, data, title, rows, costs)
-    present(data, out, files, brief=brief, json=json, pictures=pictures)
+    present(data, out, files, brief=brief, json=json, pictures=pictures, cranes=[crane])
     return result.ok
 
 

@@ -194,4 +194,5 @@ def _write(
         return {name: figure for name, figure in zip(OUT_FILES, made, strict=False) if figure is not None}
 
     files = dict(zip(OUT_FILES[3:], (fine, curves, answer), strict=True))
-    write_out(out, {name: file for name, file in files.items() if file is not None}, pictures=pictures, quiet=quiet)
+    written = {name: file for name, file in files.items() if file is not None}
+    write_out(out, written, pictures=pictures, quiet=quiet, cranes=[crane])

@@ -34,7 +34,8 @@ def compare_faults(
             subject.crane, case, modes, settings.faults or None, limit=settings.fault_limit, progress=progress
         )
     data = _data(table)
-    present(data, out, {FILES[0]: data}, brief=lambda: _answer(table), json=json)
+    brief = lambda: _answer(table)
+    present(data, out, {FILES[0]: data}, brief=brief, json=json, cranes=[table.crane])
     return table.ok
 
 

@@ -94,7 +94,8 @@ def show_map(
 
     record = result.record()
     files = None if out is None else dict(zip(FILES, (result.dataset(), record), strict=True))
-    present(record, out, files, brief=lambda: _answer(result, metric), json=json, pictures=pictures)
+    brief = lambda: _answer(result, metric)
+    present(record, out, files, brief=brief, json=json, pictures=pictures, cranes=[result.crane])
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 

@@ -151,7 +151,7 @@ def stability(
         if closed:
             _write(out, crane, alphas, table, at.delay, quiet=json)
         else:
-            write_out(out, {"stability.json": table}, quiet=json)
+            write_out(out, {"stability.json": table}, quiet=json, cranes=[crane])
     raise typer.Exit(0 if all(each.ok for each in result) else 1)
 
 
@@ -408,4 +408,4 @@ def _write(
         return {f"{stem}.png": figure for stem, figure in all_figures(crane, displacements, data, delay=delay).items()}
 
     files: dict[str, Any] = {f"{over}.nc": dataset for over, dataset in data.items()}
-    write_out(out, files | {"stability.json": table}, pictures=pictures, quiet=quiet)
+    write_out(out, files | {"stability.json": table}, pictures=pictures, quiet=quiet, cranes=[crane])

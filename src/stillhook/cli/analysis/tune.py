@@ -413,4 +413,4 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
         return figures
 
     files |= {TRIALS: trials_dataset(trials), NUMBERS: report.data()}
-    write_out(out, files, pictures=pictures, quiet=quiet)
+    write_out(out, files, pictures=pictures, quiet=quiet, cranes=[crane])

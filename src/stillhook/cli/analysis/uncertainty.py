@@ -132,7 +132,8 @@ def uncertainty(
     if causes is not None:
         data["causes"] = causes.to_dict()
     brief, pictures = lambda: _answer(request, data, indices, causes), lambda: _pictures(run, limits, indices)
-    present(data, out, {FILES[0]: run, FILES[1]: data}, brief=brief, json=json, pictures=pictures)
+    files, cranes = {FILES[0]: run, FILES[1]: data}, [subject.crane]
+    present(data, out, files, brief=brief, json=json, pictures=pictures, cranes=cranes)
     cases = data["cases"].values()
     within = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
     raise typer.Exit(0 if any(within) else 1)

@@ -94,18 +94,26 @@ def _answer_of_check(file: Path, result: Check) -> Answer:
 
 
 def sign(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="certificate.json, or a folder of results, whose manifest is signed.")
+    ],
     key: Annotated[Path | None, typer.Option(help=KEY_HELP)] = None,
     json: Json = False,
 ) -> None:
     """Sign a certificate with a private key, in place of any signature before; its PDF is set again and names the
     signer. Signed twice it has the same bytes. "stillhook validate --out" signs where the user has a key.
 
+    Of a folder of results the manifest is signed, if every part of it is as it was written.
+
     Example: stillhook certificate sign validation/certificate.json
     """
+    from stillhook.trust import manifest
     from stillhook.trust.trust_list import users_trust
     from stillhook.validate.certificate.certificate import sign_certificate
 
+    if file.is_dir() or file.name == manifest.NAME:
+        _sign_folder(file, signing_key(key), json=json)
+        return
     made = sign_certificate(file, signing_key(key))
     judgement = made.judged(users_trust())
     step = f"stillhook certificate {file} --check"
@@ -118,6 +126,18 @@ def sign(
     answer = Answer(f"{file}: certificate {made.short.short}", lines, step)
     data = {"certificate": made.digest, "signature": judgement.to_dict()}
     present(data, brief=lambda: answer, json=json)
+
+
+def _sign_folder(folder: Path, key: SigningKey, *, json: bool) -> None:
+    """Sign the manifest of a folder, and say so."""
+    from stillhook.trust.comparison import sign_folder
+    from stillhook.trust.trust_list import users_trust
+
+    made = sign_folder(folder, key)
+    judgement = made.judged(users_trust())
+    lines: list[Line] = [f"Signature: {judgement.sentence}."]
+    answer = Answer(f"{folder}: manifest of {len(made.parts)} parts", lines, f"stillhook manifest {folder}")
+    present({"manifest": made.digest, "signature": judgement.to_dict()}, brief=lambda: answer, json=json)
 
 
 def key_new(

@@ -243,6 +243,7 @@ def _write(
         pictures=lambda: {picture: four_panels(runs, title=title, start=start, p_relief=p_relief)},
         quiet=quiet,
         hint=hint,
+        cranes=[crane],
     )
 
 

@@ -29,6 +29,7 @@ from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
+from stillhook.spec.crane import identity
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
@@ -124,7 +125,9 @@ def response(
     written: tuple[str, ...] = ()
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
-        written = write_response(out, stamped(response.data, answer), short, partial(_figure, response, answer))
+        written = write_response(
+            out, stamped(response.data, answer), short, partial(_figure, response, answer), [identity(file.crane)]
+        )
     present(answer, brief=lambda: _answer(file, response, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)

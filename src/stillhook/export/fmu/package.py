@@ -1,8 +1,7 @@
-"""An FMU as a file: libraries, source, what it was made of, checksums of all of it; and its reference results."""
+"""An FMU as a file: libraries, source, what it was made of, its manifest; and its reference results."""
 
 from __future__ import annotations
 
-import hashlib
 import html
 import json
 import zipfile
@@ -24,6 +23,9 @@ from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fm
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library
 from stillhook.export.twin.ports import MOTION
 from stillhook.library import crane_toml
+from stillhook.spec.crane import identity
+from stillhook.trust.manifest import IN_ARCHIVE, Made, Manifest, Part
+from stillhook.trust.results import own_key
 
 FMI_VERSIONS = ("2", "3")
 SOURCE_ONLY = "source"
@@ -97,8 +99,14 @@ def fmu_members(export: Export, *, fmi: str, platforms: Sequence[str]) -> dict[s
             compile_library(source, platform, Path(folder) / name)
             members[f"binaries/{FOLDERS[fmi][platform]}/{name}"] = (Path(folder) / name).read_bytes()
     made = {name: text.encode() if isinstance(text, str) else text for name, text in members.items()}
-    sums = [f"{hashlib.sha256(data).hexdigest()}  {name}" for name, data in sorted(made.items())]
-    return made | {"resources/sha256.txt": ("\n".join(sums) + "\n").encode()}
+    return with_manifest(made, "FMU", export)
+
+
+def with_manifest(members: Mapping[str, bytes], what: str, export: Export) -> dict[str, bytes]:
+    """Members of an archive with their manifest, which has a hash of every other."""
+    parts = {name: Part.of(data) for name, data in members.items()}
+    manifest = Manifest({Made.of(what, [identity(export.crane)]): parts}).signed(own_key())
+    return {**members, IN_ARCHIVE: manifest.text().encode()}
 
 
 def write_zip(file: Path, members: Mapping[str, bytes]) -> None:
@@ -149,7 +157,7 @@ def documentation(export: Export) -> str:
         " inputs are those of the end of a step: the tip moves on a quintic through both ends, operator's speed and"
         " tension change linearly: the run of Stillhook itself, to rounding. Commands to a winch without PLC are in"
         " force from the point at which they are set.",
-        "resources/sha256.txt has the checksum of every other member.",
+        f"{IN_ARCHIVE} has the SHA-256 of every other member, and who signed: stillhook manifest FILE.fmu compares.",
     ]
     text = "\n".join(f"<p>{html.escape(p)}</p>" for p in paragraphs)
     name = html.escape(export.crane.name)

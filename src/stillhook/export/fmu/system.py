@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from stillhook.base.atomic import atomic_file
 from stillhook.export.fmu.description import END, TOOL, number, xml_text
-from stillhook.export.fmu.package import fmu_members, write_zip
+from stillhook.export.fmu.package import fmu_members, with_manifest, write_zip
 from stillhook.export.twin import Export, ExportError, Port
 
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -40,7 +40,7 @@ def write_ssp(
                 members[f"resources/{name}.fmu"] = scratch.read_bytes()
         finally:
             scratch.unlink(missing_ok=True)
-        write_zip(part, members)
+        write_zip(part, with_manifest(members, "system of FMUs", plant))
     return target
 
 

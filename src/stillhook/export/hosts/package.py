@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from stillhook import units
-from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.atomic import check_folder
 from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.engine.pack.winch import pack
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library, export
 from stillhook.library import crane_toml
 from stillhook.sea.vessel.vessel_tip import VesselTip
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, identity
 from stillhook.spec.scenario import Scenario
+from stillhook.trust.results import result_folder
 
 HOSTS = ("orcaflex", "simo")
 HERE = Path(__file__).parent
@@ -99,16 +99,14 @@ def write_host(
         )
         texts["parameters.txt"] = _text("parameters.txt").format(s_w=case.s_w, mode=case.mode.value, modes=modes)
         texts["winch.yml"] = _text("winch.yml").format(file=_library("win64"), s_w=case.s_w)
-    names = [*texts, *(_library(platform) for platform in platforms), "sha256.txt"]
+    names = [*texts, *(_library(platform) for platform in platforms)]
     target = Path(folder)
     check_folder(target, tuple(names))
-    with atomic_folder(target) as part:
+    with result_folder(target, f"external function for {host}", [identity(crane)]) as part:
         for name, text in texts.items():
             (part / name).write_text(text, encoding="utf-8")
         for platform in platforms:
             compile_library(source, platform, part / _library(platform))
-        sums = [f"{hashlib.sha256((part / name).read_bytes()).hexdigest()}  {name}" for name in sorted(names[:-1])]
-        (part / names[-1]).write_text("\n".join(sums) + "\n", encoding="utf-8")
     return tuple(target / name for name in names)
 
 

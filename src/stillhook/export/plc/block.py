@@ -38,7 +38,7 @@ from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import fields
 from stillhook.physics.tip_prediction import followed
 from stillhook.spec.control import own_settings
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, identity
 from stillhook.spec.scenario import Scenario
 
 STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
@@ -178,6 +178,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
     head = (
         f"Controller {mode.value} of the crane {crane.name}, IEC 61131-3 Structured Text (LREAL, 64 bits).",
         f"Written by Stillhook {__version__} from the equations that it simulates with.",
+        f"SHA-256 of the contents of the crane: {identity(crane)[1]}",
     )
     numbers = tuple(
         (v.text.removeprefix(f"{settings.name}."), number, path)

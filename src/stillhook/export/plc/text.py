@@ -16,7 +16,9 @@ from stillhook.base.gateway.budget import PROGRAM
 from stillhook.export.plc.block import PlcError
 from stillhook.export.plc.program import PREFIX, Block, Program, Structure, Unit, Variable
 from stillhook.export.plc.translate import comment
+from stillhook.trust.manifest import NAME
 
+HASHES = f"Hashes of all files of this export, and who signed them: {NAME} in the same folder."
 MARK = "(* SHA-256 of this text without this line: "
 LINE = re.compile(re.escape(MARK) + r"([0-9a-f]{64}) \*\)\n")
 AUTHORITY = "www.plcopen.org/xml"
@@ -48,7 +50,7 @@ def verify(file: Path) -> tuple[str, str]:
 
 def structured_text(block: Block | Program) -> str:
     """The complete text: head, structures, functions, function block."""
-    head, *more = comment("\n".join(block.head))
+    head, *more = comment("\n".join([*block.head, HASHES]))
     parts = [
         "\n".join([head, *more]),
         *("\n".join(structure(s)) for s in block.structures),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.atomic import check_folder
 from stillhook.base.progress import Progress
 from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
@@ -32,7 +32,9 @@ from stillhook.plan.tiers.time_domain.placing import FINE, Search, snapped
 from stillhook.report.formatting import cell as shown
 from stillhook.report.kit import can_draw
 from stillhook.report.save import FILMS, LOWERING_FILES, lowering_answer, write_lowering
+from stillhook.spec.crane import identity
 from stillhook.spec.lift.phase import Phase
+from stillhook.trust.results import result_folder
 from stillhook.units import number, parse, quote, show
 
 if TYPE_CHECKING:
@@ -200,7 +202,7 @@ def lowered(governing: GoverningRun, folder: Path) -> Lowered:
     """Write the run as a lift file, lower that, and write pictures, series, summary and, where pictures can be drawn,
     its film next to it."""
     check_folder(folder, (*FILES, *LOWERING_FILES, *FILMS))
-    with atomic_folder(folder) as part:
+    with result_folder(folder, "lift file of a governing run", [identity(governing.run.crane)]) as part:
         names = write_lift(
             governing.run, part, remarks=[governing.line, f"Repeat it: stillhook lower {LIFT} --out again"]
         )

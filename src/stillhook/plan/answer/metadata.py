@@ -30,7 +30,7 @@ from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
 from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.report.payload_sheet import payload_rows
-from stillhook.spec.crane import Crane, content
+from stillhook.spec.crane import Crane, identity
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import CAP
 from stillhook.units import show
@@ -92,12 +92,8 @@ def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
             "objections": list(objections(crane)),
             "condition": None if c.condition is None else {**c.condition.model_dump(), "text": c.condition.statement},
         }
-    more = {"digest": _crane_digest(crane), "twin": twin_line(crane), "certificate": certificate}
+    more = {"digest": identity(crane)[1], "twin": twin_line(crane), "certificate": certificate}
     return picked(crane, "name", "title", "SWL") | more
-
-
-def _crane_digest(crane: Crane) -> str:
-    return _digest("\n".join(f"{name} {text}" for name, text in sorted(content(crane).items())))
 
 
 def _digest(text: str) -> str:
@@ -136,7 +132,7 @@ def answer_digest(plan: LiftPlan, tiers: Sequence[str], alpha: AlphaTable, weath
 
 def _inputs(plan: LiftPlan, alpha: AlphaTable, weather: Weather | None) -> list[dict[str, str]]:
     """Files and records that the answer follows from, with a hash of what counts in each."""
-    rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
+    rows = [("plan", plan.source or plan.name, plan.digest), ("crane", *identity(plan.crane))]
     if plan.crane.certified is not None:
         certified = plan.crane.certified
         standing = _digest("\n".join((certified.judgement.sentence, *objections(plan.crane))))

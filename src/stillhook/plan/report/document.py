@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.atomic import check_folder
 from stillhook.base.extras import installed
 from stillhook.base.gateway.guard import reason_of
 from stillhook.errors import PlanError, StillhookError
@@ -38,6 +38,7 @@ from stillhook.plan.result import (
     PLAN_FILES,
     UNSEALED,
     PlanResult,
+    cranes_of,
     for_print,
     grouped,
     write_plan,
@@ -47,6 +48,7 @@ from stillhook.report.document import facts as document_facts
 from stillhook.report.html import html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
+from stillhook.trust.results import result_folder
 from stillhook.units import quote
 
 MISSING = ("not-assessed", FAILED)
@@ -177,7 +179,7 @@ def _sheets(
 
 def write_answer(result: PlanResult, folder: Path) -> None:
     """Everything that `stillhook plan --out` leaves: numbers, facts and the report, all of them or none."""
-    with atomic_folder(folder) as part:
+    with result_folder(folder, "plan", cranes_of(result)) as part:
         write_plan(result, part)
         write_report(result, part)
         if (sheet := rigging_sheet(result.facts)) is not None:
@@ -208,7 +210,7 @@ def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False
     """
     target = Path(folder)
     check_folder(target, REPORT_FILES)
-    with atomic_folder(target) as part:
+    with result_folder(target, "report of a plan", cranes_of(result)) as part:
         return write_report(result, part, figures=figures)
 
 

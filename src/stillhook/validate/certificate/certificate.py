@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook._version import __version__
-from stillhook.base.atomic import atomic_file, atomic_folder, check_folder
+from stillhook.base.atomic import atomic_file, check_folder
 from stillhook.base.gateway import access
 from stillhook.base.gateway.parse import json_file
 from stillhook.base.sealed import SIGNATURE, canonical, digest_of
@@ -37,10 +37,11 @@ from stillhook.report.document import Document, Figure
 from stillhook.report.html import fragment, html
 from stillhook.report.kit import can_set, draw_if_possible
 from stillhook.report.pdf import Unset, pdf
-from stillhook.spec.crane import Crane, content
+from stillhook.spec.crane import Crane, content, identity
 from stillhook.spec.sub_models import levels_of
 from stillhook.spec.validity import Certified
 from stillhook.trust.keys import SigningKey
+from stillhook.trust.results import result_folder
 from stillhook.trust.signature import Signed, sign
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList, users_trust
@@ -426,7 +427,7 @@ def save_validation(
     """
     out = Path(folder)
     check_out(validation.campaign, out)
-    with atomic_folder(out) as part:
+    with result_folder(out, "validation", [identity(validation.campaign.crane)], key=key) as part:
         images = draw_if_possible(lambda: pictures(validation))
         content = {f"{stem}.png": image.png for stem, image in images.items()}
         content[REPORT] = html(report(validation, images)).encode()

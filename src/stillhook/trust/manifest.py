@@ -1,0 +1,222 @@
+"""Manifest: one JSON file of name, size and SHA-256 of every part of a result, of what made it, and a signature.
+
+Sealed and canonical (`stillhook.base.sealed`), without clock and random numbers: the same result has the same manifest,
+signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose manifest it is.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
+
+from stillhook._version import __version__
+from stillhook.base.extensions import extension_sources
+from stillhook.base.sealed import SIGNATURE, digest_of, read_sealed, sealed
+from stillhook.errors import StillhookError, TrustError
+from stillhook.trust.keys import SigningKey
+from stillhook.trust.signature import Signature, Signed, sign, signature_of
+from stillhook.trust.standing import Judgement, judge
+from stillhook.trust.trust_list import TrustList
+from stillhook.units import quote
+
+NAME = "stillhook-manifest.json"
+"""Of the file, in a folder; in an archive in the folder `IN_ARCHIVE`."""
+IN_ARCHIVE = f"resources/{NAME}"
+FORMAT = "stillhook manifest 1"
+"""First words of a manifest; the number changes with the meaning of its contents."""
+MOST_PARTS = 200_000
+LONGEST_NAME = 400
+PACKAGE = Path(__file__).resolve().parents[1]
+SOURCES = (".py", ".toml", ".csv", ".typ", ".html", ".c", ".h")
+ADVICE = "Get the folder or file from its maker again, or write it again."
+_HEX = re.compile(r"[0-9a-f]+")
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Part:
+    """size [bytes] and SHA-256 of a file."""
+
+    size: int
+    sha256: str
+
+    @classmethod
+    def of(cls, data: bytes) -> Part:
+        """The part that these bytes are."""
+        return cls(len(data), hashlib.sha256(data).hexdigest())
+
+    @classmethod
+    def of_stream(cls, stream: BinaryIO) -> Part:
+        """The part that is left of a stream."""
+        digest, size = hashlib.sha256(), 0
+        while block := stream.read(_BLOCK):
+            digest.update(block)
+            size += len(block)
+        return cls(size, digest.hexdigest())
+
+    @classmethod
+    def of_file(cls, path: Path) -> Part:
+        """The part that a file is. Errors: OSError."""
+        with path.open("rb") as stream:
+            return cls.of_stream(stream)
+
+
+@functools.cache
+def package_hash() -> str:
+    """Hash of every source of the package and of the user's own modules: of all that makes a result."""
+    digest = hashlib.sha256()
+    sources = {p.relative_to(PACKAGE).as_posix(): p for p in PACKAGE.rglob("*") if p.suffix in SOURCES}
+    for name, path in sorted(sources.items()):
+        digest.update(name.encode() + b"\0" + path.read_bytes())
+    for path in extension_sources():
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@dataclass(frozen=True, order=True)
+class Made:
+    """What made a set of parts. what: its subject, such as "plan"; cranes: name and hash of the contents of each;
+    version and code: of the package."""
+
+    what: str
+    cranes: tuple[tuple[str, str], ...] = ()
+    version: str = __version__
+    code: str = field(default_factory=package_hash)
+
+    @classmethod
+    def of(cls, what: str, cranes: Iterable[tuple[str, str]] = ()) -> Made:
+        """By this version. cranes: name and hash of each (`stillhook.spec.crane.identity`)."""
+        return cls(_plain(what), tuple(sorted({_plain(name): _plain(of) for name, of in cranes}.items())))
+
+
+Sets = Mapping[Made, Mapping[str, Part]]
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """Parts by name, in sets that were made together, and the signature of all of them."""
+
+    sets: Sets
+    signature: Signature | None = None
+
+    @functools.cached_property
+    def parts(self) -> dict[str, Part]:
+        """Every part by its name."""
+        return {name: part for parts in self.sets.values() for name, part in parts.items()}
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """SHA-256 of its contents without the signature."""
+        return digest_of(self._data())
+
+    def _data(self) -> dict[str, Any]:
+        return {
+            "format": FORMAT,
+            "sets": [
+                {
+                    "what": made.what,
+                    "cranes": dict(made.cranes),
+                    "version": made.version,
+                    "code": made.code,
+                    "parts": {name: {"size": part.size, "sha256": part.sha256} for name, part in parts.items()},
+                }
+                for made, parts in sorted(self.sets.items())
+            ],
+        }
+
+    def text(self) -> str:
+        """Its file."""
+        data = self._data()
+        return sealed(data if self.signature is None else {**data, SIGNATURE: self.signature.to_dict()})
+
+    def signed(self, key: SigningKey | None) -> Manifest:
+        """With a signature of this key in place of any before; of no key without one."""
+        return replace(self, signature=None if key is None else sign(Signed.MANIFEST, self.digest, key))
+
+    def signed_by(self, key: SigningKey) -> bool:
+        """Whether its signature is one of this key, and fits."""
+        of = self.signature
+        return of is not None and of.public == key.public.raw and of.fits(Signed.MANIFEST, self.digest)
+
+    def judged(self, trust: TrustList) -> Judgement:
+        """How its signature stands with a trust list."""
+        return judge(self.signature, Signed.MANIFEST, self.digest, trust)
+
+    def with_set(self, made: Made, parts: Mapping[str, Part], remains: Callable[[str], bool]) -> Manifest:
+        """With another set, unsigned; its names leave the sets before. remains: whether a file is still there; what the
+        same maker has taken away is no part any more."""
+        sets: dict[Made, dict[str, Part]] = {}
+        for before, of in self.sets.items():
+            kept = {n: p for n, p in of.items() if n not in parts and (before.what != made.what or remains(n))}
+            if kept:
+                sets[before] = kept
+        sets[made] = {**sets.get(made, {}), **parts}
+        return Manifest(sets)
+
+
+def read_manifest(path: Path) -> Manifest:
+    """The manifest in a file. Errors: TrustError, one line."""
+    data = read_sealed(path, FORMAT, "a manifest", ADVICE, TrustError)
+    try:
+        return _manifest(data)
+    except (ValueError, TypeError, KeyError, AttributeError, StillhookError) as problem:
+        reason = " ".join(str(problem).split())[:120]
+        raise TrustError(f"{path.name}: not a manifest ({reason}). {ADVICE}") from None
+
+
+def _manifest(data: Mapping[str, Any]) -> Manifest:
+    """Of a file's data. Errors: ValueError, TypeError, KeyError, AttributeError for anything that is none."""
+    if {*data} - {SIGNATURE} != {"format", "sets", "digest"}:
+        raise ValueError("other fields than sets, digest and signature")
+    sets: dict[Made, dict[str, Part]] = {}
+    names: set[str] = set()
+    for row in data["sets"]:
+        if {*row} != {"what", "cranes", "version", "code", "parts"}:
+            raise ValueError("a set of other fields")
+        cranes = tuple(sorted((_line(name), _line(of)) for name, of in row["cranes"].items()))
+        made = Made(_line(row["what"]), cranes, _line(row["version"]), _line(row["code"]))
+        if made in sets:
+            raise ValueError("a set twice")
+        parts = sets[made] = {checked_name(name): _part(of) for name, of in row["parts"].items()}
+        if twice := names & parts.keys():
+            raise ValueError(f"{quote(min(twice))} twice")
+        names |= parts.keys()
+        if len(names) > MOST_PARTS:
+            raise ValueError(f"more than {MOST_PARTS} parts")
+    return Manifest(sets, signature_of(data.get(SIGNATURE)))
+
+
+def checked_name(name: Any) -> str:
+    """The name of a part: of a file inside the folder, with "/" between folders. Errors: ValueError."""
+    text = _line(name)
+    plain = text == PurePosixPath(text).as_posix() and not PurePosixPath(text).is_absolute()
+    if not plain or ".." in text.split("/") or text == "." or set(text) & set("\\:"):
+        raise ValueError(f"{quote(text)} names no file inside the folder")
+    if text in (NAME, IN_ARCHIVE):
+        raise ValueError(f"{quote(text)} would be a part of itself")
+    return text
+
+
+def _plain(text: str) -> str:
+    """A text as one printable line."""
+    return "".join(c if c.isprintable() else "?" for c in text)[:LONGEST_NAME] or "?"
+
+
+def _line(text: Any) -> str:
+    if not isinstance(text, str) or not text.isprintable() or not text or len(text) > LONGEST_NAME:
+        raise ValueError(f"{quote(text)} is not one printable line")
+    return text
+
+
+def _part(of: Any) -> Part:
+    size, digest = of["size"], of["sha256"]
+    if {*of} != {"size", "sha256"} or type(size) is not int or size < 0:
+        raise ValueError("a part of other fields than size and sha256")
+    if not isinstance(digest, str) or len(digest) != 64 or not _HEX.fullmatch(digest):
+        raise ValueError("a SHA-256 that is not 64 hexadecimal digits")
+    return Part(size, digest)

@@ -1,0 +1,92 @@
+"""The one way in which a folder of results is written, so that each has its manifest; and what is said where files that
+are read back are not those of it."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from stillhook.base.atomic import atomic_folder
+from stillhook.errors import TrustError
+from stillhook.trust.home import KEY, home
+from stillhook.trust.keys import PASSPHRASE, SigningKey, read_key
+from stillhook.trust.manifest import NAME, Made, Manifest, Part, read_manifest
+
+LOG = logging.getLogger("stillhook")
+Cranes = Iterable[tuple[str, str]]
+"""Name and hash of each crane that a result follows from (`stillhook.spec.crane.identity`)."""
+
+
+@contextmanager
+def result_folder(target: Path, what: str, cranes: Cranes = (), *, key: SigningKey | None = None) -> Iterator[Path]:
+    """`stillhook.base.atomic.atomic_folder` with a manifest, which appears with the files.
+
+    Parameters: what: subject of the files, such as "plan"; cranes: those that they follow from; key: signs the
+    manifest, by default the user's own where it can be used without asking for a passphrase.
+    """
+    with atomic_folder(target) as part:
+        yield part
+        files = sorted(path for path in part.rglob("*") if path.is_file())
+        parts = {path.relative_to(part).as_posix(): Part.of_file(path) for path in files if path.name != NAME}
+        text = added_to(target, Made.of(what, cranes), parts, key or own_key()).text()
+        (part / NAME).write_text(text, encoding="utf-8", newline="\n")
+
+
+def added_to(folder: Path, made: Made, parts: Mapping[str, Part], key: SigningKey | None) -> Manifest:
+    """The manifest of a folder with another set of parts. What others wrote there stays in it as they recorded it; it
+    is signed where this key signed that as well, so that nobody signs for what he has not written."""
+    before = Manifest({})
+    if os.path.lexists(folder / NAME):
+        try:
+            before = read_manifest(folder / NAME)
+        except TrustError as problem:
+            LOG.warning(f"{folder / NAME}: replaced by one of the new files alone: {problem}")
+    made_of = before.with_set(made, parts, lambda name: (folder / name).exists())
+    foreign = made_of.parts.keys() - parts.keys()
+    if key is not None and foreign and not before.signed_by(key):
+        LOG.warning(
+            f"{folder / NAME}: not signed, as {min(foreign)} was there before and is not signed by {key.name}. Check"
+            f" it, then sign: stillhook certificate sign {folder}"
+        )
+        return made_of
+    return made_of.signed(key)
+
+
+def own_key() -> SigningKey | None:
+    """The user's own key, None where there is none, or, with a line on standard error, where it cannot be used without
+    asking: results are written in any case."""
+    path = home() / KEY
+    if not path.exists():
+        return None
+    try:
+        return read_key(path, lambda: os.environ.get(PASSPHRASE, ""))
+    except TrustError as problem:
+        advice = f"Set {PASSPHRASE}, or sign afterwards: stillhook certificate sign FOLDER"
+        LOG.warning(f"Manifests are not signed: {problem} {advice}")
+        return None
+
+
+def note_misfit(*files: Path) -> None:
+    """Say on standard error where files that are read are not those of the manifest in their folder. Nothing is said
+    of a folder without a manifest: who can change files can remove it as well."""
+    folder = files[0].parent
+    if not os.path.lexists(folder / NAME):
+        return
+    try:
+        parts = read_manifest(folder / NAME).parts
+    except TrustError as problem:
+        LOG.warning(f"{folder / NAME}: {problem}")
+        return
+    for file in files:
+        with suppress(OSError):
+            of = parts.get(file.name)
+            if of is None:
+                line = "is not in the manifest of its folder"
+            elif of.size != file.stat().st_size or of != Part.of_file(file):
+                line = "is not what the manifest of its folder says"
+            else:
+                continue
+            LOG.warning(f"{file}: {line}. See what changed: stillhook manifest {folder}")
