@@ -19,7 +19,7 @@ from stillhook.base.gateway import access, budget
 from stillhook.base.gateway.budget import JSON, RECORDS, TABLE, TOML, in_time
 from stillhook.base.gateway.guard import guarded, reader
 from stillhook.base.gateway.parse import from_json, from_toml, from_yaml
-from stillhook.base.sealed import read_sealed
+from stillhook.base.kept.sealed import read_sealed
 from stillhook.errors import Cancelled, LogError, SpecError, StillhookError, UnreadableError
 from stillhook.formats.case_file import load_case
 from stillhook.formats.motion.open import read_ship_motion

@@ -10,7 +10,7 @@ from tests.commands import run as command
 from tests.live.conditions import DATES, campaign, certified, fits, fits_in, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
-from stillhook.base.sealed import sealed
+from stillhook.base.kept.sealed import sealed
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import LiveError, SpecError
 from stillhook.library.condition import read_state, state_file

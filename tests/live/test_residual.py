@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.live.residuals import CRANE, NOISE, TORQUE, law, learned, logs, samples
 
 import stillhook
-from stillhook.base.sealed import EXACT, sealed
+from stillhook.base.kept.sealed import EXACT, sealed
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.residual import LearningLog, Sea, read_model, test_model, train, write_model
 from stillhook.live.residual.fit import FEWEST_CAMPAIGNS, HeldOut, applied, folds, hold_out, interval, learn

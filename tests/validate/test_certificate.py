@@ -14,7 +14,7 @@ from PIL import Image
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
-from stillhook.base.sealed import canonical, digest_of
+from stillhook.base.kept.sealed import canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
 from stillhook.report.document import Bullets, Figure, Table, Text

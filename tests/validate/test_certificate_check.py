@@ -9,7 +9,7 @@ from tests.signers import KEY, NAME
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
-from stillhook.base.sealed import canonical, digest_of
+from stillhook.base.kept.sealed import canonical, digest_of
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
 from stillhook.report.document import Text

@@ -8,7 +8,7 @@ from tests.signers import KEY
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
-from stillhook.base.sealed import canonical, digest_of
+from stillhook.base.kept.sealed import canonical, digest_of
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import ValidateError
 from stillhook.kernels.cache import VARIABLE as CACHE

@@ -18,7 +18,7 @@ from stillhook.base.gateway.parse import from_json
 from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
-from stillhook.formats.netcdf import write_netcdf
+from stillhook.formats.table.netcdf import write_netcdf
 from stillhook.library import crane_from_toml
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.stored import LARGEST, stored_lowerings

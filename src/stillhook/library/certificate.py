@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stillhook.base.gateway.guard import reader
-from stillhook.base.sealed import SIGNATURE, read_sealed
+from stillhook.base.kept.sealed import SIGNATURE, read_sealed
 from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
 from stillhook.units import KINDS

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from stillhook.base.gateway.guard import reader
-from stillhook.base.sealed import digest_of, read_sealed, sealed
+from stillhook.base.kept.sealed import digest_of, read_sealed, sealed
 from stillhook.errors import SpecError
 from stillhook.spec.validity import SHORT, Condition
 from stillhook.tables.table import Spec, Text

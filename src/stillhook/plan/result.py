@@ -19,8 +19,8 @@ from stillhook.base.gateway.guard import reader
 from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
-from stillhook.formats.netcdf import write_netcdf
 from stillhook.formats.results import save_json, to_json
+from stillhook.formats.table.netcdf import write_netcdf
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.report.document import Document, Part, Table, Text
 from stillhook.report.formatting import EMPTY, percent

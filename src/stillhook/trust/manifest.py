@@ -1,6 +1,6 @@
 """Manifest: one JSON file of name, size and SHA-256 of every part of a result, of what made it, and a signature.
 
-Sealed and canonical (`stillhook.base.sealed`), without clock and random numbers: the same result has the same manifest,
+Sealed and canonical (`stillhook.base.kept.sealed`), without clock and random numbers: the same result has the same manifest,
 signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose manifest it is.
 """
 
@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 from stillhook._version import __version__
 from stillhook.base.extensions import extension_sources
-from stillhook.base.sealed import SIGNATURE, digest_of, read_sealed, sealed
+from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed
 from stillhook.errors import StillhookError, TrustError
 from stillhook.trust.keys import SigningKey
 from stillhook.trust.signature import Signature, Signed, sign, signature_of

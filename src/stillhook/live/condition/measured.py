@@ -14,7 +14,7 @@ from typing import Any
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.parse import json_file
 from stillhook.base.kept.checked import OTHER, Kept, note
-from stillhook.base.sealed import digest_of, sealed
+from stillhook.base.kept.sealed import digest_of, sealed
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.condition.followed import FOLLOWED, TABLE_HASH, Followed
 from stillhook.spec.crane import Crane, content

@@ -16,8 +16,8 @@ from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
 from stillhook.base.variable import Variable, flags
 from stillhook.errors import LiveError
-from stillhook.formats.netcdf import write_netcdf
 from stillhook.formats.out import of_run, write_table
+from stillhook.formats.table.netcdf import write_netcdf
 from stillhook.formats.table.parquet import open_duckdb, sql_file, sql_name
 from stillhook.live.history.columns import ROW, STATUS, TIME, heading
 from stillhook.live.history.journal import HOURS

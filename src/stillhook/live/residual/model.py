@@ -15,7 +15,7 @@ import numpy as np
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.guard import reader
-from stillhook.base.sealed import EXACT, digest_of, read_sealed, sealed
+from stillhook.base.kept.sealed import EXACT, digest_of, read_sealed, sealed
 from stillhook.errors import LiveError
 from stillhook.kernels.build import results_hash
 from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, interval, learn, ratio_of

@@ -24,7 +24,7 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file, check_folder
 from stillhook.base.gateway import access
 from stillhook.base.gateway.parse import json_file
-from stillhook.base.sealed import SIGNATURE, canonical, digest_of
+from stillhook.base.kept.sealed import SIGNATURE, canonical, digest_of
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
 from stillhook.formats.table.cells import csv_of

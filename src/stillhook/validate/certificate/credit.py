@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stillhook.base.atomic import atomic_file
-from stillhook.base.sealed import canonical, read_sealed, sealed
+from stillhook.base.kept.sealed import canonical, read_sealed, sealed
 from stillhook.engine.certificate import objections
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.kernels.cache import kernel_folder, make_private

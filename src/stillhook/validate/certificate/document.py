@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stillhook.base.sealed import SIGNATURE
+from stillhook.base.kept.sealed import SIGNATURE
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts

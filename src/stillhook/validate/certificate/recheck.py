@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.gateway.named_files import named_path
-from stillhook.base.sealed import SIGNATURE, digest_of
+from stillhook.base.kept.sealed import SIGNATURE, digest_of
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.library import crane_from_toml
 from stillhook.library.write import items
