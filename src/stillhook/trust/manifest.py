@@ -1,7 +1,8 @@
 """Manifest: one JSON file of name, size and SHA-256 of every part of a result, of what made it, and a signature.
 
 Sealed and canonical (`stillhook.base.kept.sealed`), without clock and random numbers: the same result has the same
-manifest, signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose manifest it is.
+manifest, signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose manifest it
+is.
 """
 
 from __future__ import annotations
