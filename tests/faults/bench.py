@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tests.faults.commands import PREPARED, Writes, prepare
-from tests.faults.injector import Fault, Injector, Kind, Outcome
+from tests.faults.injector import STILL, Fault, Injector, Kind, Outcome
 
 Tree = dict[str, bytes | None]
 """Content of files by their paths, None of folders."""
@@ -25,6 +25,7 @@ KINDS = (
     (Kind.TORN, 0),
 )
 DEADLY = (Kind.KILL, Kind.TORN)
+DAY = 86_400.0
 TEMPORARY = "tmp"
 """Folder of temporary files, among the outputs so that its calls count."""
 
@@ -104,6 +105,11 @@ class Bench:
         assert self.tree() == first, "a run leaves other files than the run before"
         return arguments, done.count, first
 
+    def _age(self, tree: Tree) -> None:
+        """Let what is left of a run that was killed be two days old: a later run sweeps it then."""
+        for name in filter(_is_temporary, tree):
+            os.utime(self.outputs / name, (STILL / 1e9 - 2 * DAY, STILL / 1e9 - 2 * DAY))
+
     def problems(self, writes: Writes, most: int | None, seed: int = 1) -> tuple[int, list[str]]:
         """Faults that were tried, and what was wrong after each."""
         arguments, count, new = self.complete(writes)
@@ -116,7 +122,9 @@ class Bench:
             number += 1
             wrong = [*_said(writes, fault, done), *_left(writes, fault, done, start, after, new)]
             if done.code != writes.code and after != start and not wrong:
+                self._age(after)
                 again = self.run(arguments)
+                wrong += [f"not swept: {name}" for name in self.tree() if _is_hidden(name) and name in after]
                 later = {name: content for name, content in self.tree().items() if not _is_temporary(name)}
                 complete = not writes.over and again.code == 2 and all(after.get(name) == new[name] for name in new)
                 if not complete and (again.code != writes.code or later != _lasting(new)):
@@ -164,9 +172,12 @@ def _content(path: Path) -> bytes:
     return data
 
 
+def _is_hidden(name: str) -> bool:
+    return any(part.startswith(".") for part in Path(name).parts)
+
+
 def _is_temporary(name: str) -> bool:
-    parts = Path(name).parts
-    return any(part.startswith(".") for part in parts) or (parts[0] == TEMPORARY and len(parts) > 1)
+    return _is_hidden(name) or name.startswith(f"{TEMPORARY}/")
 
 
 def _lasting(tree: Tree) -> Tree:
