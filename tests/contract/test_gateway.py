@@ -58,7 +58,6 @@ SAID = {
     "live/runtime/doctor.py": "counters of the kernel of Linux",
     "live/observer/panel.py": "a message of the twin's own process",
     "live/servers/trust.py": "the own key, which is written",
-    "trust/keys.py": "the own key, which is written",
     "live/history/budget.py": "own database",
     "live/history/columns.py": "own database",
     "live/history/events.py": "own database; a line of the twin's own process",
