@@ -7,8 +7,9 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 
+from stillhook.base.gateway.budget import KEY
 from stillhook.errors import TrustError
-from stillhook.trust.keys import LARGEST_PEM, new_key, read_key, read_public, write_key
+from stillhook.trust.keys import new_key, read_key, read_public, write_key
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="Windows has no rights of group and others")
 
@@ -79,10 +80,10 @@ def test_a_key_of_another_algorithm_is_refused_in_one_line(files):
     ("content", "text"),
     [
         (b"", "not a public key in PEM"),
-        (b"\xff\xfe", "not text"),
+        (b"\xff\xfe", "not UTF-8 text"),
         (b"-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----\n", "not a public key in PEM"),
         (b"-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n", "not a public key in PEM"),
-        (b"A" * (LARGEST_PEM + 1), "larger than 16 kB"),
+        (b"A" * (KEY.size + 1), "holds more than"),
         (b"-----BEGIN PRIVATE KEY-----\n", "a private key"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The user's own folder of keys and trust list, and files of it read within a limit of size."""
+"""The user's own folder of keys and trust list, and the rights of its files."""
 
 from __future__ import annotations
 
@@ -7,42 +7,15 @@ from pathlib import Path
 
 import platformdirs
 
-from stillhook.errors import TrustError
-from stillhook.units import quote
-
 VARIABLE = "STILLHOOK_CONFIG"
 """Environment variable that names another folder."""
 KEY, PUBLIC, TRUST = "key.pem", "public.pem", "trust.toml"
 """Names in it: private key, public key to hand out, keys that are trusted."""
-LARGEST = 200_000
-"""Bytes of a trust list: some 500 keys; a PEM file has some hundred."""
 
 
 def home() -> Path:
     """STILLHOOK_CONFIG, else the user's folder of settings. It need not exist."""
     return Path(os.environ.get(VARIABLE) or platformdirs.user_config_dir("stillhook", appauthor=False))
-
-
-def text_of(path: Path, noun: str, advice: str, largest: int = LARGEST) -> str:
-    """Text of a file. Parameters: noun, with an article; advice: what to do without it, a sentence; largest [bytes].
-
-    Errors: TrustError, one line.
-    """
-    try:
-        if path.exists() and not path.is_file():
-            raise ValueError("not a file")
-        with path.open("rb") as file:
-            data = file.read(largest + 1)
-        if len(data) > largest:
-            raise ValueError(f"larger than {largest // 1000} kB")
-        return data.decode("utf-8")
-    except FileNotFoundError:
-        raise TrustError(f"{quote(str(path))}: no such file. {advice}") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or (
-            "not text" if isinstance(problem, UnicodeDecodeError) else str(problem)
-        )
-        raise TrustError(f"{path.name}: not {noun} ({reason}). {advice}") from None
 
 
 def open_to_others(path: Path, rights: int) -> str:

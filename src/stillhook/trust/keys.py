@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.base.atomic import atomic_files
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import KEY
 from stillhook.errors import TrustError
-from stillhook.trust.home import open_to_others, text_of
+from stillhook.trust.home import open_to_others
 from stillhook.units import quote
 
 if TYPE_CHECKING:
@@ -21,7 +23,6 @@ if TYPE_CHECKING:
 
 PASSPHRASE = "STILLHOOK_PASSPHRASE"
 """Environment variable with the passphrase of the private key."""
-LARGEST_PEM = 16_384
 ID = 32
 """Hexadecimal digits of a key's id: 128 bits of its SHA-256."""
 LONGEST = 80
@@ -128,7 +129,7 @@ def read_key(path: Path, passphrase: Callable[[], str]) -> SigningKey:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
-    text = text_of(path, "a private key", _NEW, LARGEST_PEM)
+    text = read_text(path, "private key", TrustError, KEY)
     if rights := open_to_others(path, 0o077):
         raise TrustError(f"{path}: others may read or change it (rights {rights}). Take them away: chmod 600 {path}.")
     word = passphrase().encode() if "ENCRYPTED" in text else None
@@ -148,7 +149,7 @@ def read_key(path: Path, passphrase: Callable[[], str]) -> SigningKey:
 
 def read_public(path: Path) -> PublicKey:
     """The public key of a file. Errors: TrustError, one line."""
-    return public_of(text_of(path, "a public key", _GIVE, LARGEST_PEM), path.name)
+    return public_of(read_text(path, "public key", TrustError, KEY), path.name)
 
 
 def public_of(pem: str, label: str) -> PublicKey:

@@ -17,7 +17,6 @@ Days are those of UTC. A key that the user's own list revokes is revoked, whatev
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
@@ -26,16 +25,18 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
-from stillhook.errors import TrustError
-from stillhook.trust.home import TRUST, home, open_to_others, text_of
+from stillhook.base.gateway.access import read_text
+from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import TrustError, UnreadableError
+from stillhook.trust.home import TRUST, home, open_to_others
 from stillhook.trust.keys import PublicKey, checked_name, public_of
 from stillhook.units import quote
 
 _HEAD = "# Keys that are trusted; stillhook certificate key trust writes this file.\n"
 DAYS = ("valid_from", "valid_until", "revoked")
 _FIELDS = ("name", "public", *DAYS, "reason")
-LONGEST_LINE, LONGEST_REASON = 400, 200
-"""Letters of a line of a list and of a reason: a key of many thousand dots would take all memory."""
+LONGEST_REASON = 200
 _GIVE = "Correct it, or remove it and trust each key again: stillhook certificate key trust PUBLIC.pem."
 
 
@@ -124,15 +125,13 @@ def plans_trust(file: Path) -> TrustList:
 
 def read_trust(file: Path, clock: Callable[[], date] = utc_today) -> TrustList:
     """The list of a file. Errors: TrustError, one line."""
-    text = text_of(file, "a list of trusted keys", _GIVE)
+    text = read_text(file, "list of trusted keys", TrustError, TOML)
     if rights := open_to_others(file, 0o022):
         raise TrustError(f"{file}: others may change it (rights {rights}). Take them away: chmod 644 {file}.")
-    if (longest := max(map(len, text.splitlines()), default=0)) > LONGEST_LINE:
-        raise TrustError(f"{file.name}: a line of {longest} characters, {LONGEST_LINE} at most. {_GIVE}")
     try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise TrustError(f"{file.name}: not TOML ({' '.join(str(problem).split())[:120]}). {_GIVE}") from None
+        data = from_toml(text)
+    except UnreadableError as problem:
+        raise TrustError(f"{file.name}: not TOML ({problem}). {_GIVE}") from None
     rows = data.get("key", [])
     if {*data} - {"key"} or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise TrustError(f"{file.name}: a list of trusted keys has tables [[key]] and nothing else. {_GIVE}")

@@ -42,8 +42,9 @@ RECORDS = Budget(
     "45 years by the hour have 400,000 rows, of spectra 19 million cells; a day of motion at 50 Hz has 4 million rows",
 )
 PROGRAM = Budget("program of a PLC, certificate of a server", 5_000_000, 0, 0, 0, "an exported program has 100 kB")
+KEY = Budget("key in PEM", 20_000, 0, 0, 0, "a key has some hundred bytes")
 LOG = Budget("log in text, Seapath's sentences", 0, 0, 0, 0, "read in pieces, however long")
-BUDGETS = (TOML, JSON, YAML, STATE, TABLE, RECORDS, PROGRAM, LOG)
+BUDGETS = (TOML, JSON, YAML, STATE, TABLE, RECORDS, PROGRAM, KEY, LOG)
 
 LONGEST_NUMBER = 100
 """Digits of a number in YAML: the time of reading one grows with their square."""
