@@ -57,6 +57,7 @@ SAID = {
     "live/runtime/causes.py": "counters of the kernel of Linux",
     "live/runtime/doctor.py": "counters of the kernel of Linux",
     "live/observer/panel.py": "a message of the twin's own process",
+    "trust/keys.py": "the own key, which is written",
     "live/servers/trust.py": "the own key, which is written",
     "live/history/budget.py": "own database",
     "live/history/columns.py": "own database",

@@ -82,7 +82,7 @@ def test_a_key_of_another_algorithm_is_refused_in_one_line(files):
         (b"\xff\xfe", "not text"),
         (b"-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----\n", "not a public key in PEM"),
         (b"-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n", "not a public key in PEM"),
-        (b"A" * (LARGEST_PEM + 1), "larger than 16 kB"),
+        (b"A" * (LARGEST_PEM + 1), "holds more than 0.016384 MB"),
         (b"-----BEGIN PRIVATE KEY-----\n", "a private key"),
     ],
 )

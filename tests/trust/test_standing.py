@@ -139,7 +139,7 @@ GOOD = TrustList(Path("x"), (ENTRY,)).text()
         ("trusted = 5\n", "has tables [[key]] and nothing else"),
         ("[" * 400, "not TOML"),
         ("a." * 40_000 + "b = 1", "a line of 80005 characters, 400 at most"),
-        ("#\n" * 100_001, "larger than 200 kB"),
+        ("#\n" * 100_001, "holds more than 0.2 MB"),
     ],
 )
 def test_a_damaged_list_is_refused_in_one_line_and_never_taken_for_an_empty_one(tmp_path, text, said):

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import platformdirs
 
+from stillhook.base.gateway.access import read_bytes
+from stillhook.base.gateway.budget import TOML
 from stillhook.errors import TrustError
 from stillhook.units import quote
 
@@ -28,21 +30,13 @@ def text_of(path: Path, noun: str, advice: str, largest: int = LARGEST) -> str:
 
     Errors: TrustError, one line.
     """
+    if not os.path.lexists(path):
+        raise TrustError(f"{quote(str(path))}: no such file. {advice}")
+    data = read_bytes(path, noun.partition(" ")[2], TrustError, TOML._replace(size=largest))
     try:
-        if path.exists() and not path.is_file():
-            raise ValueError("not a file")
-        with path.open("rb") as file:
-            data = file.read(largest + 1)
-        if len(data) > largest:
-            raise ValueError(f"larger than {largest // 1000} kB")
         return data.decode("utf-8")
-    except FileNotFoundError:
-        raise TrustError(f"{quote(str(path))}: no such file. {advice}") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or (
-            "not text" if isinstance(problem, UnicodeDecodeError) else str(problem)
-        )
-        raise TrustError(f"{path.name}: not {noun} ({reason}). {advice}") from None
+    except UnicodeDecodeError:
+        raise TrustError(f"{path.name}: not {noun} (not text). {advice}") from None
 
 
 def open_to_others(path: Path, rights: int) -> str:

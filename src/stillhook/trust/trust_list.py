@@ -17,7 +17,6 @@ Days are those of UTC. A key that the user's own list revokes is revoked, whatev
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
@@ -26,7 +25,8 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
-from stillhook.errors import TrustError
+from stillhook.base.gateway.parse import from_toml
+from stillhook.errors import TrustError, UnreadableError
 from stillhook.trust.home import TRUST, home, open_to_others, text_of
 from stillhook.trust.keys import PublicKey, checked_name, public_of
 from stillhook.units import quote
@@ -130,9 +130,9 @@ def read_trust(file: Path, clock: Callable[[], date] = utc_today) -> TrustList:
     if (longest := max(map(len, text.splitlines()), default=0)) > LONGEST_LINE:
         raise TrustError(f"{file.name}: a line of {longest} characters, {LONGEST_LINE} at most. {_GIVE}")
     try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise TrustError(f"{file.name}: not TOML ({' '.join(str(problem).split())[:120]}). {_GIVE}") from None
+        data = from_toml(text)
+    except UnreadableError as problem:
+        raise TrustError(f"{file.name}: not TOML ({problem}). {_GIVE}") from None
     rows = data.get("key", [])
     if {*data} - {"key"} or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise TrustError(f"{file.name}: a list of trusted keys has tables [[key]] and nothing else. {_GIVE}")
