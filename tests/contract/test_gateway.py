@@ -25,9 +25,6 @@ OF_PACKAGE = ("__file__", "files(", "FOLDER", "DATA", "HERE", "LIBRARY", "LIMITS
 """What a call mentions that reads a file of Stillhook itself."""
 SAID = {
     "base/atomic.py": "handles that are waited for until a file is on the disk",
-    "base/kept/checked.py": "what is kept between runs, with its checksum beside it",
-    "kernels/by_numba.py": "a kept file whose checksum was right",
-    "kernels/c99/zig.py": "own cache of the compiler",
     "trust/comparison.py": "members of an archive that the gateway opened, up to a size unpacked",
     "trust/manifest.py": "parts of a folder, for their hash; sources",
     "base/extensions.py": "modules of the user, which are run as code anyway",

@@ -97,7 +97,7 @@ def test_an_encrypted_key_signs_with_its_passphrase_alone(home, file, capsys, mo
         ("sign FILE", "key.pem"),
         ("sign FILE --key nothing.pem", "no such file"),
         ("key trust nothing.pem", "no such file"),
-        ("key trust FILE", "not a public key (larger than 16 kB)"),
+        ("key trust FILE", "holds more than 0.016384 MB"),
         ("key trust PUBLIC --until tomorrow", 'until "tomorrow": give a day'),
         ("key trust PUBLIC --from 2027-01-02 --until 2027-01-01", "which is before 2027-01-02"),
         ("key trust PUBLIC --revoke x --until 2027-01-01", "has no meaning for a revoked key"),
