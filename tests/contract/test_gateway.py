@@ -25,6 +25,8 @@ OF_PACKAGE = ("__file__", "files(", "FOLDER", "DATA", "HERE", "LIBRARY", "LIMITS
 """What a call mentions that reads a file of Stillhook itself."""
 SAID = {
     "base/atomic.py": "handles that are waited for until a file is on the disk",
+    "trust/comparison.py": "members of an archive that the gateway opened, up to a size unpacked",
+    "trust/manifest.py": "parts of a folder, for their hash; sources",
     "base/extensions.py": "modules of the user, which are run as code anyway",
     "cli/parser.py": "the package's own modules",
     "cli/__init__.py": "the null device, in place of an output that nobody reads",
@@ -43,11 +45,9 @@ SAID = {
     "validate/certificate/certificate.py": "sources, for their hash; JSON made a line before",
     "validate/certificate/recheck.py": "own PDF beside a certificate, compared byte by byte",
     "plan/result.py": "JSON and numbers made a line before",
-    "engine/tasks.py": "what the scheduler of a Dask cluster sends",
     "export/twin/compile.py": "what was compiled a line before",
     "export/fmu/package.py": "what was compiled a line before, sources, and the archive that is written",
     "export/fmu/system.py": "what was written a line before",
-    "export/hosts/package.py": "what was written a line before",
     "formats/binary.py": "in the process that reads, under its limits",
     "formats/out.py": "a file that is written",
     "formats/table/read.py": "in the process that reads, under its limits",
@@ -111,8 +111,8 @@ def test_every_reason_is_still_one():
 
 
 def test_the_page_on_files_names_every_budget():
-    """The table of docs/explanation/trust-and-files.md has the numbers of the code."""
-    page = (SOURCE.parents[1] / "docs" / "explanation" / "trust-and-files.md").read_text(encoding="utf-8")
+    """The table of docs/explanation/foreign-files.md has the numbers of the code."""
+    page = (SOURCE.parents[1] / "docs" / "explanation" / "foreign-files.md").read_text(encoding="utf-8")
     for each in BUDGETS:
         row = next((line for line in page.splitlines() if line.startswith(f"| {each.kind} |")), "")
         cells = [cell.strip() for cell in row.strip("|").split("|")]

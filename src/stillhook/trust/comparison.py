@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.base.atomic import atomic_file
+from stillhook.base.gateway.access import opened
 from stillhook.errors import TrustError
 from stillhook.trust.keys import SigningKey
 from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
@@ -141,7 +142,7 @@ def _part(path: Path, of: Part) -> Part | None:
 def _archive(path: Path, trust: TrustList) -> Comparison:
     """The same of a zip file."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with opened(path, "FMU", TrustError) as stream, zipfile.ZipFile(stream) as archive:
             members = [each for each in archive.infolist() if not each.is_dir()]
             count = Counter(each.filename for each in members)
             if sum(each.file_size for each in members) > LARGEST or len(members) > MOST_PARTS:
