@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stillhook.base.atomic import atomic_folder
+from stillhook.base.atomic import atomic_file, atomic_folder
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
 from stillhook.trust.keys import PASSPHRASE, SigningKey, read_key
@@ -55,6 +55,18 @@ def added_to(folder: Path, made: Made, parts: Mapping[str, Part], key: SigningKe
     return made_of.signed(key)
 
 
+def renew_parts(folder: Path, names: Iterable[str], key: SigningKey) -> None:
+    """Enter parts that were written anew on purpose into the manifest of their folder, if there is one and it has
+    them. It stays signed where this key signed it; a damaged one stays as it is, with a line on standard error."""
+    if (before := _manifest_in(folder)) is None:
+        return
+    now = {name: Part.of_file(folder / name) for name in names if name in before.parts}
+    sets = {made: {name: now.get(name, part) for name, part in of.items()} for made, of in before.sets.items()}
+    made = Manifest(sets).signed(key if before.signed_by(key) else None)
+    with atomic_file(folder / NAME) as part:
+        part.write_text(made.text(), encoding="utf-8", newline="\n")
+
+
 def own_key() -> SigningKey | None:
     """The user's own key, None where there is none, or, with a line on standard error, where it cannot be used without
     asking: results are written in any case."""
@@ -73,16 +85,11 @@ def note_misfit(*files: Path) -> None:
     """Say on standard error where files that are read are not those of the manifest in their folder. Nothing is said
     of a folder without a manifest: who can change files can remove it as well."""
     folder = files[0].parent
-    if not os.path.lexists(folder / NAME):
-        return
-    try:
-        parts = read_manifest(folder / NAME).parts
-    except TrustError as problem:
-        LOG.warning(f"{folder / NAME}: {problem}")
+    if (manifest := _manifest_in(folder)) is None:
         return
     for file in files:
         with suppress(OSError):
-            of = parts.get(file.name)
+            of = manifest.parts.get(file.name)
             if of is None:
                 line = "is not in the manifest of its folder"
             elif of.size != file.stat().st_size or of != Part.of_file(file):
@@ -90,3 +97,14 @@ def note_misfit(*files: Path) -> None:
             else:
                 continue
             LOG.warning(f"{file}: {line}. See what changed: stillhook manifest {folder}")
+
+
+def _manifest_in(folder: Path) -> Manifest | None:
+    """The manifest of a folder; None where there is none and, with a line on standard error, where it is damaged."""
+    if not os.path.lexists(folder / NAME):
+        return None
+    try:
+        return read_manifest(folder / NAME)
+    except TrustError as problem:
+        LOG.warning(f"{folder}: {problem}")
+        return None
