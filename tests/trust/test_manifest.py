@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.base.sealed import sealed
+from stillhook.base.kept.sealed import sealed
 from stillhook.errors import TrustError
 from stillhook.trust import comparison, results
 from stillhook.trust.comparison import Comparison, compare, sign_folder

@@ -14,7 +14,7 @@ from typing import Any
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import TrustError
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
+from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, LOCK, MOST_PARTS, NAME, Manifest, Part, read_manifest
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList
 
@@ -110,7 +110,7 @@ def _in_folder(folder: Path, manifest: Manifest) -> tuple[dict[str, Part | None]
     for path, is_file in _files(folder):
         name = path.relative_to(folder).as_posix()
         of = manifest.parts.get(name)
-        if name == NAME:
+        if name == NAME or (name == LOCK and is_file and not path.stat().st_size):
             continue
         if of is None:
             others.add(name)

@@ -10,10 +10,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
 from stillhook.trust.keys import PASSPHRASE, SigningKey, read_key
-from stillhook.trust.manifest import NAME, Made, Manifest, Part, read_manifest
+from stillhook.trust.manifest import LOCK, NAME, Made, Manifest, Part, read_manifest
 
 LOG = logging.getLogger("stillhook")
 Cranes = Iterable[tuple[str, str]]
@@ -81,6 +82,21 @@ def own_key() -> SigningKey | None:
         return None
 
 
+def add_parts(folder: Path, what: str, parts: Mapping[str, Part]) -> None:
+    """Enter parts that were written into a folder one by one into its manifest. Of several processes each enters its
+    own."""
+    with one_at_a_time(folder / LOCK), atomic_file(folder / NAME) as part:
+        text = added_to(folder, Made.of(what), parts, own_key()).text()
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def misfits(folder: Path, names: Iterable[str]) -> list[str]:
+    """Which of the files of a folder are other ones than its manifest says; one that it does not have is none."""
+    if not (files := list(names)) or (manifest := _manifest_in(folder)) is None:
+        return []
+    return [name for name in files if (of := manifest.parts.get(name)) and not _is(folder / name, of)]
+
+
 def note_misfit(*files: Path) -> None:
     """Say on standard error where files that are read are not those of the manifest in their folder. Nothing is said
     of a folder without a manifest: who can change files can remove it as well."""
@@ -92,11 +108,19 @@ def note_misfit(*files: Path) -> None:
             of = manifest.parts.get(file.name)
             if of is None:
                 line = "is not in the manifest of its folder"
-            elif of.size != file.stat().st_size or of != Part.of_file(file):
+            elif not _is(file, of):
                 line = "is not what the manifest of its folder says"
             else:
                 continue
             LOG.warning(f"{file}: {line}. See what changed: stillhook manifest {folder}")
+
+
+def _is(file: Path, part: Part) -> bool:
+    """Whether a file is this part; one that cannot be read is not."""
+    try:
+        return file.stat().st_size == part.size and Part.of_file(file) == part
+    except OSError:
+        return False
 
 
 def _manifest_in(folder: Path) -> Manifest | None:
