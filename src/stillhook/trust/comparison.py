@@ -70,7 +70,7 @@ def sign_folder(path: Path, key: SigningKey) -> Manifest:
     result = compare(folder, TrustList(folder))
     if odd := (*result.missing, *result.changed):
         raise TrustError(
-            f"{folder}: {odd[0]} is not what the manifest says, and nobody signs that. Write the folder again."
+            f"{folder}: {odd[0]} is not what the manifest says, so it is not signed. Write the folder again."
         )
     made = result.manifest.signed(key)
     with atomic_file(folder / NAME) as part:
