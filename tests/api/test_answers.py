@@ -73,6 +73,7 @@ BY_HAND = {
     "external": "compiles",
     "validate": "minutes",
     "certificate": "after validate",
+    "manifest": "of a folder that a command wrote",
     "certificate sign": "after validate",
     **{f"certificate key {name}": "a key, in a folder of its own" for name in ("new", "show", "trust")},
     "condition": "after validate",

@@ -82,7 +82,12 @@ class TestCompare:
     def test_files_are_written_and_repeat_the_run(self, answer, fast, tmp_path):
         out = tmp_path / "out"
         answer("compare", fast(), "--controllers", "ssc", "--out", str(out))
-        assert sorted(p.name for p in out.iterdir()) == ["panels.png", "runs.nc", "summary.json"]
+        assert sorted(p.name for p in out.iterdir()) == [
+            "panels.png",
+            "runs.nc",
+            "stillhook-manifest.json",
+            "summary.json",
+        ]
         assert answer("run", str(out / "runs.nc")) == json.loads((out / "summary.json").read_text())["ssc"]
 
     def test_a_winch_without_an_answer_says_no(self, capsys, fast):

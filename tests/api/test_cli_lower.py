@@ -87,7 +87,7 @@ def test_tension_at_rest_is_what_the_run_swings_about(landed):
 def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp_path):
     out = tmp_path / "out"
     assert run(["lower", str(lift_toml), "--out", str(out), "--verbose"]) == 0
-    assert {p.name for p in out.iterdir()} == set(LOWERING_FILES)
+    assert {p.name for p in out.iterdir()} == {*LOWERING_FILES, "stillhook-manifest.json"}
     text = capsys.readouterr().out
     assert "Status: ok" in text
     assert "not validated" in text

@@ -12,7 +12,7 @@ from tests.commands import commands
 from stillhook.cli import run
 from stillhook.cli.names import MOVED, OLD_COMMANDS, OLD_OPTIONS, modern
 
-MOST_COMMANDS, MOST_OPTIONS = 45, 172
+MOST_COMMANDS, MOST_OPTIONS = 46, 172
 LIVE, MOST_LIVE_COMMANDS, MOST_LIVE_OPTIONS = ("live ", "plc run", "plc compare", "condition"), 10, 25
 """The live twin beside them: a program of its own that runs on for days, with few options, as its files say the rest."""
 OF_ALL = {"--help", "--verbose", "--json", "--mapping", "--column"}

@@ -193,7 +193,7 @@ def test_an_interrupted_run_keeps_what_had_finished(tmp_path, batch, counted):
 
     with pytest.raises(KeyboardInterrupt):
         run_cases(CRANE, batch.cases, store=tmp_path, threads=1, progress=stop)
-    assert not [p for p in tmp_path.iterdir() if not p.name.endswith(SUFFIX)]
+    assert not [p for p in tmp_path.iterdir() if not p.name.endswith(SUFFIX) and "stillhook-manifest" not in p.name]
     counted.clear()
     assert same(run_cases(CRANE, batch.cases, store=tmp_path), batch.expected)
     assert 0 < len(counted) < len(batch.cases)

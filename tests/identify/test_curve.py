@@ -161,7 +161,7 @@ def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Pat
     assert result.exit_code == 0, result.output
     assert "m/min" in result.output
     assert "kN" in result.output
-    assert sorted(p.name for p in out.iterdir()) == ["curve.csv", "curve.json", "curve.png"]
+    assert sorted(p.name for p in out.iterdir()) == ["curve.csv", "curve.json", "curve.png", "stillhook-manifest.json"]
     data = json.loads((out / "curve.json").read_text(encoding="utf-8"))
     assert [round(p["speed"], 2) for p in data["points"]] == list(SPEEDS)
     assert data["kinds"] == {"speed": "speed", "effort": "force", "position": "length"}

@@ -274,7 +274,7 @@ def test_cli_from_map_to_files(csv, tmp_path, capsys):
     told = capsys.readouterr()
     assert all(words in told.out for words in ("Recommended: MJ4: 5 parameters", "Where it must not be used"))
     assert "SYNTHETIC map" in told.err
-    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(MOTOR_FILES)
+    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted([*MOTOR_FILES, "stillhook-manifest.json"])
     assert load_losses(tmp_path / "o" / "motor.toml").evidence is not None
     assert json.loads((tmp_path / "o" / "models.json").read_text())["recommended"] == "mj4"
     assert run(["identify", "motor", str(csv), "--json"]) == 0

@@ -142,7 +142,11 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     said = compared("crane-1", path, "--drum-torque", "1.5 MN m", "--out", out)
     assert "45.9" in said
     assert " ± " in said
-    assert sorted(p.name for p in out.iterdir()) == ["friction-sets.json", "friction-sets.png"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "friction-sets.json",
+        "friction-sets.png",
+        "stillhook-manifest.json",
+    ]
     assert (out / "friction-sets.png").read_bytes().startswith(b"\x89PNG")
     again = save_set(with_evidence(), out / "mine.toml")
     sets = json.loads(compared(path, again, path, "--json"))["sets"]

@@ -66,7 +66,13 @@ def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp
     text = capsys.readouterr().out
     assert "OP_LIM with 80 % cap, credited: limiting Hs [m]" in text
     assert "rules: offshore-lift 4; editions not entered" in text
-    assert sorted(p.name for p in out.iterdir()) == ["plan.json", "plan.nc", "report.html", "report.pdf"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "plan.json",
+        "plan.nc",
+        "report.html",
+        "report.pdf",
+        "stillhook-manifest.json",
+    ]
 
 
 @pytest.mark.slow

@@ -455,6 +455,7 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
         "figure-limits-credited.png",
         "report.html",
         "report.pdf",
+        "stillhook-manifest.json",
     ]
     assert "OP_LIM Hs" in capsys.readouterr().out
 

@@ -212,7 +212,12 @@ class TestRecords:
     def test_the_folder_holds_every_hour_picture_and_summary(self, capsys, lift, plain, records, tmp_path):
         out = tmp_path / "year"
         told = answer(capsys, lift, "--wave", records, "--heading", "150 deg", "--out", str(out))
-        assert sorted(p.name for p in out.iterdir()) == ["response.nc", "response.png", "summary.json"]
+        assert sorted(p.name for p in out.iterdir()) == [
+            "response.nc",
+            "response.png",
+            "stillhook-manifest.json",
+            "summary.json",
+        ]
         with xarray.open_dataset(out / "response.nc", engine="h5netcdf") as data:
             assert data["sigma_load"].values[[0, 3]] == pytest.approx(
                 [told["records"]["sigma_load"][i] for i in (0, 3)], rel=1e-12

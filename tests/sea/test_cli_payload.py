@@ -52,7 +52,7 @@ def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
     assert run(["payload", "spool-20t"]) == 0
     assert not out.exists()
     assert run(["payload", "spool-20t", "--out", str(out)]) == 0
-    assert sorted(p.name for p in out.iterdir()) == ["payload.json", "payload.png"]
+    assert sorted(p.name for p in out.iterdir()) == ["payload.json", "payload.png", "stillhook-manifest.json"]
     assert json.loads((out / "payload.json").read_text(encoding="utf-8"))["payload"] == "spool-20t"
 
 

@@ -69,7 +69,7 @@ class TestFiles:
         for i, waves in enumerate(("torsethaugen Hs=3 m Tp=14 s", str(path))):
             out = tmp_path / f"out{i}"
             found = answer(capsys, waves, "--out", str(out))
-            assert sorted(p.name for p in out.iterdir()) == ["sea.json", "sea.png"]
+            assert sorted(p.name for p in out.iterdir()) == ["sea.json", "sea.png", "stillhook-manifest.json"]
             assert json.loads((out / "sea.json").read_text()) == found
 
     @pytest.mark.slow

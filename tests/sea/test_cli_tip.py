@@ -107,7 +107,13 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(answe
 def test_out_writes_picture_series_and_summary_that_agree(answer, beam, tmp_path):
     out = tmp_path / "tip"
     found = answer(*beam, "--duration", "10 min", "--out", str(out))
-    assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "stillhook-manifest.json",
+        "summary.json",
+        "tip.csv",
+        "tip.json",
+        "tip.png",
+    ]
     motion = motion_from_json((out / "tip.json").read_text())
     assert motion.duration == found["series"]["repeat"] == 600.0
     rows = [line.split(",") for line in (out / "tip.csv").read_text().splitlines()[2:]]

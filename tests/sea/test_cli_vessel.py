@@ -62,7 +62,11 @@ def test_the_answer_for_machines_has_known_names_and_si_units(capsys: pytest.Cap
 @pytest.mark.thorough
 def test_a_picture_and_the_numbers_are_written(capsys: pytest.CaptureFixture[str], file: str, tmp_path: Path) -> None:
     assert run(["vessel", file, "--at", "x=-20 m, y=5 m", "--out", str(tmp_path / "out")]) == 0
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["vessel.json", "vessel.png"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "stillhook-manifest.json",
+        "vessel.json",
+        "vessel.png",
+    ]
 
 
 def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refused_by_show(

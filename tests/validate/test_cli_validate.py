@@ -255,7 +255,7 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
     out = tmp_path / "out"
     text = printed(stage, capsys, staged(), "--out", str(out))
     names = {"report.html", "summary.json", "segments.csv", "step-5-error-over-time.png", "certificate.json"}
-    assert {p.name for p in out.iterdir()} == names
+    assert {p.name for p in out.iterdir()} == {*names, "stillhook-manifest.json"}
     assert f"written to {out}: report.html (read this), certificate.json, segments.csv, summary.json, 1 fig" in text
     page = Text()
     page.feed((out / "report.html").read_text(encoding="utf-8"))

@@ -26,6 +26,8 @@ VERBOSE: ContextVar[bool] = ContextVar("verbose", default=False)
 """Whether the command that runs prints all of its answer, in place of its dozen lines."""
 WRITES: ContextVar[bool] = ContextVar("writes", default=False)
 """Whether it may write files, which its dozen lines name."""
+WORDS: ContextVar[str] = ContextVar("words", default="")
+"""How it is called, such as "plc export": what its manifest says of the files."""
 VERBOSE_OPTION = Annotated[
     bool, typer.Option("--verbose", help="Print all of the answer: every table, limit and note.")
 ]
@@ -37,17 +39,18 @@ class Entry(NamedTuple):
     module: str  # within this package
     member: str  # a function
 
-    def load(self) -> Any:
-        """Import the function; with the option that all commands have."""
-        return with_verbose(getattr(import_module(f"{__package__}.{self.module}"), self.member))
+    def load(self, words: str = "") -> Any:
+        """Import the function; with the option that all commands have. words: how it is called."""
+        return with_verbose(getattr(import_module(f"{__package__}.{self.module}"), self.member), words)
 
 
-def with_verbose(function: Callable[..., Any]) -> Callable[..., Any]:
+def with_verbose(function: Callable[..., Any], words: str) -> Callable[..., Any]:
     """A command's function with the option --verbose besides its own, which sets `VERBOSE`."""
 
     @functools.wraps(function)
     def command(*, verbose: bool, **options: Any) -> Any:
         VERBOSE.set(verbose)
+        WORDS.set(words)
         WRITES.set(options.get("out") is not None)
         return function(**options)
 
@@ -85,7 +88,7 @@ def build(name: str, entry: Entry | Group, words: tuple[str, ...] = ()) -> Any:
     """A command, imported; or a group, whose commands are imported when they are called."""
     if isinstance(entry, Entry):
         single = typer.Typer(add_completion=False)
-        single.command(name, cls=Command)(entry.load())
+        single.command(name, cls=Command)(entry.load(" ".join((*words, name))))
         return typer.main.get_command(single)
     content = {"entries": entry.commands, "words": (*words, name)}
     kind: Any = type("Subgroup", (Program,), content)

@@ -16,11 +16,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import typer
 
 from stillhook.base.atomic import check_folder
-from stillhook.cli.groups import FOLDER, VERBOSE, WRITES
+from stillhook.cli.groups import FOLDER, VERBOSE, WORDS, WRITES
 from stillhook.errors import CommandError, MotionError, SimulationError
 from stillhook.units import quote
 
@@ -272,7 +271,7 @@ def write_out(
         from stillhook.report.kit import draw_if_possible
 
         files = {**draw_if_possible(pictures), **files}
-    save_files(out, files, click.get_current_context().command_path, [identity(crane) for crane in cranes])
+    save_files(out, files, WORDS.get(), [identity(crane) for crane in cranes])
     announce(out, files, quiet=quiet)
     if pictures is not None and hint:
         say_left_out()

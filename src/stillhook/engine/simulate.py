@@ -22,7 +22,7 @@ from stillhook.engine.arguments import (
 from stillhook.engine.lowering.case import LoweringType
 from stillhook.engine.runner import Ending, Refused, Run
 from stillhook.engine.scenario.run import ScenarioType
-from stillhook.engine.store import Store, Summary, keys_of
+from stillhook.engine.store import Store, Summary, keys_of, one_manifest
 from stillhook.engine.tasks import CaseType, Task, cut, on_threads
 from stillhook.engine.tasks.carried import kept_on_workers
 from stillhook.engine.tasks.cluster import on_cluster
@@ -198,7 +198,7 @@ def _run(
     try:
         meter.finish("", 0)
         meter.tell()
-        with closing(running) as answers:
+        with one_manifest(store), closing(running) as answers:
             for task, made in answers:
                 if store is not None:
                     folder.put([keys[i] for i in task.indices], made)

@@ -12,7 +12,9 @@ import hashlib
 import io
 import json
 import re
+import threading
 from array import array
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,9 +28,13 @@ from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_c
 from stillhook.engine.certificate import objections
 from stillhook.kernels.build import results_hash
 from stillhook.spec.crane import Crane
+from stillhook.trust.manifest import Part
+from stillhook.trust.results import add_parts, misfits
 
 SUFFIX = ".2.cases.npz"
 """Second format: with a checksum. Files of the first end otherwise; none of their cases is one of this version."""
+MISFIT = "not what the manifest of the store says"
+"""Why a file is not believed."""
 KEY = 32
 """Length of a key [bytes]."""
 
@@ -93,6 +99,40 @@ class _Content(NamedTuple):
 _INDICES: dict[Path, _Index] = {}
 
 
+class _Written:
+    """What this process has put into a store: all of it, and what its manifest has not yet; how many runs are
+    within."""
+
+    def __init__(self) -> None:
+        self.all: set[str] = set()
+        self.parts: dict[str, Part] = {}
+        self.runs = 0
+
+
+_WRITTEN: defaultdict[Path, _Written] = defaultdict(_Written)
+_LOCK = threading.Lock()
+
+
+@contextlib.contextmanager
+def one_manifest(folder: str | Path | None) -> Iterator[None]:
+    """Work on a store: its manifest is written once, at the end of the outermost such work, however that ends."""
+    if folder is None:
+        yield
+        return
+    path = Path(folder).resolve()
+    of = _WRITTEN[path]
+    with _LOCK:
+        of.runs += 1
+    try:
+        yield
+    finally:
+        with _LOCK:
+            of.runs -= 1
+            if not of.runs and of.parts and path.is_dir():
+                parts, of.parts = of.parts, {}
+                add_parts(path, "store", parts)
+
+
 class Store:
     """A folder of result files, each with the keys of its cases."""
 
@@ -133,7 +173,12 @@ class Store:
         index = _INDICES.get(self.folder.resolve())
         if index is None or not index.files <= present:
             index = _INDICES[self.folder.resolve()] = _Index(set(), {}, set())
-        for file in sorted(present - index.files):
+        new, own = sorted(present - index.files), _WRITTEN[self.folder.resolve()].all
+        for file in misfits(self.folder, [file for file in new if file not in own]):
+            note(self.folder / file, MISFIT, Kept.CASES)
+            index.damaged.add(file)
+            new.remove(file)
+        for file in new:
             if (content := self._content(file)) is None:
                 index.damaged.add(file)
             else:
@@ -168,15 +213,22 @@ class Store:
             numbers=np.array([s.numbers for s in summaries], dtype=np.float64),
             notes=np.array([json.dumps(s.notes) for s in summaries]),
         )
-        write_checked(self.folder / f"{name}{SUFFIX}", content.getvalue())
-        self._remove_damaged()
+        file, of = self.folder / f"{name}{SUFFIX}", _WRITTEN[self.folder.resolve()]
+        write_checked(file, content.getvalue())
+        with _LOCK:
+            of.all.add(file.name)
+            of.parts[file.name] = Part.of_file(file)
+        self._remove_damaged(of.all)
 
-    def _remove_damaged(self) -> None:
-        """Remove files of a store's name that are still damaged: a process may have replaced one meanwhile."""
+    def _remove_damaged(self, own: set[str]) -> None:
+        """Remove files of a store's name that are still damaged: this process (own) or another may have replaced one
+        meanwhile."""
         index = _INDICES.get(self.folder.resolve())
         while index is not None and index.damaged:
             file = index.damaged.pop()
-            if _NAME.fullmatch(file) and self._content(file) is None:
+            if file in own or not _NAME.fullmatch(file):
+                continue
+            if self._content(file) is None or misfits(self.folder, [file]):
                 with contextlib.suppress(OSError):
                     (self.folder / file).unlink(missing_ok=True)
 

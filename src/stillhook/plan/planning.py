@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.sizing import Sized
 from stillhook.base.progress import Parts, Progress, Relay
+from stillhook.engine.store import one_manifest
 from stillhook.errors import Cancelled, PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, rows_of, seeds_of, summary_of
@@ -115,7 +116,8 @@ def plan(
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     how: dict[str, Any] = {"weather": weather, "alpha": alpha, "threads": threads}
     try:
-        return _planned(lift_plan, last, store=store, client=client, seed=seed, progress=progress, **how)
+        with one_manifest(store):
+            return _planned(lift_plan, last, store=store, client=client, seed=seed, progress=progress, **how)
     except Cancelled:
         lower = list(Tier)[: list(Tier).index(last)]
         raise Cancelled(partial(_planned, lift_plan, lower[-1], **how) if lower else None) from None

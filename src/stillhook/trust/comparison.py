@@ -15,7 +15,7 @@ from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.access import opened
 from stillhook.errors import TrustError
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
+from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, LOCK, MOST_PARTS, NAME, Manifest, Part, read_manifest
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList
 
@@ -71,7 +71,7 @@ def sign_folder(path: Path, key: SigningKey) -> Manifest:
     result = compare(folder, TrustList(folder))
     if odd := (*result.missing, *result.changed):
         raise TrustError(
-            f"{folder}: {odd[0]} is not what the manifest says, and nobody signs that. Write the folder again."
+            f"{folder}: {odd[0]} is not what the manifest says, so it is not signed. Write the folder again."
         )
     made = result.manifest.signed(key)
     with atomic_file(folder / NAME) as part:
@@ -111,7 +111,7 @@ def _in_folder(folder: Path, manifest: Manifest) -> tuple[dict[str, Part | None]
     for path, is_file in _files(folder):
         name = path.relative_to(folder).as_posix()
         of = manifest.parts.get(name)
-        if name == NAME:
+        if name == NAME or (name == LOCK and is_file and not path.stat().st_size):
             continue
         if of is None:
             others.add(name)

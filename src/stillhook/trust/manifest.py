@@ -1,8 +1,8 @@
 """Manifest: one JSON file of name, size and SHA-256 of every part of a result, of what made it, and a signature.
 
 Sealed and canonical (`stillhook.base.kept.sealed`), without clock and random numbers: the same result has the same
-manifest, signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose manifest it
-is.
+manifest, signed by the same key or by none. A hash finds damage and mix-ups; only a signature shows whose
+manifest it is.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from stillhook.units import quote
 
 NAME = "stillhook-manifest.json"
 """Of the file, in a folder; in an archive in the folder `IN_ARCHIVE`."""
+LOCK = f".{NAME}.lock"
+"""Empty file beside it where several processes write into one folder."""
 IN_ARCHIVE = f"resources/{NAME}"
 FORMAT = "stillhook manifest 1"
 """First words of a manifest; the number changes with the meaning of its contents."""
@@ -198,7 +200,7 @@ def checked_name(name: Any) -> str:
     plain = text == PurePosixPath(text).as_posix() and not PurePosixPath(text).is_absolute()
     if not plain or ".." in text.split("/") or text == "." or set(text) & set("\\:"):
         raise ValueError(f"{quote(text)} names no file inside the folder")
-    if text in (NAME, IN_ARCHIVE):
+    if text in (NAME, LOCK, IN_ARCHIVE):
         raise ValueError(f"{quote(text)} would be a part of itself")
     return text
 

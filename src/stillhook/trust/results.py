@@ -9,11 +9,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stillhook.base.atomic import atomic_folder
+from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
 from stillhook.trust.keys import PASSPHRASE, SigningKey, read_key
-from stillhook.trust.manifest import NAME, Made, Manifest, Part, read_manifest
+from stillhook.trust.manifest import LOCK, NAME, Made, Manifest, Part, read_manifest
 
 LOG = logging.getLogger("stillhook")
 Cranes = Iterable[tuple[str, str]]
@@ -55,6 +56,18 @@ def added_to(folder: Path, made: Made, parts: Mapping[str, Part], key: SigningKe
     return made_of.signed(key)
 
 
+def renew_parts(folder: Path, names: Iterable[str], key: SigningKey) -> None:
+    """Enter parts that were written anew on purpose into the manifest of their folder, if there is one and it has
+    them. It stays signed where this key signed it; a damaged one stays as it is, with a line on standard error."""
+    if (before := _manifest_in(folder)) is None:
+        return
+    now = {name: Part.of_file(folder / name) for name in names if name in before.parts}
+    sets = {made: {name: now.get(name, part) for name, part in of.items()} for made, of in before.sets.items()}
+    made = Manifest(sets).signed(key if before.signed_by(key) else None)
+    with atomic_file(folder / NAME) as part:
+        part.write_text(made.text(), encoding="utf-8", newline="\n")
+
+
 def own_key() -> SigningKey | None:
     """The user's own key, None where there is none, or, with a line on standard error, where it cannot be used without
     asking: results are written in any case."""
@@ -69,24 +82,53 @@ def own_key() -> SigningKey | None:
         return None
 
 
+def add_parts(folder: Path, what: str, parts: Mapping[str, Part]) -> None:
+    """Enter parts that were written into a folder one by one into its manifest. Of several processes each enters its
+    own."""
+    with one_at_a_time(folder / LOCK), atomic_file(folder / NAME) as part:
+        text = added_to(folder, Made.of(what), parts, own_key()).text()
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+def misfits(folder: Path, names: Iterable[str]) -> list[str]:
+    """Which of the files of a folder are other ones than its manifest says; one that it does not have is none."""
+    if not (files := list(names)) or (manifest := _manifest_in(folder)) is None:
+        return []
+    return [name for name in files if (of := manifest.parts.get(name)) and not _is(folder / name, of)]
+
+
 def note_misfit(*files: Path) -> None:
     """Say on standard error where files that are read are not those of the manifest in their folder. Nothing is said
     of a folder without a manifest: who can change files can remove it as well."""
     folder = files[0].parent
-    if not os.path.lexists(folder / NAME):
-        return
-    try:
-        parts = read_manifest(folder / NAME).parts
-    except TrustError as problem:
-        LOG.warning(f"{folder / NAME}: {problem}")
+    if (manifest := _manifest_in(folder)) is None:
         return
     for file in files:
         with suppress(OSError):
-            of = parts.get(file.name)
+            of = manifest.parts.get(file.name)
             if of is None:
                 line = "is not in the manifest of its folder"
-            elif of.size != file.stat().st_size or of != Part.of_file(file):
+            elif not _is(file, of):
                 line = "is not what the manifest of its folder says"
             else:
                 continue
             LOG.warning(f"{file}: {line}. See what changed: stillhook manifest {folder}")
+
+
+def _is(file: Path, part: Part) -> bool:
+    """Whether a file is this part; one that cannot be read is not."""
+    try:
+        return file.stat().st_size == part.size and Part.of_file(file) == part
+    except OSError:
+        return False
+
+
+def _manifest_in(folder: Path) -> Manifest | None:
+    """The manifest of a folder; None where there is none and, with a line on standard error, where it is damaged."""
+    if not os.path.lexists(folder / NAME):
+        return None
+    try:
+        return read_manifest(folder / NAME)
+    except TrustError as problem:
+        LOG.warning(f"{folder}: {problem}")
+        return None

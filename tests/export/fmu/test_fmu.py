@@ -28,6 +28,8 @@ from stillhook.export.fmu.description import exponents
 from stillhook.export.fmu.package import source_of
 from stillhook.export.twin import CONTENTS, PLATFORMS, Export, ExportError, compile_library, export
 from stillhook.library import crane_from_toml, cranes
+from stillhook.trust.comparison import compare
+from stillhook.trust.trust_list import users_trust
 
 SIGNALS = ("e_c", "s_w", "v_w", "F_w", "u_p", "p_a", "p_b", "omega_m", "alpha_m", "p_hp", "V_acc", "T_f")
 HOST = Path(__file__).with_name("host.c")
@@ -277,8 +279,11 @@ def functions_of(fmi: str) -> list[str]:
 def test_an_fmu_says_what_it_was_made_of(fmi: str, fmus: dict[str, Path], nov: stillhook.Crane):
     with zipfile.ZipFile(fmus[fmi]) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
-    sums = dict(reversed(line.split("  ")) for line in members.pop("resources/sha256.txt").decode().splitlines())
-    assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in members.items()}
+    parts = json.loads(members.pop("resources/stillhook-manifest.json"))["sets"][0]["parts"]
+    assert parts == {
+        name: {"size": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in members.items()
+    }
+    assert compare(fmus[fmi], users_trust()).complete
     assert "not validated" in json.loads(members["resources/envelope.json"])["twin"]
     assert json.loads(members["resources/case.json"])["load"] == 100e3
     assert crane_from_toml(members["resources/crane.toml"].decode(), "stored") == nov

@@ -20,6 +20,7 @@ def test_the_command_writes_text_xml_settings_and_test_sequence(tmp_path, capsys
         "nov-250t-ssc-test.csv",
         "nov-250t-ssc.st",
         "nov-250t-ssc.xml",
+        "stillhook-manifest.json",
     ]
     text = (tmp_path / "nov-250t-ssc.st").read_text()
     saved = json.loads((tmp_path / "nov-250t-ssc-settings.json").read_text())

@@ -29,7 +29,6 @@ from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
-from stillhook.spec.crane import identity
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
@@ -106,6 +105,7 @@ def response(
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import RESPONSE_FILES, write_response
     from stillhook.response.lift import answer_of, check_place, lift_response, stamped
+    from stillhook.spec.crane import identity
 
     if parse(duration, "time", "--duration") <= 0.0:
         raise LiftError(f"--duration {duration}: must be longer than 0 s. Enter the duration for the largest values.")

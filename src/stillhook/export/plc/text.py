@@ -29,20 +29,20 @@ WHEN = "2020-01-01T00:00:00"
 
 
 def normalised(text: str) -> str:
-    """The text with line ends of one character, without the line of the checksum."""
-    return LINE.sub("", text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff"), count=1)
+    """The text with line ends of one character, without a mark of the order of bytes."""
+    return text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
 
 
 def checksum(text: str) -> str:
     """SHA-256 of a text, with any line ends, without the line that names it."""
-    return hashlib.sha256(normalised(text).encode()).hexdigest()
+    return hashlib.sha256(LINE.sub("", normalised(text), count=1).encode()).hexdigest()
 
 
 def verify(file: Path) -> tuple[str, str]:
     """Checksum that a file names, and the one that it has. Errors: PlcError for a file that cannot be read or that
     names none."""
     text = read_text(file, "text that stillhook plc export wrote", PlcError, PROGRAM)
-    found = LINE.search(text)
+    found = LINE.search(normalised(text))
     if found is None:
         raise PlcError(f"{file}: names no checksum. Give a text that stillhook plc export wrote.")
     return found[1], checksum(text)

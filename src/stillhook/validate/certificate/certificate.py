@@ -41,7 +41,7 @@ from stillhook.spec.crane import Crane, content, identity
 from stillhook.spec.sub_models import levels_of
 from stillhook.spec.validity import Certified
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.results import result_folder
+from stillhook.trust.results import renew_parts, result_folder
 from stillhook.trust.signature import Signed, sign
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList, users_trust
@@ -494,4 +494,5 @@ def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
     for target, data in content.items():
         with atomic_file(target) as part:
             part.write_bytes(data)
+    renew_parts(file.parent, [target.name for target in content], key)
     return made
