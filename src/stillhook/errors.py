@@ -23,6 +23,9 @@ class StillhookError(Exception):
 
     _lines: tuple[str, ...] = ()
 
+    def __init__(self, line: str = "") -> None:
+        super().__init__(printed(line))
+
     @property
     def lines(self) -> tuple[str, ...]:
         """Every problem of the file, a line for each; the message alone where there is one."""
@@ -30,8 +33,16 @@ class StillhookError(Exception):
 
     def with_lines(self, lines: Sequence[str]) -> Self:
         """The same error, with a line for every problem."""
-        self._lines = tuple(lines) if len(lines) > 1 else ()
+        self._lines = tuple(map(printed, lines)) if len(lines) > 1 else ()
         return self
+
+
+def printed(text: object) -> str:
+    """A text as one line for a terminal: line ends, control characters and halves of pairs as their codes."""
+    line = str(text)
+    if line.isprintable():
+        return line
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
 
 
 def all_of(problems: Sequence[StillhookError]) -> StillhookError:
