@@ -19,17 +19,17 @@ from pathlib import Path
 from typing import Any
 
 from fuzz.engine import pool
-from fuzz.engine.guard import SLOWEST, Kind, Outcome, bound_memory
+from fuzz.engine.guard import Kind, Outcome, bound_memory
 from fuzz.engine.loop import Campaign, Tally, room
-from fuzz.targets.registry import Target, targets
+from fuzz.targets.registry import GROUPS, Target, targets
 from stillhook.errors import StillhookError
 from stillhook.units import parse
 
 STORE = Path("build/fuzz")
-SLICE = 20.0
+SLICE = 60.0
 """Time of a target of share 1 in one round [s]."""
-PATIENCE = 20.0 * SLOWEST
-"""A process that answers so much too late [s] is blocked."""
+PATIENCE = 600.0
+"""A process that answers so much too late [s] is blocked; on a busy machine it takes minutes to start."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -69,9 +69,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _chosen(pattern: str) -> list[Target]:
-    chosen = [
-        t for t in targets().values() if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}"))
-    ]
+    group = pattern.partition("/")[0]
+    of = targets([group] if group in GROUPS else GROUPS)
+    chosen = [t for t in of.values() if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}"))]
     if not chosen:
         sys.exit(f"error: --target {pattern!r}: no such target. --list shows them.")
     return chosen
@@ -91,7 +91,16 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
     """One target for some time, in a process of its own; its tally and findings are added to the store."""
     totals = _totals(store, target)
     seed = int(totals.get("rounds", 0))
-    command = [sys.executable, "-m", "fuzz", "--one", "--target", target.name, "--store", str(store)]
+    command = [
+        sys.executable,
+        "-m",
+        "fuzz",
+        "--one",
+        "--target",
+        f"{target.group}/{target.name}",
+        "--store",
+        str(store),
+    ]
     command += ["--seconds", f"{seconds:.3f}", "--seed", str(seed)]
     begun = time.monotonic()
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

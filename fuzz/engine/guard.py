@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import io
+import os
 import resource
 import shutil
 import signal
@@ -69,21 +69,26 @@ class Guard:
         for name, data in self.target.beside.items():
             (self.folder / name).write_bytes(data)
         self._usual = {self.current.name, *self.target.beside}
-        self._handler = signal.signal(signal.SIGPROF, _alarm)
+        with contextlib.ExitStack() as stack:
+            stack.callback(shutil.rmtree, self.folder, ignore_errors=True)
+            stack.callback(signal.signal, signal.SIGPROF, signal.signal(signal.SIGPROF, _alarm))
+            stack.enter_context(_quiet())
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *of: object) -> None:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, self._handler)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._stack.close()
 
     def attempt(self, data: bytes) -> Outcome:
         """What comes of an input."""
         self.current.write_bytes(data)
         asked = self.current if self.target.file else data
         try:
-            with _quiet(), _timed():
+            try:
+                signal.setitimer(signal.ITIMER_PROF, SLOWEST)
                 self.target.read(asked)
+            finally:
+                signal.setitimer(signal.ITIMER_PROF, 0.0)
         except Hang:
             return Outcome(Kind.HANG, f"more than {SLOWEST:g} s of processor time", "hang")
         except StillhookError as problem:
@@ -105,18 +110,9 @@ class Guard:
 
 
 @contextlib.contextmanager
-def _timed() -> Iterator[None]:
-    signal.setitimer(signal.ITIMER_PROF, SLOWEST)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-@contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """What is printed is dropped; the package's own warnings are errors, as in its tests, and others are ignored."""
-    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+    with warnings.catch_warnings(), open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
         warnings.simplefilter("ignore")
         for category in (RuntimeWarning, DeprecationWarning):
             warnings.filterwarnings("error", category=category, module="stillhook")

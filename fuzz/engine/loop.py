@@ -16,7 +16,7 @@ from fuzz.engine.guard import Guard, Kind, Outcome, peak
 from fuzz.mutators.choose import mutated
 from fuzz.targets.registry import Target
 
-TRACED = 4
+TRACED = 8
 """One input of so many is traced for lines; of all others the refusal alone is looked at."""
 RECENT = 30
 """Inputs found last, which are taken half of the time."""
