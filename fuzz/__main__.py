@@ -8,25 +8,29 @@ from __future__ import annotations
 
 import argparse
 import fnmatch
+import functools
+import hashlib
 import json
 import os
+import select
 import shutil
-import subprocess
+import signal
 import sys
 import time
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from fuzz.engine import pool
-from fuzz.engine.guard import Kind, Outcome, bound_memory
+from fuzz.engine.guard import PACKAGE, Kind, Outcome, bound_memory
 from fuzz.engine.loop import Campaign, Tally, room
 from fuzz.targets.registry import GROUPS, Target, targets
 from stillhook.errors import StillhookError
 from stillhook.units import parse
 
 STORE = Path("build/fuzz")
-SLICE = 60.0
+SLICE = 20.0
 """Time of a target of share 1 in one round [s]."""
 PATIENCE = 600.0
 """A process that answers so much too late [s] is blocked; on a busy machine it takes minutes to start."""
@@ -39,8 +43,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.list:
         print("\n".join(f"{t.group:10} {t.name:24} {t.form.value}" for t in chosen))
         return 0
-    if options.one:
-        return _one(chosen[0], options.store, options.seconds, options.seed)
     try:
         seconds = parse(options.time, "time", "--time")
     except StillhookError as problem:
@@ -62,9 +64,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--store", type=Path, default=STORE, help="folder of inputs and findings")
     parser.add_argument("--list", action="store_true", help="the targets")
     parser.add_argument("--summary", action="store_true", help="what earlier calls found")
-    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--seconds", type=float, default=SLICE, help=argparse.SUPPRESS)
-    parser.add_argument("--seed", type=int, default=0, help=argparse.SUPPRESS)
     return parser
 
 
@@ -89,45 +88,42 @@ def _rounds(chosen: Sequence[Target], store: Path, seconds: float) -> None:
 
 def _slice(target: Target, store: Path, seconds: float) -> None:
     """One target for some time, in a process of its own; its tally and findings are added to the store."""
+    folder = _folder(store, target)
+    folder.mkdir(parents=True, exist_ok=True)
     totals = _totals(store, target)
     seed = int(totals.get("rounds", 0))
-    command = [
-        sys.executable,
-        "-m",
-        "fuzz",
-        "--one",
-        "--target",
-        f"{target.group}/{target.name}",
-        "--store",
-        str(store),
-    ]
-    command += ["--seconds", f"{seconds:.3f}", "--seed", str(seed)]
     begun = time.monotonic()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        folder = room(target.name, process.pid)
+    answer, sent = os.pipe()
+    process = os.fork()
+    if process == 0:  # the package is imported already, which takes as long as thousands of inputs
         try:
-            out, said = process.communicate(timeout=seconds + PATIENCE)
-            died = "" if process.returncode == 0 else f"the process ended with {process.returncode}: {said[-300:]!r}"
-        except subprocess.TimeoutExpired:
-            died, out = "the process was blocked", ""
+            os.write(sent, json.dumps(_campaign(target, store, seconds, seed).to_dict()).encode())
         except BaseException:
-            process.kill()
-            raise
-        finally:
-            process.kill()
-            current = folder / (target.file or "input")
-            last = current.read_bytes() if current.exists() else b""
-            shutil.rmtree(folder.parent, ignore_errors=True)
-    tally: dict[str, Any] = Tally(hang=1, seconds=time.monotonic() - begun).to_dict() if died else json.loads(out)
-    if died:
-        _store_fault(store, target, last, Outcome(Kind.HANG if not out else Kind.ESCAPE, died, died[:40]))
+            traceback.print_exc()
+            os._exit(1)
+        os._exit(0)
+    os.close(sent)
+    ready, _, _ = select.select([answer], [], [], seconds + PATIENCE)
+    out = os.read(answer, 65_536) if ready else b""
+    if not out:
+        os.kill(process, signal.SIGKILL)
+    os.close(answer)
+    _, status = os.waitpid(process, 0)
+    place = room(target.name, process)
+    if out:
+        tally = json.loads(out)
+    else:
+        died = f"the process ended with status {status}" if ready else "the process was blocked"
+        current = place / (target.file or "input")
+        last = current.read_bytes() if current.exists() else b""
+        _store_fault(store, target, last, Outcome(Kind.ESCAPE if ready else Kind.HANG, died, died))
+        tally = Tally(escape=int(bool(ready)), hang=int(not ready), seconds=time.monotonic() - begun).to_dict()
+    shutil.rmtree(place.parent, ignore_errors=True)
     for name, value in tally.items():
         most = name in ("lines", "kept", "peak", "slowest")
         totals[name] = max(totals.get(name, 0), value) if most else totals.get(name, 0) + value
     totals["rounds"] = seed + 1
-    file = _folder(store, target) / "totals.json"
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(totals), encoding="utf-8")
+    (folder / "totals.json").write_text(json.dumps(totals), encoding="utf-8")
     print(
         f"{time.strftime('%H:%M:%S')} {target.name}: {tally['inputs']} inputs in {tally['seconds']:.0f} s,"
         f" {totals['inputs']} in all, {totals['lines']} lines, {len(_faults(store, target))} faults",
@@ -135,22 +131,33 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
     )
 
 
-def _one(target: Target, store: Path, seconds: float, seed: int) -> int:
-    """A slice, in its own process: the tally goes to standard output."""
+def _campaign(target: Target, store: Path, seconds: float, seed: int) -> Tally:
+    """A slice, in its own process; what it had seen is kept for the next, which begins where it ended."""
     folder = _folder(store, target)
     start = [*pool.inputs(pool.stored(pool.CORPUS, target.group, target.name)), *target.seeds()]
     start += pool.inputs(pool.stored(pool.CRASHES, target.group, target.name)) + pool.inputs(folder / "pool.jsonl")
+    seen: dict[str, Any] = next(pool.rows(folder / "seen.json"), {})
     campaign = Campaign(
         target,
         room(target.name, os.getpid()),
         seed,
         found=lambda data, outcome: _store_fault(store, target, data, outcome),
         kept=lambda data: pool.append(folder / "pool.jsonl", pool.line_of(data)),
+        seen=seen if seen.get("code") == _code() else {},
     )
     bound_memory()
     tally = campaign.run(list(dict.fromkeys(start)) or [b""], seconds=seconds)
-    print(json.dumps(tally.to_dict()))
-    return 0
+    (folder / "seen.json").write_text(json.dumps({"code": _code(), **campaign.showed()}), encoding="utf-8")
+    return tally
+
+
+@functools.cache
+def _code() -> str:
+    """A hash of the package."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(PACKAGE).rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def _folder(store: Path, target: Target) -> Path:

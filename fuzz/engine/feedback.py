@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import CodeType, FrameType
 from typing import Any
 
 from fuzz.engine.guard import PACKAGE, Outcome
 
 _VALUES = re.compile(r'"[^"]*"|\'[^\']*\'|[-+]?\d[\d.,e+-]*')
-NOTHING: set[int] = set()
+NOTHING: frozenset[int] = frozenset()
 
 Trace = Callable[[FrameType, str, Any], Any]
 
@@ -19,12 +19,22 @@ Trace = Callable[[FrameType, str, Any], Any]
 class Lines:
     """Counts lines of the package that run for the first time, while it is the trace function (a context).
 
-    A function all of whose lines have run is not traced any more, so that the cost falls with time.
+    A function all of whose lines have run is not traced any more, so that the cost falls with time. before: what
+    `to_dict` of an earlier one gave.
     """
 
-    def __init__(self) -> None:
-        self.seen = 0
-        self._left: dict[CodeType, set[int]] = {}
+    def __init__(self, before: Mapping[str, Sequence[int]] = {}) -> None:
+        self._before = {file: set(lines) for file, lines in before.items()}
+        self.seen = sum(map(len, self._before.values()))
+        self._left: dict[CodeType, set[int] | frozenset[int]] = {}
+
+    def to_dict(self) -> dict[str, list[int]]:
+        """Lines that ran, by file."""
+        ran = {file: set(lines) for file, lines in self._before.items()}
+        for code, left in self._left.items():
+            if left is not NOTHING:
+                ran.setdefault(code.co_filename, set()).update(_lines(code) - left)
+        return {file: sorted(lines) for file, lines in ran.items() if lines}
 
     def __enter__(self) -> Lines:
         sys.settrace(self._call)
@@ -38,24 +48,30 @@ class Lines:
         left = self._left.get(code)
         if left is None:
             own = code.co_filename.startswith(PACKAGE)
-            left = {line for *_, line in code.co_lines() if line} if own else NOTHING
-            self._left[code] = left
+            left = self._left[code] = _lines(code) - self._before.get(code.co_filename, NOTHING) if own else NOTHING
         return self._line if left else None
 
     def _line(self, frame: FrameType, event: str, _of: Any) -> Trace:
         if event == "line":
             left = self._left[frame.f_code]
             if frame.f_lineno in left:
-                left.discard(frame.f_lineno)
+                left.discard(frame.f_lineno)  # type: ignore[union-attr]
                 self.seen += 1
         return self._line
+
+
+def _lines(code: CodeType) -> set[int]:
+    return {line for *_, line in code.co_lines() if line}
 
 
 class Sentences:
     """Refusals seen so far, without the values in them: nearly every branch that refuses has a sentence of its own."""
 
-    def __init__(self) -> None:
-        self._seen: set[str] = set()
+    def __init__(self, before: Iterable[str] = ()) -> None:
+        self._seen = set(before)
+
+    def to_list(self) -> list[str]:
+        return sorted(self._seen)
 
     def new(self, outcome: Outcome) -> bool:
         """Whether no outcome before said this."""
@@ -66,5 +82,5 @@ class Sentences:
         return True
 
 
-MOST = 20_000
+MOST = 5000
 """Sentences at most: some name what was written without quotes, and would never end."""

@@ -18,15 +18,13 @@ from typing import NamedTuple
 
 import stillhook
 from fuzz.targets.registry import Target
-from stillhook.errors import StillhookError
+from stillhook.errors import LONGEST_LINE, StillhookError
 
 PACKAGE = str(Path(stillhook.__file__).parent)
 SLOWEST = 5.0
 """Processor time of one input [s]; an honest file of this size takes some hundredths."""
 MOST_MEMORY = 2**30
 """Memory that one process may take beyond what it had at the start [bytes]."""
-LONGEST_LINE = 2000
-"""Characters of a refusal."""
 
 
 class Kind:

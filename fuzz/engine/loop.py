@@ -6,7 +6,7 @@ import os
 import random
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -56,20 +56,28 @@ class Campaign:
     seed: int
     found: Callable[[bytes, Outcome], None] = lambda data, outcome: None
     kept: Callable[[bytes], None] = lambda data: None
+    seen: Mapping[str, Any] = field(default_factory=dict)
+    """What an earlier campaign of the same code had seen: its `showed`."""
     tally: Tally = field(default_factory=Tally)
     pool: list[bytes] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.r = random.Random(f"{self.target.name} {self.seed}")
-        self._lines, self._sentences = Lines(), Sentences()
+        self._lines = Lines(self.seen.get("lines", {}))
+        self._sentences = Sentences(self.seen.get("sentences", ()))
         self._faults: set[str] = set()
+
+    def showed(self) -> dict[str, Any]:
+        """Lines and sentences seen so far, for JSON."""
+        return {"lines": self._lines.to_dict(), "sentences": self._sentences.to_list()}
 
     def run(self, start: Sequence[bytes], *, inputs: int | None = None, seconds: float | None = None) -> Tally:
         """Try the inputs at the start, then changed ones, until so many were tried or so much time [s] is over."""
         before, begun = peak(), time.perf_counter()
         with Guard(self.target, self.folder) as guard:
-            for data in start:
+            for data in start if not self.seen else ():
                 self._try(guard, data, traced=True, parent=True)
+            self.pool += start if self.seen else ()
             while not self._over(inputs, seconds, time.perf_counter() - begun):
                 parent = self._parent()
                 data = mutated(self.r, self.target.form, parent, self.pool)

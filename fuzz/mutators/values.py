@@ -15,7 +15,7 @@ from fuzz.mutators import odd
 from fuzz.mutators.tokens import by_tokens, encoded
 
 Path = tuple[Any, ...]
-DEPTHS = (1, 2, 10, 60, 300, 2000)
+DEPTHS = (1, 2, 10, 60, 120)
 
 
 def paths(node: Any, path: Path = ()) -> Iterator[Path]:

@@ -41,6 +41,11 @@ MAP = "".join(
     f'[[register]]\nname = "{name}"\naddress = {10 * i}\ntype = "float32"\naccess = "{access}"\n'
     for i, (name, access) in enumerate((("s_w", "read"), ("s_tip", "write"), ("p_a", "read")))
 ).encode()
+EVENTS = b"""[[event]]
+date = 2027-03-01
+what = "repair"
+numbers = ["friction"]
+"""
 EXAMPLES = LIBRARY / "examples"
 BESIDE = {
     name: (EXAMPLES / "hil" / name).read_bytes()
@@ -165,7 +170,7 @@ TARGETS = (
         "map.toml",
         seeds=lambda: iter((MAP, *_examples("registers.toml"))),
     ),
-    Target("events", Form.TOML, _events, "events.toml"),
+    Target("events", Form.TOML, _events, "events.toml", seeds=lambda: iter((EVENTS,))),
     Target("condition-sources", Form.TOML, lambda p: gather([p.parent]), "campaign.toml", share=0.5),
     Target("plc-log", Form.TABLE, lambda p: read_plc_log(p, None, "plc.toml"), "plc-log.csv"),
     Target("adapted", Form.JSON, factor_in, "adapted.json", seeds=lambda: iter((b'{"value": 1.1}',)), share=0.3),

@@ -30,7 +30,9 @@ TARGETS = (
     Target(
         "log-csv", Form.TABLE, read_log, "log.csv", seeds=lambda: iter((CSV, CSV.replace(b";", b",")[:600])), share=3
     ),
-    Target("log-understood", Form.TABLE, understood_log, "log.csv", seeds=lambda: iter((CSV,)), share=2),
+    Target(
+        "log-understood", Form.TABLE, lambda p: understood_log(str(p)), "log.csv", seeds=lambda: iter((CSV,)), share=2
+    ),
     Target("log-parquet", Form.BINARY, _log, "log.parquet", seeds=samples.by_writer(samples.parquet), share=0.5),
     Target("log-mat", Form.BINARY, _log, "log.mat", seeds=samples.by_writer(samples.mat), share=0.5),
     Target("log-hdf", Form.BINARY, _log, "log.h5", seeds=samples.by_writer(samples.hdf), share=0.5),

@@ -21,6 +21,19 @@ from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.weather.alpha import load_alpha_table
 
 PACKAGE = Path(stillhook.__file__).parent
+FACTORS = b"""defaults = true
+[factors]
+friction = { lognormal = [1.0, 1.4] }
+bulk_modulus = { uniform = [0.6, 1.1] }
+delay = { triangular = ["0 ms", "10 ms", "40 ms"] }
+inertia = "default"
+"""
+SITE = b"""file = "site.csv"
+time_zone = "UTC+1"
+[columns]
+Hs = "Hs"
+Tp = { column = "Tp", unit = "s" }
+"""
 LOG = b"time [s];p_a [bar];v_w [m/s]\n0;100;0\n0.1;101;0.1\n0.2;102;0.2\n"
 
 
@@ -52,7 +65,13 @@ TARGETS = (
         share=2,
     ),
     Target("chart", Form.TABLE, read_load_chart, "chart.csv", seeds=files(LIBRARY / "lifts", "*.csv"), share=2),
-    Target("chart-understood", Form.TABLE, understood_chart, "chart.csv", seeds=files(LIBRARY / "lifts", "*.csv")),
+    Target(
+        "chart-understood",
+        Form.TABLE,
+        lambda p: understood_chart(str(p)),
+        "chart.csv",
+        seeds=files(LIBRARY / "lifts", "*.csv"),
+    ),
     Target(
         "alpha",
         Form.TOML,
@@ -65,9 +84,10 @@ TARGETS = (
         Form.TOML,
         _path(weather_of_file),
         "site.toml",
+        seeds=lambda: iter((SITE,)),
         beside={"site.csv": b"time;Hs;Tp\n2020-01-01 00:00;1;8\n2020-01-01 01:00;1.2;8\n2020-01-01 02:00;1.1;8\n"},
     ),
-    Target("factors", Form.TOML, load_uncertainty, "factors.toml"),
+    Target("factors", Form.TOML, load_uncertainty, "factors.toml", seeds=lambda: iter((FACTORS,))),
     Target("costs", Form.TOML, load_costs, "costs.toml"),
     Target(
         "criteria",

@@ -38,10 +38,10 @@ TARGETS = (
     Target("weather-text", Form.TABLE, read_weather, "site.csv", share=2),
     Target("weather-gzip", Form.GZIP, read_weather, "site.csv.gz"),
     Target("weather-netcdf", Form.NETCDF, read_weather, "site.nc", share=0.5),
-    Target("weather-understood", Form.TABLE, understood_weather, "site.csv"),
+    Target("weather-understood", Form.TABLE, lambda p: understood_weather(str(p)), "site.csv"),
     Target("motion-file", Form.TABLE, read_tip_motion, "motion.csv", share=2),
     Target("motion-ship", Form.TABLE, _ship, "motion.txt", share=2),
-    Target("motion-understood", Form.TABLE, understood_motion, "motion.csv"),
+    Target("motion-understood", Form.TABLE, lambda p: understood_motion(str(p)), "motion.csv"),
     Target(
         "motion-stored",
         Form.JSON,

@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 import math
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from stillhook.live.residual.model import code, content, read_model
 from stillhook.live.runtime.state import LiveState
 from stillhook.plan.report.document import document
 from stillhook.plan.result import FACTS, NUMBERS, OF_FACTS, OF_NUMBERS, load_plan_result
-from stillhook.spec.lift.stored import stored_lowerings
+from stillhook.spec.lift.stored import lowerings_text, stored_lowerings
 from stillhook.validate.certificate.certificate import load_certificate
 
 KEPT = Path(__file__).with_name("kept")
@@ -123,6 +124,24 @@ INPUTS = (
 )
 
 
+LOWERING = stillhook.Lowering(
+    payload=stillhook.read_payload("mud-mat-25t"),
+    programme=[{"mode": "ahc", "time": "20 s"}],
+    h_tip="36 m",
+    depth="500 m",
+    start_depth="50 m",
+    duration="30 s",
+)
+
+
+@functools.cache
+def _runs(lowering: bool) -> bytes:
+    """A file of the summaries of two cases, or of two lowerings."""
+    case = LOWERING if lowering else CASE.model_copy(update={"duration": 40.0})
+    with tempfile.TemporaryDirectory() as folder:
+        return stillhook.save_run(stillhook.simulate(CRANE, [case, case]), Path(folder) / "run.nc").read_bytes()
+
+
 def _results(path: Path) -> None:
     """Everything that is asked of a file of runs before it is run again."""
     run = load_run(path)
@@ -172,9 +191,14 @@ def _store(path: Path) -> None:
 
 
 TARGETS = (
-    Target("results", Form.NETCDF, _results, "run.nc"),
-    Target("lowerings", Form.NETCDF, _lowerings, "run.nc"),
-    Target("lowerings-text", Form.JSON, lambda d: stored_lowerings(text(d))),
+    Target("results", Form.NETCDF, _results, "run.nc", seeds=lambda: iter((_runs(False),))),
+    Target("lowerings", Form.NETCDF, _lowerings, "run.nc", seeds=lambda: iter((_runs(True),))),
+    Target(
+        "lowerings-text",
+        Form.JSON,
+        lambda d: stored_lowerings(text(d)),
+        seeds=lambda: iter((lowerings_text([LOWERING]).encode(),)),
+    ),
     Target("plan-facts", Form.JSON, _facts, FACTS, beside={NUMBERS: (KEPT / NUMBERS).read_bytes()}, share=2),
     Target("plan-numbers", Form.NETCDF, lambda p: load_plan_result(p.parent), NUMBERS),
     Target("certificate", Form.SEALED, _certificate, "certificate.json", share=2),

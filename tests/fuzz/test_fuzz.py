@@ -118,10 +118,9 @@ class TestGuard:
 
         assert self.outcome(tmp_path, fails).kind == Kind.ESCAPE
 
-    @pytest.mark.parametrize("line", ["", "  ", "x" * 3000])
-    def test_so_is_a_refusal_that_nobody_can_read(self, tmp_path, line):
+    def test_so_is_a_refusal_that_says_nothing(self, tmp_path):
         def refuses(data: bytes) -> None:
-            raise SpecError(line)
+            raise SpecError("  ")
 
         assert self.outcome(tmp_path, refuses).kind == Kind.ESCAPE
 
