@@ -32,9 +32,9 @@ def by_writer(write: Callable[[Path], object]) -> Callable[[], Iterator[bytes]]:
 
 
 def parquet(path: Path) -> None:
-    import polars as pl
+    from stillhook.formats.table.parquet import write_table
 
-    pl.DataFrame(COLUMNS).write_parquet(path)
+    write_table(COLUMNS, {}, path)
 
 
 def workbook(path: Path) -> None:

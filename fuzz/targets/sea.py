@@ -41,7 +41,7 @@ TARGETS = (
     Target("weather-understood", Form.TABLE, lambda p: understood_weather(str(p)), "site.csv"),
     Target("motion-file", Form.TABLE, read_tip_motion, "motion.csv", share=2),
     Target("motion-ship", Form.TABLE, _ship, "motion.txt", share=2),
-    Target("motion-understood", Form.TABLE, lambda p: understood_motion(str(p)), "motion.csv"),
+    Target("motion-understood", Form.TABLE, understood_motion, "motion.csv"),
     Target(
         "motion-stored",
         Form.JSON,

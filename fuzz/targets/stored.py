@@ -136,10 +136,15 @@ LOWERING = stillhook.Lowering(
 
 @functools.cache
 def _runs(lowering: bool) -> bytes:
-    """A file of the summaries of two cases, or of two lowerings."""
-    case = LOWERING if lowering else CASE.model_copy(update={"duration": 40.0})
+    """A file of two cases, or of a lowering."""
+    short = CASE.model_copy(update={"duration": 40.0})
+    case = LOWERING if lowering else [short, short]
     with tempfile.TemporaryDirectory() as folder:
-        return stillhook.save_run(stillhook.simulate(CRANE, [case, case]), Path(folder) / "run.nc").read_bytes()
+        return stillhook.save_run(stillhook.simulate(CRANE, case), Path(folder) / "run.nc").read_bytes()
+
+
+def _lowerings_text() -> Iterator[bytes]:
+    yield lowerings_text([LOWERING]).encode()
 
 
 def _results(path: Path) -> None:
@@ -197,7 +202,7 @@ TARGETS = (
         "lowerings-text",
         Form.JSON,
         lambda d: stored_lowerings(text(d)),
-        seeds=lambda: iter((lowerings_text([LOWERING]).encode(),)),
+        seeds=_lowerings_text,
     ),
     Target("plan-facts", Form.JSON, _facts, FACTS, beside={NUMBERS: (KEPT / NUMBERS).read_bytes()}, share=2),
     Target("plan-numbers", Form.NETCDF, lambda p: load_plan_result(p.parent), NUMBERS),
