@@ -39,9 +39,9 @@ PATIENCE = 600.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit code 1 where a fault was found."""
     options = _parser().parse_args(arguments)
-    chosen = _chosen(options.target)
+    of = chosen(options.target)
     if options.list:
-        print("\n".join(f"{t.group:10} {t.name:24} {t.form.value}" for t in chosen))
+        print("\n".join(f"{t.group:10} {t.name:24} {t.form.value}" for t in of))
         return 0
     try:
         seconds = parse(options.time, "time", "--time")
@@ -51,10 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.summary:
         seconds = 0.0
     try:
-        _rounds(chosen, options.store, seconds)
+        _rounds(of, options.store, seconds)
     except KeyboardInterrupt:
         print("stopped")
-    return _summary(chosen, options.store)
+    return _summary(of, options.store)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -67,28 +67,29 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _chosen(pattern: str) -> list[Target]:
+def chosen(pattern: str) -> list[Target]:
+    """Targets by name, or by group and name."""
     group = pattern.partition("/")[0]
     of = targets([group] if group in GROUPS else GROUPS)
-    chosen = [t for t in of.values() if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}"))]
-    if not chosen:
+    found = [t for t in of.values() if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}"))]
+    if not found:
         sys.exit(f"error: --target {pattern!r}: no such target. --list shows them.")
-    return chosen
+    return found
 
 
-def _rounds(chosen: Sequence[Target], store: Path, seconds: float) -> None:
+def _rounds(of: Sequence[Target], store: Path, seconds: float) -> None:
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0.0:
-        shares = sum(t.share for t in chosen)
+        shares = sum(t.share for t in of)
         scale = min(SLICE, left / shares)
-        for target in chosen:
+        for target in of:
             if time.monotonic() < end:
                 _slice(target, store, max(1.0, target.share * scale))
 
 
 def _slice(target: Target, store: Path, seconds: float) -> None:
     """One target for some time, in a process of its own; its tally and findings are added to the store."""
-    folder = _folder(store, target)
+    folder = folder_of(store, target)
     folder.mkdir(parents=True, exist_ok=True)
     totals = _totals(store, target)
     seed = int(totals.get("rounds", 0))
@@ -116,7 +117,7 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
         died = f"the process ended with status {status}" if ready else "the process was blocked"
         current = place / (target.file or "input")
         last = current.read_bytes() if current.exists() else b""
-        _store_fault(store, target, last, Outcome(Kind.ESCAPE if ready else Kind.HANG, died, died))
+        store_fault(store, target, last, Outcome(Kind.ESCAPE if ready else Kind.HANG, died, died))
         tally = Tally(escape=int(bool(ready)), hang=int(not ready), seconds=time.monotonic() - begun).to_dict()
     shutil.rmtree(place.parent, ignore_errors=True)
     for name, value in tally.items():
@@ -133,22 +134,28 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
 
 def _campaign(target: Target, store: Path, seconds: float, seed: int) -> Tally:
     """A slice, in its own process; what it had seen is kept for the next, which begins where it ended."""
-    folder = _folder(store, target)
-    start = [*pool.inputs(pool.stored(pool.CORPUS, target.group, target.name)), *target.seeds()]
-    start += pool.inputs(pool.stored(pool.CRASHES, target.group, target.name)) + pool.inputs(folder / "pool.jsonl")
+    folder = folder_of(store, target)
+    start = seeds_of(target, store)
     seen: dict[str, Any] = next(pool.rows(folder / "seen.json"), {})
     campaign = Campaign(
         target,
         room(target.name, os.getpid()),
         seed,
-        found=lambda data, outcome: _store_fault(store, target, data, outcome),
+        found=lambda data, outcome: store_fault(store, target, data, outcome),
         kept=lambda data: pool.append(folder / "pool.jsonl", pool.line_of(data)),
         seen=seen if seen.get("code") == _code() else {},
     )
     bound_memory()
-    tally = campaign.run(list(dict.fromkeys(start)) or [b""], seconds=seconds)
+    tally = campaign.run(start, seconds=seconds)
     (folder / "seen.json").write_text(json.dumps({"code": _code(), **campaign.showed()}), encoding="utf-8")
     return tally
+
+
+def seeds_of(target: Target, store: Path) -> list[bytes]:
+    """Inputs to begin with: of the corpus, of the target, of what once escaped, and of campaigns before."""
+    kept = [pool.stored(folder, target.group, target.name) for folder in (pool.CORPUS, pool.CRASHES)]
+    kept.append(folder_of(store, target) / "pool.jsonl")
+    return list(dict.fromkeys([*target.seeds(), *(data for file in kept for data in pool.inputs(file))])) or [b""]
 
 
 @functools.cache
@@ -160,40 +167,40 @@ def _code() -> str:
     return digest.hexdigest()
 
 
-def _folder(store: Path, target: Target) -> Path:
+def folder_of(store: Path, target: Target) -> Path:
     return store / target.group / target.name
 
 
 def _totals(store: Path, target: Target) -> dict[str, Any]:
-    return next(pool.rows(_folder(store, target) / "totals.json"), {})
+    return next(pool.rows(folder_of(store, target) / "totals.json"), {})
 
 
 def _faults(store: Path, target: Target) -> dict[str, dict[str, Any]]:
-    return {row["key"]: row for row in pool.rows(_folder(store, target) / "faults.jsonl")}
+    return {row["key"]: row for row in pool.rows(folder_of(store, target) / "faults.jsonl")}
 
 
-def _store_fault(store: Path, target: Target, data: bytes, outcome: Outcome) -> None:
+def store_fault(store: Path, target: Target, data: bytes, outcome: Outcome) -> None:
     if outcome.key not in _faults(store, target):
         line = pool.line_of(data, key=outcome.key, kind=outcome.kind, line=outcome.line)
-        pool.append(_folder(store, target) / "faults.jsonl", line)
+        pool.append(folder_of(store, target) / "faults.jsonl", line)
 
 
 COLUMNS = ("target", "inputs", "read", "refused", "escapes", "hangs", "lines", "peak MB", "slowest s")
 
 
-def _summary(chosen: Sequence[Target], store: Path) -> int:
+def _summary(of: Sequence[Target], store: Path) -> int:
     """A table of all that was done, and a line for each fault."""
     print("| " + " | ".join(COLUMNS) + " |\n|" + "---|" * len(COLUMNS))
     sums = [0] * 5
     faults = 0
-    for target in chosen:
+    for target in of:
         t = _totals(store, target)
         counts = [int(t.get(name, 0)) for name in ("inputs", "read", "refused", "escape", "hang")]
         sums = [a + b for a, b in zip(sums, counts, strict=True)]
         more = (str(t.get("lines", 0)), f"{t.get('peak', 0) / 1e6:.0f}", f"{t.get('slowest', 0.0):.2g}")
         print("| " + " | ".join([target.name, *map(str, counts), *more]) + " |")
     print("| " + " | ".join(["all", *map(str, sums), "", "", ""]) + " |")
-    for target in chosen:
+    for target in of:
         for row in _faults(store, target).values():
             faults += 1
             print(f"{target.name}: {row['kind']}: {row['line']}")
