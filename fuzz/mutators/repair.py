@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzz.mutators.tokens import INTERESTING, LARGEST, by_lines, by_tokens
 from fuzz.mutators.values import changed
-from stillhook.base.sealed import DIGITS, EXACT, digest_of
+from stillhook.base.sealed import DIGITS, EXACT, sealed
 from stillhook.engine.saved import DIGEST, seal
 
 Mutator = Callable[[random.Random, bytes, Sequence[bytes]], bytes]
@@ -25,9 +25,8 @@ def by_sealed(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
     tree = changed(r, json.loads(data), lambda: json.loads(r.choice(others or [data])))
     if not isinstance(tree, dict):
         return json.dumps(tree).encode("utf-8", "replace")
-    digits = r.choice((DIGITS, EXACT))
-    tree["digest"] = digest_of(tree, digits)
-    return json.dumps(tree).encode("utf-8", "replace")
+    tree.pop("digest", None)
+    return sealed(tree, r.choice((DIGITS, DIGITS, EXACT))).encode("utf-8", "replace")
 
 
 def by_state(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
