@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import stillhook
@@ -10,9 +11,9 @@ from stillhook.analysis.controllers import controller
 from stillhook.formats.case_file import load_case
 from stillhook.formats.lift.rigging_table import read_items
 from stillhook.formats.lift_file import load_lift, place_in
-from stillhook.formats.table.crane_sheet import crane_file_of_sheet
+from stillhook.formats.table.crane_sheet import crane_file_of_sheet, crane_sheet
 from stillhook.library.catalogue import read_compensator, read_payload
-from stillhook.library.condition import read_state
+from stillhook.library.condition import Entry, State, read_state
 from stillhook.library.crane_file import load_crane
 from stillhook.library.parameter_sets import load_set
 from stillhook.library.write import crane_toml
@@ -23,6 +24,20 @@ LIBRARY = Path(stillhook.__file__).parent / "library" / "data"
 def _crane(path: Path) -> object:
     """Reading, and writing what was read."""
     return crane_toml(load_crane(path))
+
+
+def _sheet() -> Iterator[bytes]:
+    """A crane as a table."""
+    sheet = crane_sheet(load_crane("nov-250t"))
+    yield "\n".join(",".join(f'"{cell}"' for cell in row) for row in (sheet.headings, *sheet.rows)).encode()
+
+
+def _state() -> Iterator[bytes]:
+    """A certificate that was given and withdrawn."""
+    words = {"when": "2027-03-01T12:00:00Z", "who": "a", "crane": "c", "certificate": "d", "logs": ("l",)}
+    first = Entry(state="valid", date="2027-03-01", reason="Passed.", **words)
+    second = Entry(state="withdrawn", date="2027-04-01", reason="Drift.", previous=first.digest, **words)
+    yield State(crane="c", checked="2027-04-01", history=(first, second)).text().encode()
 
 
 TARGETS = (
@@ -41,7 +56,7 @@ TARGETS = (
         seeds=lambda: (p.read_bytes() for shelf in ("friction", "motors") for p in (LIBRARY / shelf).glob("*.toml")),
     ),
     Target("controller", Form.TOML, controller, "own.toml"),
-    Target("state", Form.SEALED, read_state, "mine.condition.json"),
+    Target("state", Form.SEALED, read_state, "mine.condition.json", seeds=_state),
     Target("rigging", Form.TABLE, read_items, "rigging.csv"),
-    Target("crane-sheet", Form.TABLE, crane_file_of_sheet, "crane.csv"),
+    Target("crane-sheet", Form.TABLE, crane_file_of_sheet, "crane.csv", seeds=_sheet),
 )

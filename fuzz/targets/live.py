@@ -14,19 +14,22 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fuzz.targets.crane import LIBRARY
 from fuzz.targets.registry import Form, Target
 from stillhook.errors import LiveError
 from stillhook.library.toml.file import read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.live.condition.sources import EventsFile, gather
+from stillhook.live.hil import plc_log
 from stillhook.live.hil.plc_file import read_plc_file
-from stillhook.live.hil.plc_log import read_plc_log
 from stillhook.live.hil.script import read_script
 from stillhook.live.history.contents import check, overview
 from stillhook.live.history.events import Event
 from stillhook.live.history.journal import JOURNAL
 from stillhook.live.history.reading import read
+from stillhook.live.history.writer import History
 from stillhook.live.live_file import read_live_file
 from stillhook.live.observer.observed import factor_in
 from stillhook.live.runtime.board import SENSED, STATUS
@@ -156,7 +159,23 @@ def _datagrams() -> Iterator[bytes]:
 
 
 def _examples(name: str) -> Iterator[bytes]:
-    return (path.read_bytes() for path in sorted(EXAMPLES.rglob(name)))
+    """Those of the library, with a controller that is not first searched for."""
+    return (path.read_bytes().replace(b"strong-ssc", b"ssc") for path in sorted(EXAMPLES.rglob(name)))
+
+
+def _journal() -> Iterator[bytes]:
+    """A history of some rows."""
+    with tempfile.TemporaryDirectory() as folder:
+        with History(folder, ("s_w", "p_a", "e_c")) as history:
+            history.append(1.7e9 + np.arange(5.0), np.ones((5, 3)))
+        yield (Path(folder) / JOURNAL).read_bytes()
+
+
+def _plc_log() -> Iterator[bytes]:
+    """Two cycles of every column that is asked for."""
+    names = dict.fromkeys((*plc_log.STATUS, *plc_log.INPUTS, *plc_log.NEEDED))
+    rows = [",".join(str(0.01 * i) for _ in names) for i in range(5)]
+    yield "\n".join([",".join(f"{n} [{plc_log.STATUS.get(n) or plc_log.unit(n)}]" for n in names), *rows]).encode()
 
 
 TARGETS = (
@@ -172,9 +191,9 @@ TARGETS = (
     ),
     Target("events", Form.TOML, _events, "events.toml", seeds=lambda: iter((EVENTS,))),
     Target("condition-sources", Form.TOML, lambda p: gather([p.parent]), "campaign.toml", share=0.5),
-    Target("plc-log", Form.TABLE, lambda p: read_plc_log(p, None, "plc.toml"), "plc-log.csv"),
+    Target("plc-log", Form.TABLE, lambda p: plc_log.read_plc_log(p, None, "plc.toml"), "plc-log.csv", seeds=_plc_log),
     Target("adapted", Form.JSON, factor_in, "adapted.json", seeds=lambda: iter((b'{"value": 1.1}',)), share=0.3),
-    Target("history", Form.BINARY, _history, JOURNAL),
+    Target("history", Form.BINARY, _history, JOURNAL, seeds=_journal),
     Target("datagram", Form.JSON, _datagram, seeds=_datagrams, share=2),
     Target("modbus", Form.PACKET, _modbus, seeds=_frames),
 )

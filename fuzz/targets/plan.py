@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -40,6 +41,17 @@ LOG = b"time [s];p_a [bar];v_w [m/s]\n0;100;0\n0.1;101;0.1\n0.2;102;0.2\n"
 def _lift_plan() -> Iterator[bytes]:
     for file in sorted((LIBRARY / "lifts").glob("*.toml")):
         yield file.read_bytes()
+
+
+SEA_TRIALS = LIBRARY / "examples" / "sea-trials"
+
+
+def _campaign(example: str) -> Iterator[bytes]:
+    """The library's example with one log for all tests, each a part of it."""
+    data = (LIBRARY / "examples" / example / "campaign.toml").read_bytes()
+    yield re.sub(rb'"logs/[\w-]+\.csv"', b'"1.csv"', data)
+    head, first, *_ = data.split(b"[[test]]")
+    yield re.sub(rb'"logs/[\w-]+\.csv"', b'"1.csv"', head + b"[[test]]" + first)
 
 
 def _path(read: Callable[[str], object]) -> Callable[[Path], object]:
@@ -102,9 +114,9 @@ TARGETS = (
         Form.TOML,
         load_campaign,
         "campaign.toml",
-        beside={"1.csv": LOG},
+        beside={"1.csv": LOG, "criteria.toml": (SEA_TRIALS / "criteria.toml").read_bytes()},
         share=2,
-        seeds=files(LIBRARY / "examples" / "sea-trials", "campaign.toml"),
+        seeds=lambda: _campaign("sea-trials"),
     ),
     Target(
         "friction-campaign",
@@ -112,7 +124,7 @@ TARGETS = (
         load_friction_campaign,
         "campaign.toml",
         beside={"1.csv": LOG},
-        seeds=files(LIBRARY / "examples" / "friction-tests", "campaign.toml"),
+        seeds=lambda: _campaign("friction-tests"),
     ),
     Target("motor-map", Form.TABLE, read_map, "map.csv"),
 )

@@ -76,3 +76,71 @@ def tdms(path: Path) -> None:
 
     with TdmsWriter(path) as writer:
         writer.write_segment([ChannelObject("log", name, x) for name, x in COLUMNS.items()])
+
+
+OMEGA, HEADINGS = np.linspace(0.15, 1.5, 4), np.arange(0.0, 181.0, 45.0)
+"""Of a vessel's table: frequencies [rad/s], headings [deg]."""
+
+
+def vessels() -> Iterator[bytes]:
+    """A plank that floats, as other programs write it: WAMIT, AQWA, VERES, and CSV with its conventions."""
+    from tests.sea.other_programs import aqwa_text, wamit_text
+    from tests.sea.plank import plank, plank_motions
+    from tests.sea.test_rao_re1 import lines
+
+    from stillhook.formats.vessel.csv import write_rao_csv
+
+    H = plank_motions(OMEGA, np.radians(HEADINGS))
+    yield wamit_text(OMEGA, HEADINGS, H).encode()
+    yield aqwa_text(OMEGA, HEADINGS, H).encode()
+    yield "\n".join(lines(headings=HEADINGS, omega=OMEGA)).encode()
+    around = np.radians(np.arange(0.0, 360.0, 45.0))
+    yield from by_writer(lambda path: write_rao_csv(plank(OMEGA, around), path, source="made up"))()
+
+
+def hydrostar() -> list[bytes]:
+    """The same in the six files of HydroStar."""
+    from tests.sea.other_programs import hydrostar_texts
+    from tests.sea.plank import plank_motions
+
+    H = plank_motions(OMEGA, np.radians(HEADINGS))
+    return [each.encode() for each in hydrostar_texts(OMEGA, HEADINGS, H)]
+
+
+def orcaflex() -> Iterator[bytes]:
+    import yaml
+    from tests.sea.test_rao_orcaflex import model
+
+    yield yaml.safe_dump(model(np.arange(0.0, 360.0, 45.0)), default_flow_style=None, width=9999).encode()
+
+
+def capytaine() -> Iterator[bytes]:
+    from tests.sea.test_rao_capytaine import data_set
+
+    yield bytes(data_set().to_netcdf(engine="h5netcdf"))
+
+
+def directional() -> Iterator[bytes]:
+    """A spectrum over frequency and direction, by the names of the CF conventions."""
+    import xarray
+
+    f, degrees = np.linspace(0.05, 0.3, 6), np.arange(0.0, 360.0, 45.0)
+    density = np.exp(-(((f[:, None] - 0.1) / 0.03) ** 2)) * (1.0 + np.cos(np.radians(degrees)))[None, :]
+    attrs = {"units": "m2 s degree-1", "standard_name": "sea_surface_wave_directional_variance_spectral_density"}
+    coords = {
+        "freq": ("freq", f, {"units": "Hz"}),
+        "dir": ("dir", degrees, {"units": "degree", "standard_name": "sea_surface_wave_from_direction"}),
+        "time": np.array(["2026-11-28", "2026-11-29"], dtype="datetime64[ns]"),
+    }
+    data = xarray.Dataset({"efth": (("time", "freq", "dir"), np.stack([density, density]), attrs)}, coords=coords)
+    yield bytes(data.to_netcdf(engine="h5netcdf"))
+
+
+def hindcast() -> Iterator[bytes]:
+    """Heights and periods at one place, as ERA5 has them."""
+    import xarray
+
+    time = np.arange("2026-01-01", "2026-01-03", dtype="datetime64[h]").astype("datetime64[ns]")
+    columns = {"swh": (2.0, "m"), "pp1d": (9.0, "s"), "mwd": (30.0, "degrees")}
+    values = {n: ("time", x + np.sin(np.arange(len(time))), {"units": unit}) for n, (x, unit) in columns.items()}
+    yield bytes(xarray.Dataset(values, coords={"time": time}).to_netcdf(engine="h5netcdf"))
