@@ -174,7 +174,7 @@ def _journal() -> Iterator[bytes]:
 def _plc_log() -> Iterator[bytes]:
     """Two cycles of every column that is asked for."""
     names = dict.fromkeys((*plc_log.STATUS, *plc_log.INPUTS, *plc_log.NEEDED))
-    rows = [",".join(str(0.01 * i) for _ in names) for i in range(5)]
+    rows = [",".join(str(i if name == "cycle" else 0.01 * i) for name in names) for i in range(5)]
     yield "\n".join([",".join(f"{n} [{plc_log.STATUS.get(n) or plc_log.unit(n)}]" for n in names), *rows]).encode()
 
 

@@ -17,7 +17,8 @@ from stillhook.base.sealed import EXACT, sealed
 from stillhook.engine.session import Session
 from stillhook.engine.store import Store
 from stillhook.export.hosts import Exchange, Sample
-from stillhook.export.plc.text import verify
+from stillhook.export.plc.block import controller_block
+from stillhook.export.plc.text import structured_text, verify
 from stillhook.formats.case_file import stored_cases
 from stillhook.formats.lift_file import stored_lift
 from stillhook.formats.results import load_run, lowerings_of, origin, stored_steps
@@ -201,6 +202,10 @@ def _store(path: Path) -> None:
     Store(path.parent).find([b"\0" * 32], lambda place: ("a",))
 
 
+def _block() -> Iterator[bytes]:
+    yield structured_text(controller_block(CRANE, "ns")).encode()
+
+
 TARGETS = (
     Target("results", Form.NETCDF, _results, "run.nc", share=0.5, seeds=lambda: iter((_runs(False),))),
     Target("lowerings", Form.NETCDF, _lowerings, "run.nc", share=0.5, seeds=lambda: iter((_runs(True),))),
@@ -245,5 +250,5 @@ TARGETS = (
     ),
     Target("residual-model", Form.JSON, _model, "model.json", seeds=_kept("model.json")),
     Target("store", Form.ZIP, _store, "0.cases.npz"),
-    Target("plc-text", Form.TABLE, verify, "block.st", share=0.5),
+    Target("plc-text", Form.TABLE, verify, "block.st", seeds=_block, share=0.5),
 )
