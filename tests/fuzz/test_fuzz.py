@@ -67,13 +67,13 @@ def test_no_input_of_the_corpus_and_none_that_once_escaped_does(name: str, tmp_p
 def test_changed_inputs_give_a_value_or_one_line(name: str, tmp_path: Path):
     target, faults = TARGETS[name], []
     campaign = Campaign(target, tmp_path / "room", SEED, found=lambda data, outcome: faults.append((outcome, data)))
-    start = [*stored(pool.CORPUS, target), *target.seeds()]
+    start = [*target.seeds(), *stored(pool.CORPUS, target)]
     tally = campaign.run(start[:20], inputs=INPUTS, seconds=SECONDS)
-    assert tally.inputs > 0
+    assert tally.read > 0  # changes begin with something that is right
     assert faults == []
 
 
-def test_what_is_committed_is_small_and_each_target_has_an_input_that_is_read():
+def test_what_is_committed_is_small_and_of_a_target():
     files = [*pool.CORPUS.rglob("*.jsonl"), *pool.CRASHES.rglob("*.jsonl")]
     assert sum(file.stat().st_size for file in files) < LARGEST_CORPUS
     named = {f"{target.group}/{name}" for name, target in TARGETS.items()}
