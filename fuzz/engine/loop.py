@@ -18,6 +18,10 @@ from fuzz.targets.registry import Target
 
 TRACED = 8
 """One input of so many is traced for lines; of all others the refusal alone is looked at."""
+WHOLE = 0.6
+"""Share of inputs that are made of one that is read: most that are made of one that is refused end at the same place."""
+FIRST = 40
+"""Inputs at the start that are tried again where a campaign continues."""
 RECENT = 30
 """Inputs found last, which are taken half of the time."""
 LOOK = 100
@@ -66,6 +70,7 @@ class Campaign:
         self._lines = Lines(self.seen.get("lines", {}))
         self._sentences = Sentences(self.seen.get("sentences", ()))
         self._faults: set[str] = set()
+        self._whole: list[bytes] = []
 
     def showed(self) -> dict[str, Any]:
         """Lines and sentences seen so far, for JSON."""
@@ -75,9 +80,9 @@ class Campaign:
         """Try the inputs at the start, then changed ones, until so many were tried or so much time [s] is over."""
         before, begun = peak(), time.perf_counter()
         with Guard(self.target, self.folder) as guard:
-            for data in start if not self.seen else ():
-                self._try(guard, data, traced=True, parent=True)
-            self.pool += start if self.seen else ()
+            for data in start[:FIRST] if self.seen else start:
+                self._try(guard, data, traced=not self.seen, parent=True)
+            self.pool += start[FIRST:] if self.seen else ()
             while not self._over(inputs, seconds, time.perf_counter() - begun):
                 parent = self._parent()
                 data = mutated(self.r, self.target.form, parent, self.pool)
@@ -97,6 +102,8 @@ class Campaign:
     def _parent(self) -> bytes:
         if not self.pool:
             return b""
+        if self._whole and self.r.random() < WHOLE:
+            return self.r.choice(self._whole)
         return self.r.choice(self.pool[-RECENT:] if self.r.random() < 0.5 else self.pool)
 
     def _try(self, guard: Guard, data: bytes, *, traced: bool, parent: bool = False) -> None:
@@ -115,6 +122,8 @@ class Campaign:
             self._fault(guard, data, outcome)
         elif (new or parent) and len(data) <= LONGEST_KEPT and len(self.pool) < MOST_KEPT:
             self.pool.append(data)
+            if outcome.kind == Kind.READ:
+                self._whole.append(data)
             if not parent:
                 self.kept(data)
 
