@@ -19,7 +19,7 @@ from fuzz.targets.registry import Target
 TRACED = 8
 """One input of so many is traced for lines; of all others the refusal alone is looked at."""
 WHOLE = 0.6
-"""Share of inputs that are made of one that is read: most that are made of one that is refused end at the same place."""
+"""Share of inputs made of one that is read: most that are made of a refused one are refused at the same place."""
 FIRST = 40
 """Inputs at the start that are tried again where a campaign continues."""
 RECENT = 30

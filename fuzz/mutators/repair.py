@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzz.mutators.tokens import INTERESTING, LARGEST, by_lines, by_tokens
 from fuzz.mutators.values import changed
-from stillhook.base.sealed import DIGITS, EXACT, sealed
+from stillhook.base.kept.sealed import DIGITS, EXACT, sealed
 from stillhook.engine.saved import DIGEST, seal
 
 Mutator = Callable[[random.Random, bytes, Sequence[bytes]], bytes]

@@ -20,7 +20,7 @@ class Form(Enum):
     TOML = "toml"
     JSON = "json"
     SEALED = "sealed"
-    """JSON with the checksum of `stillhook.base.sealed`."""
+    """JSON with the checksum of `stillhook.base.kept.sealed`."""
     STATE = "state"
     """Head, numbers and checksum of `stillhook.engine.saved`."""
     TABLE = "table"

@@ -13,7 +13,7 @@ from typing import Any
 
 import stillhook
 from fuzz.targets.registry import Form, Target, text
-from stillhook.base.sealed import EXACT, sealed
+from stillhook.base.kept.sealed import EXACT, sealed
 from stillhook.engine.session import Session
 from stillhook.engine.store import Store
 from stillhook.export.hosts import Exchange, Sample

@@ -22,7 +22,7 @@ from fuzz.mutators.repair import by_gzip, by_sealed, by_state
 from fuzz.mutators.values import by_toml, toml, toml_text
 from fuzz.targets.registry import Form, Target, targets
 
-from stillhook.base.sealed import read_sealed, sealed
+from stillhook.base.kept.sealed import read_sealed, sealed
 from stillhook.cli.runs.inspect import READERS
 from stillhook.engine.saved import seal, unseal
 from stillhook.errors import SpecError, StillhookError
