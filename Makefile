@@ -12,7 +12,7 @@ STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel sbom lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench fuzz docs site validation wheel sbom lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
@@ -21,6 +21,7 @@ help:
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
 	@echo "make check       set up, then ruff, import layers and mypy"
 	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
+	@echo "make fuzz        set up, then fuzz every reader and parser for an hour, or as FUZZ_ARGS says; continues where it ended"
 	@echo "make docs        set up, then write the generated pages and check the links"
 	@echo "make site        set up, then build the documentation site in build/site/html: no network is needed to read it"
 	@echo "make validation  set up, then compute the validation pages anew"
@@ -58,6 +59,10 @@ bench: $(STAMP_MORE)
 	@$(BIN)/python -m benchmarks.exports
 	@$(BIN)/python -m benchmarks.session
 	@test -z "$(AGAINST)" || $(BIN)/python -m benchmarks.against $(AGAINST)
+
+# For example: make fuzz FUZZ_ARGS="--target 'sea/*' --time '8 h'"; --summary shows what was found so far.
+fuzz: $(STAMP)
+	@$(BIN)/python -m fuzz $(FUZZ_ARGS)
 
 docs: $(STAMP)
 	@$(BIN)/python docs/images/make.py && $(BIN)/python docs/generate.py

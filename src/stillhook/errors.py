@@ -23,6 +23,9 @@ class StillhookError(Exception):
 
     _lines: tuple[str, ...] = ()
 
+    def __init__(self, line: str = "") -> None:
+        super().__init__(_one_line(line))
+
     @property
     def lines(self) -> tuple[str, ...]:
         """Every problem of the file, a line for each; the message alone where there is one."""
@@ -30,8 +33,28 @@ class StillhookError(Exception):
 
     def with_lines(self, lines: Sequence[str]) -> Self:
         """The same error, with a line for every problem."""
-        self._lines = tuple(lines) if len(lines) > 1 else ()
+        self._lines = tuple(map(_one_line, lines)) if len(lines) > 1 else ()
         return self
+
+
+LONGEST_LINE = 2000
+"""Characters of an error at most: a name in a file may have as many as the file."""
+_LAST = 500
+"""Those of a longer one that are kept from its end, which says what to do."""
+
+
+def printed(text: object) -> str:
+    """A text as one line for a terminal: line ends, control characters and halves of pairs as their codes."""
+    line = str(text)
+    if line.isprintable():
+        return line
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
+
+def _one_line(text: object) -> str:
+    """The same, with the middle left out where it is too long to read."""
+    line = printed(text)
+    return line if len(line) <= LONGEST_LINE else f"{line[: LONGEST_LINE - _LAST - 5]} ... {line[-_LAST:]}"
 
 
 def all_of(problems: Sequence[StillhookError]) -> StillhookError:

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
-from stillhook.errors import UnitError
+from stillhook.errors import UnitError, printed
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
@@ -155,7 +155,7 @@ def quote(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         cut = value if len(value) <= LONGEST_TEXT else value[: LONGEST_TEXT - 3] + "..."
-        return '"' + "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut) + '"'
+        return f'"{printed(cut)}"'
     try:
         text = "".join(c if c.isprintable() else " " for c in repr(value))
     except Exception:  # of a number with thousands of digits, of lists in lists without end, of anybody's own

@@ -24,7 +24,7 @@ from stillhook._version import __version__
 from stillhook.base.signals import forget, received, stopped_by
 from stillhook.cli.groups import Entry, Group, Program
 from stillhook.cli.names import modern
-from stillhook.errors import StillhookError
+from stillhook.errors import StillhookError, printed
 
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
 DEBUG = "STILLHOOK_DEBUG"
@@ -218,8 +218,7 @@ def _note(usual: Callable[..., None], message: Warning | str, category: type[War
 
 def _refuse(line: str, code: int = REFUSED) -> int:
     """One line, regardless of what was typed into it."""
-    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
-    print(f"error: {shown}", file=sys.stderr)
+    print(f"error: {printed(line)}", file=sys.stderr)
     return code
 
 

@@ -15,7 +15,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stillhook.errors import LiveError
+from stillhook.errors import LiveError, printed
 from stillhook.live.history.journal import JOURNAL, connect, in_one_line
 from stillhook.live.history.moments import moment, show_moment
 from stillhook.units import quote
@@ -105,7 +105,7 @@ def event(source: str, name: str, text: str, value: float | None = None, time: f
 
 def one_line(text: str, most: int = LONGEST_TEXT) -> str:
     """A text with nothing in it that is not printed, cut where it is too long."""
-    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    shown = printed(text)
     return shown if len(shown) <= most else f"{shown[: most - 3]}..."
 
 

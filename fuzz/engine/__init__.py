@@ -1,0 +1,1 @@
+"""How inputs are tried, kept and changed in a loop."""

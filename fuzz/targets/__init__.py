@@ -1,0 +1,1 @@
+"""Targets: every reader and text parser of the package, by room."""
