@@ -21,6 +21,7 @@ from stillhook.base.gateway.guard import guarded, reader
 from stillhook.base.gateway.parse import from_json, from_toml, from_yaml
 from stillhook.base.kept.sealed import read_sealed
 from stillhook.errors import Cancelled, LogError, SpecError, StillhookError, UnreadableError
+from stillhook.export.hosts.exchange import Exchange, Sample
 from stillhook.formats.case_file import load_case
 from stillhook.formats.motion.open import read_ship_motion
 from stillhook.formats.table.read import open_table
@@ -29,6 +30,7 @@ from stillhook.formats.weather.file import read_weather
 from stillhook.library.certificate import read_certificate
 from stillhook.logs.log import read_log
 from stillhook.plan.definition.load_chart import read_load_chart
+from stillhook.spec.lift.stored import stored_lowerings
 
 SOON = 20.0
 """Longest time for one line about a file of any size here [s]: a busy machine, and the first use of a library."""
@@ -336,3 +338,49 @@ class TestWhatEscapes:
             line_of(lambda: read_sealed(tmp_path / "x.json", "x 1", "a thing", "Make it again.", SpecError))
         assert JSON.depth < 100
         assert stat.S_ISREG((tmp_path / "x.json").stat().st_mode)
+
+
+CRANE = load_crane("nov-250t")
+CASE = stillhook.Scenario(load="100 t", s_w="100 m", mode="ssc")
+DEEP = functools.reduce(lambda inner, _: [inner], range(5000), [])
+
+
+class TestWhatIsStored:
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"s_w": None},
+            {"s_w": "100 m"},
+            {"load": -1.0},
+            {"load": True},
+            {"duration": 1e300},
+            {"operator": {"profile": [[0.0, "x"]], "steps": []}},
+            {"sensors": {"delay": None}},
+            {"water": {"volume": -1.0}},
+            {"modes": [[1.0]]},
+            {"mode": []},
+            {"strange": 1.0},
+        ],
+    )
+    def test_a_scenario_that_none_can_be_is_refused(self, change):
+        assert stillhook.Scenario.from_dict(CASE.to_dict()) == CASE
+        assert line_of(lambda: stillhook.Scenario.from_dict({**CASE.to_dict(), **change})).startswith("stored scenario")
+
+    @pytest.mark.parametrize("value", [None, "x", float("nan"), 1e308, 10**400, [1.0]])
+    @pytest.mark.parametrize("place", range(5))
+    def test_a_host_that_gives_no_finite_number_is_refused(self, place, value):
+        sample = [0.0, 1.01e6, 20.0, 0.0, 0.0]
+        sample[place] = value
+        line_of(lambda: Exchange(CRANE, CASE).at(Sample(*sample), new_step=True))
+
+    @pytest.mark.parametrize("value", [10**5000, DEEP, {1: DEEP}, object()], ids=["digits", "deep", "table", "object"])
+    def test_an_argument_that_cannot_be_printed_is_refused(self, value):
+        session = stillhook.Session(CRANE, CASE)
+        for call in (session.set_states, session.step, session.restore, lambda x: session.set("v_op", x)):
+            line_of(functools.partial(call, value))
+
+    @pytest.mark.parametrize(
+        "text", ["", "[]", "null", '{"lifts": 1}', '{"lifts": [{}], "cases": []}', "[" * 100_000, '{"lifts": [NaN]}']
+    )
+    def test_lowerings_of_another_shape_are_refused(self, text):
+        assert line_of(lambda: stored_lowerings(text)).startswith("stored lowerings: ")

@@ -1,5 +1,6 @@
 """The report of a plan says what a surveyor must know, in the order in which he reads, and the same bytes for the same results."""
 
+import hashlib
 import io
 import json
 import math
@@ -546,6 +547,20 @@ def test_facts_without_a_hash_are_marked_and_their_missing_parts_are_refused(
     capsys.readouterr()
     less = damaged(saved, tmp_path / "less", known=False, facts=lambda told: {**told, "rules": None})
     assert "plan.json has no hash, and a part of it is missing or odd" in refused(less, capsys)
+
+
+@pytest.mark.parametrize(("key", "value"), [("rules", None), ("phases", 1), ("crane", {}), ("remarks", [[1]])])
+def test_odd_facts_are_refused_where_their_hash_fits_as_well(saved, stems, tmp_path, capsys, monkeypatch, key, value):
+    """Those of another version, or edited with their hash made anew."""
+    monkeypatch.setattr(writing, "pictures", lambda r: dots(stems))
+
+    def edited(told: dict) -> dict:
+        bare = {name: x for name, x in told.items() if name != "facts_sha256"} | {key: value}
+        digest = hashlib.sha256(json.dumps(bare, sort_keys=True).encode()).hexdigest()
+        return {**bare, "facts_sha256": digest}
+
+    odd = damaged(saved, tmp_path / "odd", facts=edited)
+    assert "is of another version or was edited: a part of it is missing or odd" in refused(odd, capsys)
 
 
 def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):

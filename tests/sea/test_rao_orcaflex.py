@@ -262,3 +262,20 @@ def test_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> None:
     assert "RAODirection abeam: is not a number of degrees" in refused(written(tmp_path, data))
     del data["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
     assert "has no DisplacementRAOs" in refused(written(tmp_path, data))
+
+
+@pytest.mark.parametrize("number", [1e308, -1e13, 1e-300])
+def test_numbers_that_no_vessel_has_are_refused(tmp_path: Path, number: float) -> None:
+    """Beyond them squares and products overflow, with a warning and without a line."""
+    raos = (data := model())["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
+    for table in raos["RAOs"]:
+        table[KEY][1][0 if number == 1e-300 else 1] = number
+    assert "holds a number that no vessel has" in refused(written(tmp_path, data))
+
+
+def test_names_of_several_lines_stay_on_one(tmp_path: Path) -> None:
+    types = (data := model())["VesselTypes"]
+    types.append({**types[0], "Name": "second\nline " + "x" * 1000})
+    line = refused(written(tmp_path, data))
+    assert line.isprintable()
+    assert len(line) < 600
