@@ -10,6 +10,7 @@ from tests.commands import run as command
 from tests.live.conditions import DATES, campaign, certified, fits, fits_in, worn
 
 from stillhook import load_crane, load_run, save_run, simulate
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.base.kept.sealed import sealed
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import LiveError, SpecError
@@ -29,10 +30,17 @@ def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("followed")
     with pytest.MonkeyPatch.context() as patch:
         fits_in(patch)
+        patch.setenv(VARIABLE, str(root))
         files = worn(root)
         for until in (2, len(files)):
             save_condition(follow_condition(files[:until], root / "out"), root / "out")
     return root
+
+
+@pytest.fixture(autouse=True)
+def allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Campaigns name a crane in a folder next to theirs."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
 
 
 @pytest.fixture
