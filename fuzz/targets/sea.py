@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 from fuzz.targets import samples
@@ -28,6 +29,7 @@ def _spectrum(data: bytes) -> object:
     return spectrum_from_dict(found)
 
 
+TIP = b"time [s],tip [m]\n" + b"".join(b"%.1f,%.3f\n" % (0.5 * i, math.sin(0.3 * i)) for i in range(120))
 SIX = samples.hydrostar()
 SITE = b"time;Hs [m];Tp [s];dir [deg]\n" + b"".join(
     b"2026-01-01 %02d:00;1.%d;8.5;120\n" % (i, i % 10) for i in range(24)
@@ -62,9 +64,9 @@ TARGETS = (
     Target(
         "weather-understood", Form.TABLE, lambda p: understood_weather(str(p)), "site.csv", seeds=lambda: iter((SITE,))
     ),
-    Target("motion-file", Form.TABLE, read_tip_motion, "motion.csv", share=2),
+    Target("motion-file", Form.TABLE, read_tip_motion, "motion.csv", seeds=lambda: iter((TIP,)), share=2),
     Target("motion-ship", Form.TABLE, _ship, "motion.txt", share=2),
-    Target("motion-understood", Form.TABLE, understood_motion, "motion.csv"),
+    Target("motion-understood", Form.TABLE, understood_motion, "motion.csv", seeds=lambda: iter((TIP,))),
     Target(
         "motion-stored",
         Form.JSON,

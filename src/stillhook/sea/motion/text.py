@@ -59,7 +59,7 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
                 return FilteredTip.from_dict(dict(data), motion_from_dict)
             case "vessel":
                 return VesselTip.from_dict(dict(data), motion_from_dict)
-    except (KeyError, TypeError, ValueError) as problem:
+    except (KeyError, TypeError, ValueError, OverflowError) as problem:
         wrong = f"type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}"
         raise MotionError(f"stored motion: {wrong}. Simulate again.") from problem
     types = ", ".join(

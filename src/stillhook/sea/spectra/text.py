@@ -217,7 +217,7 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
                 return Mixed(tuple(term for term in terms if isinstance(term, Peaks)))
             case "measured":
                 return Measured(data["omega"], data["width"], data["S"], data["source"])
-    except (KeyError, TypeError, ValueError) as problem:
+    except (KeyError, TypeError, ValueError, OverflowError) as problem:
         raise SeaError(f"{place}: {quote(str(problem))} is missing or misstated. Generate them again.") from None
     types = "jonswap, torsethaugen, ochi-hubble, mixed, measured"
     raise SeaError(f"{place}: type {quote(data['type'])} is not one of {types}.")
