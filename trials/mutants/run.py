@@ -119,7 +119,7 @@ class Campaign:
 
 def failed(output: str) -> list[str]:
     """Tests, or files that cannot be imported, that the summary of pytest names. Names of cases may hold blanks."""
-    return re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", output, re.MULTILINE)
+    return re.findall(r"^(?:FAILED|ERROR) (\S+?\[.*?\](?= - |$)|\S+)", output, re.MULTILINE)
 
 
 def verdict(end: Ended, tests: Iterable[str]) -> tuple[str, str]:
