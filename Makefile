@@ -11,13 +11,14 @@ STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs site validation wheel lock clean
+.PHONY: help demo test test-fast test-thorough test-all mutants check bench docs site validation wheel lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
 	@echo "make test        set up, then run the tests (about five minutes)"
 	@echo "make test-fast   set up, then run the tests that take a minute"
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
+	@echo "make mutants     set up, then draw 100 small changes of the sources and see which the tests notice (an hour on two cores)"
 	@echo "make check       set up, then ruff, import layers and mypy"
 	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
 	@echo "make docs        set up, then write the generated pages and check the links"
@@ -42,6 +43,10 @@ test-thorough: $(STAMP)
 
 test-all: test test-thorough
 	@$(BIN)/python docs/validation/make.py --check
+
+# Outcomes are kept in build/mutants: a run that was stopped goes on. A second sample: make mutants MUTANTS="--seed 2 --number 40"
+mutants: $(STAMP)
+	@$(TEST_ENV) $(BIN)/python -m trials.mutants $(MUTANTS)
 
 check: $(STAMP)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.identify.refusals import refused
 
-from stillhook.logs.clock import _offsets
+from stillhook.logs.clock import _best_lag, _offsets
 from stillhook.logs.log import mapping_from, read_log
 
 REV = 2.0 * np.pi / 60.0
@@ -138,3 +138,13 @@ def test_a_shift_that_leaves_little_in_common_is_no_match_and_one_that_leaves_a_
         early, late = np.zeros(n), np.zeros(n)
         early[n - 20], late[n - 20 - shift] = 1.0, 1.0  # seen once by both, if so much of both may lie over each other
         assert (_offsets({"a": early}, {"b": late}, step)[3][:1] == [shift]) == found
+
+
+@pytest.mark.parametrize(("early", "late", "lag"), [(0, 3, -3.0), (3, 0, 3.0), (0, 1, -1.0), (2, 2, 0.0)])
+def test_the_lag_of_a_short_piece_may_be_as_long_as_the_piece(monkeypatch, early, late, lag):
+    monkeypatch.setattr("stillhook.logs.clock.REACH", 10.0)
+    x, y = np.zeros(4), np.zeros(4)
+    x[early], y[late] = 1.0, 1.0
+    assert _best_lag(x, y, 1.0, sign=1.0) == (lag, 1.0)
+    assert _best_lag(-x, y, 1.0, sign=0.0) == (lag, -1.0)
+    assert _best_lag(np.zeros(4), y, 1.0, sign=1.0) == (0.0, 0.0)

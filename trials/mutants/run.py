@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from trials.mutants.choice import Choice
 from trials.mutants.sites import Mutant
-from trials.mutants.tree import OVER, ROOT, STOPPED, Ended, Tree
+from trials.mutants.tree import OVER, PASSED, ROOT, STOPPED, Ended, Tree
 
 KERNEL_ROOMS = ("physics", "control", "winches", "kernels")
 """Rooms whose sources are compiled: every change of one compiles the kernels anew."""
@@ -19,8 +19,6 @@ BUDGET, COMPILING = 20.0, 60.0
 """Tests of a mutant, and what is more where kernels are compiled [s of the processor]: the next test does not begin."""
 MOST = 4
 """Test files of one mutant."""
-PASSED, NO_TESTS = 0, 5
-"""Exit codes of pytest."""
 
 
 class Outcome(NamedTuple):
@@ -81,7 +79,8 @@ class Campaign:
             compiles = mutant.file.split("/")[2] in KERNEL_ROOMS
             lines = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()
             tree.change(mutant, compiles)
-            tree.start([*tests, *(f"--deselect={test}" for test in failing)], BUDGET + COMPILING * compiles)
+            left_out = [f"--deselect={test}" for test in failing]
+            tree.start([["-x", *left_out, test] for test in tests], BUDGET + COMPILING * compiles)
             while (end := tree.ended()) is None:
                 yield None
             tree.restore(mutant)
@@ -93,7 +92,7 @@ class Campaign:
         if not tests:
             return set()
         tree = self._trees[0]
-        tree.start(tests, 10.0 * BUDGET, all_of_them=True)
+        tree.start([tests], 10.0 * BUDGET)
         while (end := tree.ended()) is None:
             time.sleep(0.1)
         return {test for test in tests if test in failed(end.text)}
@@ -124,7 +123,7 @@ def failed(output: str) -> list[str]:
 
 def verdict(end: Ended, tests: Iterable[str]) -> tuple[str, str]:
     """Status and cause of a run with a mutant."""
-    if end.code in (PASSED, NO_TESTS, OVER):
+    if end.code in (PASSED, OVER):
         return "survived", ", ".join(tests) + (" (as many as there was time for)" if end.code == OVER else "")
     if end.code == STOPPED:
         return "stopped", "limit of time, or a signal"

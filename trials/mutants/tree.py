@@ -31,8 +31,10 @@ HANGS = 60.0
 """One test may take so much longer than all tests are given [s of the processor]."""
 PATIENCE = 20.0
 """Longest time on the clock for a second of the processor [s]: something waits for ever beyond it."""
+PASSED, FAILED, NO_TESTS = 0, 1, 5
+"""Exit codes of pytest."""
 STOPPED, OVER = -1, 77
-"""Exit codes beside those of pytest: a test did not end in its time; the time of all tests has passed."""
+"""Exit codes beside those: a test did not end in its time; the time of all tests has passed."""
 
 
 class Ended(NamedTuple):
@@ -70,8 +72,9 @@ class Tree:
             shutil.rmtree(self._compiled, ignore_errors=True)
         self._compiled = None
 
-    def start(self, tests: Sequence[str], budget: float, *, all_of_them: bool = False) -> None:
-        """Run test files or tests until one fails, or all of them; none begins after `budget` [s of the processor]."""
+    def start(self, runs: Sequence[Sequence[str]], budget: float) -> None:
+        """Run pytest with these arguments, one run after the other until one fails; no test begins after `budget` [s of
+        the processor]."""
         sys.stdout.flush()
         self._until = time.monotonic() + PATIENCE * (budget + HANGS)
         child = os.fork()
@@ -88,14 +91,14 @@ class Tree:
             os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
             os.dup2(output, 1)
             os.dup2(output, 2)
-            code = self._test(tests, budget, [] if all_of_them else ["-x"])
+            code = self._test(runs, budget)
         finally:
             with contextlib.suppress(Exception):
                 sys.stdout.flush()
                 sys.stderr.flush()
             os._exit(code)
 
-    def _test(self, tests: Sequence[str], budget: float, options: list[str]) -> int:
+    def _test(self, runs: Sequence[Sequence[str]], budget: float) -> int:
         import pytest
 
         os.chdir(self.root)
@@ -108,10 +111,15 @@ class Tree:
         for name in [name for name in sys.modules if name.split(".")[0] in ("trials", "stillhook", "tests")]:
             del sys.modules[name]
         sys.path[:] = [str(self.root / "src"), str(self.root), *(p for p in sys.path if str(ROOT) not in p)]
-        options += ["-q", "-m", "not thorough", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist"]
+        options = ["-q", "-m", "not thorough", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist"]
         given = Budget(budget)
-        code = int(pytest.main([*options, *tests], plugins=[given]))
-        return OVER if given.over and code != 1 else code
+        for arguments in runs:
+            code = int(pytest.main([*options, *arguments], plugins=[given]))
+            if code == FAILED or (code not in (PASSED, NO_TESTS) and not given.over):
+                return code
+            if given.over:
+                return OVER
+        return PASSED
 
     def ended(self) -> Ended | None:
         """How the run ended, None while it goes on."""
