@@ -91,7 +91,7 @@ def test_a_failed_test_kills_and_the_end_of_the_time_that_tests_are_given_does_n
     assert verdict(Ended(1, 2.0, text), ["t"]) == ("killed", "tests/a/test_b.py::test_c[x of y - 2]")
     assert verdict(Ended(0, 2.0, ""), ["t", "u"]) == ("survived", "t, u")
     assert verdict(Ended(OVER, 2.0, ""), ["t"]) == ("survived", "t (as many as there was time for)")
-    assert verdict(Ended(STOPPED, 2.0, ""), ["t"])[0] == "stopped"
+    assert verdict(Ended(STOPPED, 2.0, "..\nSIGXCPU"), ["t"]) == ("stopped", "SIGXCPU")
     assert verdict(Ended(2, 2.0, "ERROR tests/a/test_b.py - NameError"), ["t"]) == ("killed", "tests/a/test_b.py")
 
 

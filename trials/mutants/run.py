@@ -126,7 +126,7 @@ def verdict(end: Ended, tests: Iterable[str]) -> tuple[str, str]:
     if end.code in (PASSED, OVER):
         return "survived", ", ".join(tests) + (" (as many as there was time for)" if end.code == OVER else "")
     if end.code == STOPPED:
-        return "stopped", "limit of time, or a signal"
+        return "stopped", end.text.rsplit("\n", 1)[-1]
     return "killed", next(iter(failed(end.text)), f"exit code {end.code}")
 
 

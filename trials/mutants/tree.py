@@ -135,6 +135,8 @@ class Tree:
         self._child = None
         text = (self._notes / "output").read_text(encoding="utf-8", errors="replace")
         code = os.waitstatus_to_exitcode(status)
+        if code < 0:
+            text = f"{text}\n{signal.Signals(-code).name}"
         return Ended(code if code >= 0 else STOPPED, usage.ru_utime + usage.ru_stime, text)
 
     def stop(self) -> None:
