@@ -12,13 +12,14 @@ STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench fuzz docs site validation wheel sbom lock clean
+.PHONY: help demo test test-fast test-thorough test-all mutants check bench fuzz docs site validation wheel sbom lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
 	@echo "make test        set up, then run the tests (about five minutes)"
 	@echo "make test-fast   set up, then run the tests that take a minute"
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
+	@echo "make mutants     set up, then draw 100 small changes of the sources and see which the tests notice (an hour on two cores)"
 	@echo "make check       set up, then ruff, import layers and mypy"
 	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
 	@echo "make fuzz        set up, then fuzz every reader and parser for an hour, or as FUZZ_ARGS says; continues where it ended"
@@ -45,6 +46,10 @@ test-thorough: $(STAMP_MORE)
 
 test-all: $(STAMP_MORE) test test-thorough
 	@$(BIN)/python docs/validation/make.py --check
+
+# Outcomes are kept in build/mutants: a run that was stopped goes on. A second sample: make mutants MUTANTS="--seed 2 --number 40"
+mutants: $(STAMP)
+	@$(TEST_ENV) $(BIN)/python -m trials.mutants $(MUTANTS)
 
 check: $(STAMP_MORE)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .

@@ -265,6 +265,13 @@ class TestDataset:
         assert data["applicable"].dtype == bool
         assert float(data["e_c_pp"].sel(controller="ssc")[0, 0]) == cell(found, "e_c_pp", "ssc", 0, 0)
 
+    def test_a_picture_is_of_the_first_layer_and_period_unless_another_is_named(self, found):
+        """Of a map with one period there is no other."""
+        from stillhook.analysis.maps.figures import value_figure
+
+        assert len(found.axes.periods) == 1
+        assert value_figure(found, "e_c_pp").get_suptitle().endswith("m of wire out, sine of 12 s")
+
     @pytest.mark.thorough
     def test_pictures_show_every_value_and_name_every_cause(self, found):
         from stillhook.analysis.maps.figures import figures

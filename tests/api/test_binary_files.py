@@ -22,7 +22,7 @@ from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats import binary as binary_reader
 from stillhook.formats import binary as reader_process
-from stillhook.formats.binary import read_binary
+from stillhook.formats.binary import read_binary, refuse_bomb
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import read_columns
 from stillhook.formats.vessel.open import read_vessel
@@ -276,6 +276,37 @@ def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
         read_binary(odd_readers.takes, tmp_path / "x", 10**9)
     monkeypatch.setenv("STILLHOOK_READ_MEMORY", "4 GB")
     assert read_binary(odd_readers.takes, tmp_path / "x", 10**9) == 10**9
+
+
+def test_what_just_fits_into_the_memory_is_read_and_a_byte_more_is_refused_unless_it_is_read_in_pieces(
+    tmp_path, monkeypatch
+):
+    file = tmp_path / "x.nc"
+    file.write_bytes(b"x" * 100_000)
+    monkeypatch.setenv("STILLHOOK_READ_MEMORY", "150 MB")
+    refuse_bomb(file, 150e6)
+    with pytest.raises(UnreadableError, match=r"^holds 150 MB; up to 150 MB is read at once, more with STILLHOOK_READ"):
+        refuse_bomb(file, 150e6 + 1)
+    refuse_bomb(file, 150e6 + 1, at_once=False)
+
+
+def test_a_file_may_hold_two_thousand_times_its_size_and_a_small_one_100_mb(tmp_path):
+    """Deflate packs to a thousandth at best, so what claims more cannot be there."""
+    small, larger = tmp_path / "small.nc", tmp_path / "larger.nc"
+    small.write_bytes(b"x")
+    larger.write_bytes(b"x" * 100_000)
+    for file, most, shown in (
+        (small, 100e6, "100 MB in a file of 1 bytes"),
+        (larger, 200e6, "200 MB in a file of 100000 bytes"),
+    ):
+        refuse_bomb(file, most)
+        with pytest.raises(UnreadableError, match=f"^claims to hold {shown}; up to {most / 1e6:.0f} MB is read$"):
+            refuse_bomb(file, most + 1)
+    refuse_bomb(small, 500.0, allowed=500.0)
+    with pytest.raises(
+        UnreadableError, match=r"^claims to hold 501 bytes in a file of 1 bytes; up to 500 bytes is read$"
+    ):
+        refuse_bomb(small, 501.0, allowed=500.0)
 
 
 @pytest.mark.slow

@@ -3,11 +3,13 @@
 import json
 import math
 import tomllib
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from stillhook import library
+from stillhook.cli.library import show_crane
 from stillhook.engine.pack.winch import drum_record, inertia_record
 from stillhook.errors import SpecError
 from stillhook.library import LeakTable, changed, cranes, frictions, leak_table, leak_tables, load_crane, motor, motors
@@ -275,3 +277,19 @@ def test_displayed_speed_is_the_published_one() -> None:
     v_w = active.pump.D_total * active.pump.omega_p / active.motor.D_total / crane.i_hD * crane.drum.d_max / 2
     assert in_display(v_w, "speed") == pytest.approx(72.47127, abs=5e-6)
     assert math.isclose(crane.i_hD, math.prod(crane.gear_ratios), rel_tol=1e-3)
+
+
+@pytest.mark.parametrize(("against", "level"), [((), 2), (("the crane was changed",), 1)])
+def test_a_sheet_shows_the_levels_of_a_certificate_that_holds_and_of_no_other(
+    monkeypatch, capsys, against, level
+) -> None:
+    crane = load_crane("nov-250t")
+    certified = SimpleNamespace(sub_models={"friction": 2}, short="0" * 12)
+    monkeypatch.setattr("stillhook.library.load_crane", lambda name: crane.model_copy(update={"certified": certified}))
+    monkeypatch.setattr("stillhook.engine.certificate.objections", lambda crane: against)
+    monkeypatch.setattr("stillhook.engine.certificate.twin_line", lambda crane: "a twin")
+    monkeypatch.setattr("stillhook.cli.library.twin_lines", lambda crane: ["a twin"])
+    show_crane("nov-250t", json=True)
+    levels = json.loads(capsys.readouterr().out)["sub_models"]
+    assert levels["friction"] == level
+    assert {value for name, value in levels.items() if name != "friction"} == {1}

@@ -155,6 +155,19 @@ def test_files_that_a_group_may_write_do_no_harm_where_the_group_cannot_reach_th
 
 
 @posix
+@pytest.mark.parametrize(
+    ("mode", "weak"),
+    [(0o600, False), (0o644, False), (0o755, False), (0o620, True), (0o602, True), (0o664, True), (0o646, True)],
+)
+def test_a_file_that_group_or_others_may_write_is_not_loaded_and_one_that_they_may_read_or_run_is(tmp_path, mode, weak):
+    """Both may enter the folder and the one above it."""
+    folder = made(made(tmp_path / "read", 0o755) / "kernels", 0o755)
+    (folder / "f.nbc").write_bytes(b"code")
+    (folder / "f.nbc").chmod(mode)
+    assert cache.weak_content(folder) == ("others may write to f.nbc in it" if weak else "")
+
+
+@posix
 @root
 def test_kernels_of_somebody_else_are_not_loaded(tmp_path, monkeypatch, temporary):
     folder = made(chosen(monkeypatch, tmp_path / "mine") / "kernels", 0o700)

@@ -113,3 +113,14 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, text, line):
     problem = refused(load_campaign, written(tmp_path, text))
     assert problem.startswith("campaign.toml: ")
     assert line in problem
+
+
+@pytest.mark.parametrize("load", ["150 t", "190 t", "225 t"])
+def test_an_overload_test_up_to_half_above_the_swl_is_read(tmp_path, load):
+    campaign = load_campaign(written(tmp_path, GOOD.replace('"77 t"', f'"{load}"')))
+    assert campaign.tests[0].load == parse(load, "mass")
+
+
+def test_more_than_that_is_a_slip_of_the_pen(tmp_path):
+    line = refused(load_campaign, written(tmp_path, GOOD.replace('"77 t"', '"226 t"')))
+    assert 'load = "226 t": "nov-150t" is made for 0 t to 150 t. Check the load.' in line

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from tests.identify.staged import CRANE_2, LEVER, LOSS, RPM, STAIR, disturbed, stage, truth
 
+from stillhook.identify.system_friction import diagnosis
 from stillhook.identify.system_friction.diagnosis import design, judge
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted
 from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
+from stillhook.library import frictions
+from stillhook.library import system_friction as published
 from stillhook.physics.scalar import G
 
 SWL = 153e3 * G * LEVER
@@ -119,3 +122,23 @@ def test_a_parameter_that_may_be_zero_is_said_to_be_so():
 def test_the_threshold_for_low_speeds_is_where_it_is_said_to_be(speed):
     points = stage(Y, CRANE_2, [speed * 2 / 2.04, *[n for n in STAIR if n >= 250]])
     assert ("no low speed" in codes(design(points, SWL).statements)) == (points.omega.min() > 150 * RPM)
+
+
+@pytest.mark.parametrize(
+    ("factor", "unusual"), [(0.39, True), (0.41, False), (1.0, False), (2.49, False), (2.51, True)]
+)
+def test_friction_far_from_that_of_every_published_winch_is_unusual(monkeypatch, factor, unusual):
+    """With one published winch: 2.5 times its friction, or a part of that, is where it begins."""
+    monkeypatch.setattr(diagnosis, "frictions", lambda: ["crane-1"])
+    monkeypatch.setattr(diagnosis, "published", lambda name: None)
+    monkeypatch.setattr(diagnosis.Y, "of", lambda published: 1.0)
+    monkeypatch.setattr(diagnosis, "system_friction", lambda omega, T_d, y: np.full(len(T_d), 100.0 * y))
+    points = stage(Y, rng=np.random.default_rng(1))
+    assert [s.code for s in diagnosis.unlike(points, factor)] == ["unusual"] * unusual
+
+
+def test_the_friction_of_the_only_published_winch_itself_is_not_unusual(monkeypatch):
+    """Whatever the factor: with 1 it is on both edges."""
+    monkeypatch.setattr(diagnosis, "UNLIKE", 1.0)
+    monkeypatch.setattr(diagnosis, "frictions", lambda: [frictions()[0]])
+    assert diagnosis.unlike(stage(Y, rng=np.random.default_rng(1)), diagnosis.Y.of(published(frictions()[0]))) == ()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tests.identify.refusals import refused
 
+from stillhook.logs.clock import _best_lag, _offsets
 from stillhook.logs.log import mapping_from, read_log
 
 REV = 2.0 * np.pi / 60.0
@@ -119,3 +120,31 @@ def test_dated_stamps_are_believed_where_motion_does_not_tell(tmp_path, staircas
     np.testing.assert_allclose(
         log.signals["p_a"][150:-10], late[150:-10], atol=0.3e5
     )  # six deviations of a mean of ten samples, and more
+
+
+def test_a_shift_that_leaves_little_in_common_is_no_match_and_one_that_leaves_a_quarter_is():
+    """Both sides see the same moves at the same time; the strongest of one is at its end and that of the other at its
+    beginning, so that laid over each other they agree best where next to nothing else is seen by both."""
+    n, step = 400, 1.0
+    moves = np.zeros(n)
+    moves[12:-12:6] = np.random.default_rng(1).choice([-1.0, 1.0], len(moves[12:-12:6]))
+    main, other = moves.copy(), moves.copy()
+    main[3], other[-4] = 9.0, 9.0
+    match, _, _, offsets = _offsets({"a": main}, {"b": other}, step)
+    assert offsets[0] == 0.0
+    assert match < 0.5
+    for shared, found in ((n // 4, True), (n // 4 - 1, False)):
+        shift = n - shared
+        early, late = np.zeros(n), np.zeros(n)
+        early[n - 20], late[n - 20 - shift] = 1.0, 1.0  # seen once by both, if so much of both may lie over each other
+        assert (_offsets({"a": early}, {"b": late}, step)[3][:1] == [shift]) == found
+
+
+@pytest.mark.parametrize(("early", "late", "lag"), [(0, 3, -3.0), (3, 0, 3.0), (0, 1, -1.0), (2, 2, 0.0)])
+def test_the_lag_of_a_short_piece_may_be_as_long_as_the_piece(monkeypatch, early, late, lag):
+    monkeypatch.setattr("stillhook.logs.clock.REACH", 10.0)
+    x, y = np.zeros(4), np.zeros(4)
+    x[early], y[late] = 1.0, 1.0
+    assert _best_lag(x, y, 1.0, sign=1.0) == (lag, 1.0)
+    assert _best_lag(-x, y, 1.0, sign=0.0) == (lag, -1.0)
+    assert _best_lag(np.zeros(4), y, 1.0, sign=1.0) == (0.0, 0.0)

@@ -1,12 +1,14 @@
 """Signs that contradict each other are refused with the row of the mapping to write."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.identify.refusals import refused
 
 from stillhook.logs.log import check_signs, mapping_from, read_log
+from stillhook.logs.signs import _pull
 
 pytestmark = pytest.mark.slow
 
@@ -90,3 +92,24 @@ def test_a_sign_that_the_mapping_holds_is_turned_round_again(tmp_path, staircase
 def test_too_little_motion_judges_nothing(tmp_path, staircase):
     short = flipped(staircase, "omega_m").rows(np.arange(len(staircase)) < 700)
     check_signs(read_log(short.write(tmp_path / "short.csv"), None))
+
+
+def logged(tension) -> SimpleNamespace:
+    return SimpleNamespace(signals={"F_w": tension}, doubtful={"F_w": np.zeros(len(tension), np.bool_)})
+
+
+@pytest.mark.parametrize(
+    ("pushing", "named"),
+    [(1.0, True), (0.995, True), (0.98, False), (0.6, False), (0.0, False)],
+    ids=["throughout", "but for spikes", "but for a fiftieth", "most of the time", "never"],
+)
+def test_a_tension_that_is_negative_throughout_is_named_and_a_few_spikes_hide_nothing(pushing, named):
+    """A wire cannot push."""
+    tension = np.where(np.arange(1000) < round(1000 * pushing), -2e5, 1e5)
+    assert bool(_pull(logged(tension), lambda name: f"set sign = -1 for {name}")) == named
+
+
+def test_a_wire_that_hangs_slack_does_not_push_and_no_tension_says_nothing():
+    assert _pull(logged(np.zeros(100)), str) == []
+    assert _pull(logged(np.full(100, np.nan)), str) == []
+    assert _pull(SimpleNamespace(signals={}), str) == []

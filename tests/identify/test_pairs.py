@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from stillhook.identify.steady_state.pairs import pair_windows
@@ -64,3 +66,33 @@ def test_a_window_without_partner_is_told_with_the_nearest_speed() -> None:
     assert found.unpaired[0].reason == "no lowering within 35 % of 512 rev/min; the nearest is 800 rev/min"
     assert pair_windows([window(512.0, 160.0)]).unpaired[0].reason == "no lowering stretch at all"
     assert pair_windows([]).pairs == ()
+
+
+@pytest.mark.parametrize(("lowering", "pairs"), [(1.41, 1), (1.43, 0), (0.71, 1), (0.69, 0)])
+def test_speeds_more_than_a_third_apart_are_not_a_pair(lowering: float, pairs: int) -> None:
+    """35 % of the mean of both: a ratio of 1.35 / 0.65 to the halves, 1.424 and 0.702."""
+    found = pair_windows([window(100.0, 160.0), window(-100.0 * lowering, 140.0)])
+    assert len(found.pairs) == pairs
+    assert len(found.unpaired) == 2 - 2 * pairs
+
+
+def test_speeds_apart_by_just_the_limit_are_a_pair_and_of_two_the_nearer_is_taken(monkeypatch) -> None:
+    """With a limit of a half, which binary fractions meet exactly."""
+    monkeypatch.setattr("stillhook.identify.steady_state.pairs.LARGEST_DIFFERENCE", 0.5)
+
+    def turning(v: float) -> Window:
+        return Window(0.0, 10.0, int(math.copysign(1, v)), v, 0.0, 1e7, 1e4, 100)
+
+    assert len(pair_windows([turning(1.25), turning(-0.75)]).pairs) == 1
+    assert len(pair_windows([turning(1.25), turning(-0.749)]).pairs) == 0
+    found = pair_windows([turning(1.25), turning(-1.25), turning(-0.75)])
+    assert [(p.up.speed, p.down.speed) for p in found.pairs] == [(1.25, -1.25)]
+    assert found.unpaired[0].reason == "every hoisting stretch near 0.75 (SI) has a closer partner"
+
+
+def test_of_equal_speeds_the_one_nearer_in_time_is_the_partner() -> None:
+    """Two minutes count as much as the largest difference of speed: 10 % nearer in speed does not pay for an hour."""
+    near, far = window(-110.0, 140.0, at=40.0), window(-100.0, 140.0, at=3600.0)
+    assert pair_windows([window(100.0, 160.0), near, far]).pairs[0].down == near
+    soon, later = window(-130.0, 140.0, at=40.0), window(-100.0, 140.0, at=60.0)
+    assert pair_windows([window(100.0, 160.0), soon, later]).pairs[0].down == later

@@ -82,6 +82,15 @@ def test_the_cap_leaves_a_fifth_of_the_motion_and_changes_nothing_where_nothing_
     )
 
 
+def test_a_winch_that_stands_leaves_all_of_the_tip_s_motion_and_the_cap_a_fifth(plan):
+    """Wire and load then move with the tip, crest to trough: the control error has its height, and its seas."""
+    deep = of_kind(plan, PhaseKind.DEEP)
+    stands, cap = (closed_form(plan, deep, SEAS, a).values for a in (Alternative.NONE, Alternative.CAP))
+    assert stands["s_tip_pp"][1:].min() > 0.0
+    assert stands["e_c_pp"] == pytest.approx(stands["s_tip_pp"])
+    assert cap["e_c_pp"] == pytest.approx((1.0 - CAP) * stands["s_tip_pp"])
+
+
 def test_the_method_is_valid_between_the_steepest_waves_and_long_ones(plan):
     seas = Seas(np.array([0.0, 2.0, 6.0, 2.0, 2.0]), np.array([5.0, 9.0, 6.0, 4.0, 25.0]), np.full(5, HEAD))
     assert valid(plan, seas).tolist() == [True, True, False, False, False]

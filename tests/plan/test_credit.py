@@ -11,10 +11,11 @@ from tests.signers import signed
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.metadata import _crane as facts_of_crane
-from stillhook.plan.definition.capacities import at_rest
+from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import inside
+from stillhook.plan.tiers.closed_form import duration_of, tip_motion
 from stillhook.spec.crane import content
 from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import Certified
@@ -150,3 +151,34 @@ def test_a_certificate_of_other_code_or_of_another_crane_does_not_hold(plan):
     found = asked(replace(changed, crane=crane))
     assert not found[0].any()
     assert "the crane was changed since in SWL" in found[1][0]
+
+
+def test_where_the_twin_compensates_nothing_no_certificate_is_asked_for(plan):
+    """A phase without compensation, and the flat cap or a winch that stands, leave nothing to credit."""
+    for alternative in (Alternative.NONE, Alternative.CAP):
+        assert asked(plan, alternative)[0].all()
+        assert asked(plan, alternative)[1] == ()
+    for phase in plan.phases:
+        covered, reasons = inside(plan, phase, Alternative.SSC, SEAS)
+        assert covered.tolist() == [not phase.compensated] * len(SEAS)
+        assert bool(reasons) == phase.compensated
+    assert {phase.compensated for phase in plan.phases} == {True, False}
+
+
+def test_the_wire_goes_half_the_tip_s_motion_beyond_where_the_phase_holds_it(plan, monkeypatch):
+    """An envelope that ends just where the phase ends at rest covers no sea that moves the tip; half of its motion more
+    on both sides covers it."""
+    monkeypatch.setattr("stillhook.spec.validity.EDGE", 0.0)
+    deep = next(p for p in plan.phases if p.kind is PhaseKind.DEEP)
+    wire = [at_rest(plan, deep, z).s_w for z in places(deep)]
+    motion = 2.0 * float(tip_motion(plan, deep, SEAS).largest(duration_of(plan, deep))[0][1])
+    everything = {"s_tip_pp": ("0 m", "20 m"), "period": ("1 s", "30 s")}
+
+    def covered(less: float, more: float) -> bool:
+        wires = {"s_w": (f"{min(wire) - less!r} m", f"{max(wire) + more!r} m")}
+        return bool(asked(certified(plan, **wires, **everything))[0][1])
+
+    enough, too_little = 0.505 * motion, 0.495 * motion
+    assert covered(enough, enough)
+    assert not covered(too_little, enough)
+    assert not covered(enough, too_little)

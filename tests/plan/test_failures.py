@@ -24,7 +24,7 @@ from stillhook.plan.assessments.failures.depths import braked, time_between
 from stillhook.plan.assessments.failures.drive_off import DRIFT_OFF, DRIFT_SPEED, time_of_way
 from stillhook.plan.assessments.failures.judging import height_from, used, worst
 from stillhook.plan.assessments.failures.runs import AFTER, MOMENTS, TRAINS, FailureRuns, Request
-from stillhook.plan.assessments.failures.section import _why
+from stillhook.plan.assessments.failures.section import _from, _why
 from stillhook.plan.assessments.failures.wave_zone import heights_in_wave_zone
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
@@ -34,6 +34,7 @@ from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SETTLE, SeaState
 from stillhook.report.document import Table, Verdict, walk
+from stillhook.report.formatting import EMPTY
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Sensors
 
@@ -376,3 +377,9 @@ def test_a_plan_without_compensation_has_no_trip(lift):
     trip, blackout = (next(f for f in FAILURES if f.key == key) for key in ("ahc-trip", "blackout"))
     assert not work.places_of(trip)
     assert {p.name for p, _ in work.places_of(blackout)} >= {"splash zone", "upper water", "landing"}
+
+
+def test_a_case_that_fails_in_a_calm_fails_from_any_height_on_and_one_that_never_does_from_none():
+    assert _from({"verdict": "not-ok", "Hs_from": None}) == "any"
+    assert _from({"verdict": "ok", "Hs_from": None}) == EMPTY
+    assert _from({"verdict": "not-ok", "Hs_from": 1.7}) == "1.70 m"

@@ -91,3 +91,10 @@ def test_what_cannot_be_measured_is_refused_in_one_line(ring_down: xarray.Datase
         call(ring_down)
     assert text in str(problem.value)
     assert "\n" not in str(problem.value)
+
+
+@pytest.mark.parametrize(("start", "least", "accepted"), [(2.0, 0.0, False), (2.0, -1.0, False), (18.0, 1.0, False)])
+def test_a_least_height_of_nothing_and_a_start_in_the_settled_part_are_refused(ring_down, start, least, accepted):
+    """Every ripple would be a peak, and none would be left before rest."""
+    with pytest.raises(StillhookError, match=r"Start before the settled part, and give a least height above 0\.$"):
+        ringing(ring_down, "p_a", start=start, least=least)

@@ -1,6 +1,7 @@
 """A crane tip against another vessel's deck: both in the same waves, each with the phase that they have where it is."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -93,3 +94,17 @@ def test_deep_water_is_not_taken_for_shallow(ship):
     other = OtherVessel(ship, TipPoint(*TIP), position=(math.pi / k, 0.0))
     H = RelativeMotion(ship, other, depth).vertical([omega], 0.0, *TIP)
     assert abs(H[0]) == pytest.approx(2.0 * abs(ship.vertical([omega], 0.0, *TIP)[0]), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("crane", "deck", "both"),
+    [
+        ([0.2, 0.5, 0.9, 1.4], [0.3, 0.5, 1.2], [0.3, 0.5, 0.9, 1.2]),
+        ([0.3, 0.5, 1.2], [0.2, 0.5, 0.9, 1.4], [0.3, 0.5, 0.9, 1.2]),
+        ([0.3, 0.6], [0.3, 0.6], [0.3, 0.6]),
+    ],
+)
+def test_motions_against_each_other_are_known_where_both_tables_are_ends_included(crane, deck, both) -> None:
+    tables = [SimpleNamespace(omega=np.array(omega)) for omega in (crane, deck)]
+    relative = RelativeMotion(tables[0], SimpleNamespace(rao=tables[1]))  # type: ignore[arg-type]
+    assert relative.omega.tolist() == both

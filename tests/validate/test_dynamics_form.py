@@ -2,10 +2,12 @@
 
 import functools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from stillhook.errors import ValidateError
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.data_set.record import Record, Transient
@@ -20,8 +22,9 @@ from stillhook.validate.dynamics.form import (
     hidden,
     structural,
 )
-from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
+from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED, viscous_friction
 from stillhook.validate.dynamics.output_error import Model, fit
+from stillhook.winches.circuits.losses import MJ4
 
 from .ahc_logs import STEP, campaign
 from .dynamics_logs import record, signals
@@ -162,3 +165,24 @@ def test_the_line_of_a_leakage_of_another_form_is_not_shown_and_says_what_the_fo
     (measure,) = step.measures_of("C_leak_error")
     assert measure.structural > MOST_FORM[C_LEAK]
     assert lines["4-C_h"].verdict is Verdict.SHOWN
+
+
+@pytest.mark.parametrize(
+    ("X_1", "Y_5", "law", "total"), [(0.3, 0.2, MJ4, 5.0), (0.3, 0.2, "map", 2.0), (0.3, 0.0, MJ4, 3.0)]
+)
+def test_friction_in_proportion_to_speed_is_that_of_every_motor(X_1, Y_5, law, total):
+    """Ten motors; that of the motor itself counts in its own loss model alone."""
+    assert viscous_friction(ten_motors(X_1, Y_5, law)) == pytest.approx(total)
+
+
+@pytest.mark.parametrize(("X_1", "law"), [(0.0, MJ4), (0.3, "map")])
+def test_where_no_friction_is_in_proportion_to_speed_none_is_tuned(X_1, law):
+    with pytest.raises(
+        ValidateError, match=r'^"winch": no viscous friction to tune: X_1 of MJ4, and Y_5, are 0\. Give'
+    ):
+        viscous_friction(ten_motors(X_1, 0.0, law))
+
+
+def ten_motors(X_1, Y_5, law):
+    motor = SimpleNamespace(count=10, loss=SimpleNamespace(X_1=X_1), law=law)
+    return SimpleNamespace(name="winch", motors=[motor], friction=SimpleNamespace(system=SimpleNamespace(Y_5=Y_5)))

@@ -9,6 +9,7 @@ import xarray as xr
 
 from stillhook.errors import StillhookError
 from stillhook.formats.weather.file import read_weather
+from stillhook.formats.weather.times import read_times
 from stillhook.sea.spectra.directions import DirectionSense
 
 DECEMBER = np.array(["2013-12-31T22:00:00", "2013-12-31T23:00:00", "2014-01-01T00:00:00"], dtype="datetime64[s]")
@@ -55,6 +56,27 @@ class TestTimes:
         found = read("time,Hs [m]\n" + "".join(f"{s},1.5\n" for s in stamps))
         np.testing.assert_array_equal(found.time, DECEMBER)
         assert found.step == 3600.0
+
+    @pytest.mark.parametrize(
+        ("digits", "when"),
+        [
+            ("2013010100", "2013-01-01T00"),
+            ("2013123123", "2013-12-31T23"),
+            ("1800010112", "1800-01-01T12"),
+            ("2199123123", "2199-12-31T23"),
+            ("1799123123", None),
+            ("2013130100", None),
+            ("2013000100", None),
+            ("2013010000", None),
+            ("2013013200", None),
+        ],
+    )
+    def test_ten_digits_are_a_date_where_a_calendar_has_it_and_else_seconds_since_1970(self, digits, when):
+        """No month 13 and no day 32: such a number counts, as the clock of Unix does."""
+        second = (
+            np.datetime64(when, "s") if when else np.datetime64("1970-01-01", "s") + np.timedelta64(int(digits), "s")
+        )
+        assert read_times([digits], [2], "w.csv").tolist() == [second.item()]
 
     def test_date_and_time_in_two_columns_and_in_five(self, read):
         two = read("Date;Time;Hs (m)\n31.12.2013;22:00;1,5\n31.12.2013;23:00;1,6\n01.01.2014;00:00;1,7\n")
