@@ -16,6 +16,7 @@ from stillhook.plan.tiers.time_domain.crossings import (
     ColumnFeatures,
     Feature,
     Place,
+    _Stacked,
     binned,
     crossing_limits,
     next_heights,
@@ -133,6 +134,20 @@ def test_runs_that_follow_the_linear_sea_less_have_no_higher_limit_for_it(follow
         exact = math.exp(-0.5187 * math.hypot(follows * SPREAD, 0.12))
         off += np.log(limits.Hs / exact).tolist()
     assert abs(np.mean(off)) < 0.03
+
+
+def test_a_run_in_a_calm_is_no_sea_that_a_limit_is_read_from():
+    """Heights count by their logarithm: one of zero has none, and its run says nothing of the other heights."""
+    found, features = columns(n=2)
+    calm = (0.0, {"duration": np.ones(2), "x": np.zeros(2)})
+    with_calms = [replace(column, cells=(calm, *column.cells)) for column in found]
+    of_calms = [replace(each, cells=({name: np.zeros(2) for name in NAMES}, *each.cells)) for each in features]
+    plain, more = (_Stacked.of(*data, [(math.inf, 1.0)]) for data in ((found, features), (with_calms, of_calms)))
+    for name in ("column", "ln_H", "beyond"):
+        np.testing.assert_array_equal(getattr(more, name), getattr(plain, name))
+    assert np.isfinite(more.ln_H).all()
+    for name in NAMES:
+        np.testing.assert_array_equal(more.ln_f[name], plain.ln_f[name])
 
 
 @pytest.mark.slow
