@@ -15,7 +15,7 @@ from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.access import opened
 from stillhook.errors import TrustError
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, LOCK, MOST_PARTS, NAME, Manifest, Part, read_manifest
+from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList
 
@@ -111,7 +111,7 @@ def _in_folder(folder: Path, manifest: Manifest) -> tuple[dict[str, Part | None]
     for path, is_file in _files(folder):
         name = path.relative_to(folder).as_posix()
         of = manifest.parts.get(name)
-        if name == NAME or (name == LOCK and is_file and not path.stat().st_size):
+        if name == NAME:
             continue
         if of is None:
             others.add(name)

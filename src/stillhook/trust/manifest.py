@@ -27,8 +27,6 @@ from stillhook.units import quote
 
 NAME = "stillhook-manifest.json"
 """Of the file, in a folder; in an archive in the folder `IN_ARCHIVE`."""
-LOCK = f".{NAME}.lock"
-"""Empty file beside it where several processes write into one folder."""
 IN_ARCHIVE = f"resources/{NAME}"
 FORMAT = "stillhook manifest 1"
 """First words of a manifest; the number changes with the meaning of its contents."""
@@ -200,7 +198,7 @@ def checked_name(name: Any) -> str:
     plain = text == PurePosixPath(text).as_posix() and not PurePosixPath(text).is_absolute()
     if not plain or ".." in text.split("/") or text == "." or set(text) & set("\\:"):
         raise ValueError(f"{quote(text)} names no file inside the folder")
-    if text in (NAME, LOCK, IN_ARCHIVE):
+    if text in (NAME, IN_ARCHIVE):
         raise ValueError(f"{quote(text)} would be a part of itself")
     return text
 

@@ -3,8 +3,10 @@ are read back are not those of it."""
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import os
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,7 +16,7 @@ from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
 from stillhook.trust.keys import PASSPHRASE, SigningKey, read_key
-from stillhook.trust.manifest import LOCK, NAME, Made, Manifest, Part, read_manifest
+from stillhook.trust.manifest import NAME, Made, Manifest, Part, read_manifest
 
 LOG = logging.getLogger("stillhook")
 Cranes = Iterable[tuple[str, str]]
@@ -85,7 +87,8 @@ def own_key() -> SigningKey | None:
 def add_parts(folder: Path, what: str, parts: Mapping[str, Part]) -> None:
     """Enter parts that were written into a folder one by one into its manifest. Of several processes each enters its
     own."""
-    with one_at_a_time(folder / LOCK), atomic_file(folder / NAME) as part:
+    place = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:16]
+    with one_at_a_time(Path(tempfile.gettempdir()) / f"stillhook-{place}.lock"), atomic_file(folder / NAME) as part:
         text = added_to(folder, Made.of(what), parts, own_key()).text()
         part.write_text(text, encoding="utf-8", newline="\n")
 
