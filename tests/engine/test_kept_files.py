@@ -22,6 +22,7 @@ from stillhook.engine.store import SUFFIX
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99 import zig
 from stillhook.kernels.cache import kernel_folder, make_private
+from stillhook.trust.manifest import NAME
 
 pytestmark = pytest.mark.slow
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")

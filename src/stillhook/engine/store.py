@@ -130,7 +130,7 @@ def one_manifest(folder: str | Path | None) -> Iterator[None]:
             of.runs -= 1
             if not of.runs and of.parts and path.is_dir():
                 parts, of.parts = of.parts, {}
-                add_parts(path, "store", parts)
+                add_parts(path, "store", {name: part for name, part in parts.items() if (path / name).exists()})
 
 
 class Store:
@@ -226,9 +226,9 @@ class Store:
         index = _INDICES.get(self.folder.resolve())
         while index is not None and index.damaged:
             file = index.damaged.pop()
-            if file in own or not _NAME.fullmatch(file):
+            if not _NAME.fullmatch(file):
                 continue
-            if self._content(file) is None or misfits(self.folder, [file]):
+            if self._content(file) is None or (file not in own and misfits(self.folder, [file])):
                 with contextlib.suppress(OSError):
                     (self.folder / file).unlink(missing_ok=True)
 
