@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests import commands
 
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.cli import run
 from stillhook.sea.motion.text import motion_from_json
 from stillhook.variables import BY_NAME
@@ -168,7 +169,8 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(answer, refusal, shared
 
 
 @pytest.mark.slow
-def test_a_case_file_says_how_a_log_is_read(answer, refusal, shared_data, tmp_path):
+def test_a_case_file_says_how_a_log_is_read(answer, refusal, shared_data, tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(shared_data))
     log = shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt"
     tip = f'{{ file = "{log}", position = ["40 m", "0 m", "20 m"], start = "60 s", heave = "down" }}'
     case = commands.case_file(tmp_path, tip=tip)

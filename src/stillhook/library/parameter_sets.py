@@ -328,7 +328,7 @@ def _table(
     if isinstance(at, dict) and str(at.get(key)).endswith(".csv"):  # seen from this file
         name = at[key]
         wrong = lambda why: SpecError(f"{path.name}: loss_model.map = {quote(name)}: {why}")
-        at[key] = str(named_path(path.parent, name, wrong))
+        at[key] = named_path(path.parent, name, wrong)
     return path.name, table
 
 

@@ -56,6 +56,8 @@ FIELDS = {**dict(AXES.values()), "T_f": "torque"}
 
 def _file(name: Any, where: str, folder: Path | None) -> Path | None:
     """The table that a name stands for; None for a path where the file that names it has been read before."""
+    if isinstance(name, Path):  # seen from the file of a set, where it was checked
+        return name
     if not isinstance(name, str):
         raise SpecError(f"{where}: give the path of a CSV file, or a map of the library.")
     if name in shelf(EXAMPLES, ".csv"):

@@ -26,7 +26,7 @@ EVIDENCE = "evidence"  # table of a parameter set: how well it is known
 LONGEST_KEY = 100  # characters; the longest field has 15
 
 _LEAF_KEYS = frozenset({"value", "kind", "source"})
-_ONE_VALUE = (str, int, float, bool)
+_ONE_VALUE = (str, int, float, bool, Path)
 
 
 @dataclass(frozen=True, slots=True)
