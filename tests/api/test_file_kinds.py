@@ -6,6 +6,7 @@ import pytest
 from tests.commands import refusal
 
 import stillhook
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.cli import run
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
@@ -97,7 +98,8 @@ def test_names_of_the_library_are_told_apart_too(capsys):
     assert "The library has it as a payload file" in refusal(capsys, "crane", "manifold-60t")
 
 
-def test_a_file_named_within_another_is_told_by_its_kind(files, tmp_path, capsys):
+def test_a_file_named_within_another_is_told_by_its_kind(files, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(LIBRARY))
     plan = tmp_path / "mine.toml"
     plan.write_text(
         toml_text(LIBRARY / "lifts" / "template-to-1500m.toml").replace(

@@ -12,8 +12,10 @@ from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.pack.winch import drum_record, load_record, water_around
 from stillhook.engine.scenario.checks import alpha_wanted
 from stillhook.physics.scalar import G
+from stillhook.winches.circuits.tables import LeakPoint
 from stillhook.winches.interface import Undeclared
 from stillhook.winches.load_path import deck
+from stillhook.winches.load_path.payload import ahead
 from stillhook.winches.shaft import readings
 
 CRANE = load_crane("nov-250t")
@@ -38,6 +40,7 @@ def test_of_a_deck_that_was_not_left_nothing_happened():
     found = deck.numbers(deck.blank())
     counts = {name: value for name, value in found.items() if not math.isnan(value)}
     assert set(counts.values()) == {0.0}
+    assert deck.blank().v_again == 0.0  # the fastest touch so far: any that comes is faster
     assert len(found) - len(counts) == 4  # no time of lift-off, none of touching again, no gap, no speed of a blow
 
 
@@ -55,3 +58,16 @@ def test_a_winch_without_oil_has_no_pressures_to_read_and_its_encoder_and_load_c
     assert (read.p_a, read.p_b, read.p_hp, read.dp, read.dp_load) == (0.0, 0.0, 0.0, 0.0, 0.0)
     assert (read.s_w, read.F, read.omega_m) == (50.0, 1e6, 100.0)
     assert (read.s_tip, read.v_tip, read.a_tip) == (0.1, 0.2, 0.3)
+
+
+def test_a_load_that_falls_free_for_two_seconds_is_where_newton_has_it():
+    """Half g t^2, and by two steps of a second as by one of two."""
+    assert ahead(0.0, 0.0, -G, 2.0) == pytest.approx(-2.0 * G)
+    half_way = ahead(5.0, 1.0, -G, 1.0)
+    assert ahead(half_way, 1.0 - G, -G, 1.0) == pytest.approx(ahead(5.0, 1.0, -G, 2.0))
+
+
+def test_a_leak_without_further_words_is_that_of_pumps_at_full_stroke_and_motors_at_a_thousand_revolutions():
+    stated = LeakPoint(alpha_p=1.0, n_m="1000 rev/min")
+    assert LeakPoint().alpha_p == stated.alpha_p
+    assert LeakPoint().n_m == pytest.approx(stated.n_m)

@@ -17,6 +17,8 @@ from tests.engine.lifts import IN_SEAS
 from tests.engine.test_door import case, same
 
 from stillhook import load_crane, simulate
+from stillhook.base.atomic import cannot_write
+from stillhook.base.kept import checked
 from stillhook.engine import store as store_module
 from stillhook.engine.lowering.case import LoweringType
 from stillhook.engine.scenario.run import ScenarioType
@@ -244,12 +246,12 @@ def client():
 def test_a_slow_store_keeps_every_case_once(client, tmp_path, monkeypatch):
     """A file system that stalls at every file."""
 
-    class Stalled(store_module.atomic_file):
+    class Stalled(checked.atomic_file):
         def __exit__(self, *of: object) -> None:
             time.sleep(0.2)
             super().__exit__(*of)
 
-    monkeypatch.setattr(store_module, "atomic_file", Stalled)
+    monkeypatch.setattr(checked, "atomic_file", Stalled)
     cases = [case(i) for i in range(80)]
     found = run_cases(CRANE, cases, client=client, store=tmp_path)
     assert each_once(tmp_path, 80)
@@ -260,14 +262,14 @@ def test_a_slow_store_keeps_every_case_once(client, tmp_path, monkeypatch):
 def test_a_store_that_cannot_be_written_stops_the_batch_in_one_line(client, tmp_path, monkeypatch):
     written: list[int] = []
 
-    class Full(store_module.atomic_file):
+    class Full(checked.atomic_file):
         def __enter__(self) -> Path:
             written.append(1)
             if len(written) > 2:
-                raise store_module.cannot_write(self.target, OSError(28, "No space left on device"))
+                raise cannot_write(tmp_path, OSError(28, "No space left on device"))
             return super().__enter__()
 
-    monkeypatch.setattr(store_module, "atomic_file", Full)
+    monkeypatch.setattr(checked, "atomic_file", Full)
     cases = [case(i) for i in range(160)]
     with pytest.raises(SimulationError, match="No space left on device") as error:
         run_cases(CRANE, cases, client=client, store=tmp_path)

@@ -10,6 +10,7 @@ from scipy.signal import cont2discrete, dlsim
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.cli import run
 from stillhook.errors import IdentifyError, LogError, SpecError, StillhookError
 from stillhook.identify import crane_with, identify_component
@@ -348,6 +349,7 @@ def test_a_mapping_that_cannot_be_is_refused(tmp_path, settings, line, capsys):
 
 def test_the_command_line_writes_a_crane_file_that_loads(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(VARIABLE, str(tmp_path))  # its base is in the folder above
     path = printed_tables(tmp_path)
     mine = tmp_path / "mine.toml"
     mine.write_text('base = "nov-250t"\n[active.pump]\nleak_scale = 1.5\n', encoding="utf-8")

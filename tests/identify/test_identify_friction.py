@@ -5,6 +5,7 @@ import dataclasses
 import io
 import json
 import math
+import os
 import shutil
 from html import unescape
 from pathlib import Path
@@ -207,7 +208,7 @@ def edited(campaign, folder: Path, change) -> Path:
     text = change(campaign.campaign.read_text())
     (folder / "logs").mkdir()
     for log in campaign.logs:
-        (folder / "logs" / log.name).symlink_to(log)
+        os.link(log, folder / "logs" / log.name)
     (folder / "campaign.toml").write_text(text)
     return folder / "campaign.toml"
 

@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from stillhook.errors import LogError
 from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
 from stillhook.identify.motor.fit import LossModel
-from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, map_table, report, to_dict
+from stillhook.identify.motor.identify import MotorLoss, _twin, identify_motor, loss_set, map_table, report, to_dict
 from stillhook.identify.motor.map import LossMap, gridded
 from stillhook.library import load_crane, motor
 from stillhook.library.parameter_sets import load_losses, save_set, set_toml
@@ -26,7 +27,7 @@ from stillhook.report.document import Verdict
 from stillhook.report.html import html
 from stillhook.report.kit import png
 from stillhook.spec.crane import SourceKind
-from stillhook.winches.circuits.losses import loss_fit
+from stillhook.winches.circuits.losses import MJ4, loss_fit
 
 pytestmark = pytest.mark.slow
 
@@ -313,3 +314,11 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert told[-1].startswith("error: ")
     assert part in told[-1]
     assert "Traceback" not in "".join(told)
+
+
+@pytest.mark.parametrize(("equals", "said"), [((), False), (("mj4",), False), (("mj4", "wilson"), True)])
+def test_models_that_fit_equally_well_are_named_where_there_is_more_than_one(equals, said):
+    ranking = SimpleNamespace(equals=[LossModel(name) for name in equals])
+    text = _twin(SimpleNamespace(ranking=ranking, law=MJ4, model=LossModel.MJ4))
+    assert ("Equally good by the rule: " in text) == said
+    assert text.startswith("The twin runs MJ4: the motor file holds this fit.")

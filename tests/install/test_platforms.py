@@ -45,6 +45,8 @@ PLACES = ("/proc", "/tmp", "/dev/", "/etc/", "/var/", "/usr/")
 
 GUARDED = {
     ("kernels/cache.py", "os.geteuid"): "both functions return before it where os.name is nt",
+    ("base/kept/leftovers.py", "os.geteuid"): "only where os.name is not nt",
+    ("base/signals.py", "signal.pthread_sigmask"): "hasattr",
     ("formats/binary.py", "import resource"): "ImportError is suppressed",
     ("formats/binary.py", "signal.setitimer"): "hasattr",
     ("formats/binary.py", "signal.ITIMER_REAL"): "hasattr of setitimer",

@@ -367,7 +367,7 @@ def test_a_disk_that_is_full_while_an_hour_is_written_costs_no_row(tmp_path: Pat
     (line,) = done.stdout.splitlines()
     assert line.startswith(f"{tmp_path}/hours/2026-11-28T12Z-000000000001.parquet: cannot be written (")
     assert line.endswith("Free some space: its rows stay in the journal.")
-    assert list((tmp_path / "hours").iterdir()) == []
+    assert not list(tmp_path.glob("hours/*"))
     assert read(tmp_path).identical(before)
     assert len(archive(tmp_path)) == 1
     assert read(tmp_path).identical(before)
@@ -456,6 +456,6 @@ def test_without_duckdb_one_line_says_how_to_get_it(tmp_path: Path, monkeypatch:
         lambda: archive(tmp_path / "h"),
         lambda: read(tmp_path / "h"),
     ):
-        assert 'duckdb is not installed. Get it with: pip install "stillhook[live]".' in refused(call)
+        assert 'duckdb is not installed. Get it with: pip install "stillhook[logs]".' in refused(call)
     assert not (tmp_path / "new").exists()
     assert overview(tmp_path / "h").rows == 6

@@ -15,7 +15,7 @@ CAPPED = {"by": "cap", "cap": CAP}
 
 def rests_on(alternative, *, covers=(1.0, np.nan), compensated=(True, False), certificate=True, synthetic=False):
     """Of two phases, the twin compensating those that are compensated."""
-    certified = SimpleNamespace(synthetic=synthetic, short="0123") if certificate else None
+    certified = SimpleNamespace(real=not synthetic, short="0123") if certificate else None
     phases = [SimpleNamespace(compensated=each) for each in compensated]
     plan = SimpleNamespace(phases=phases, crane=SimpleNamespace(certified=certified))
     needs = np.array([[False, False], [False, False], compensated])

@@ -56,6 +56,7 @@ def test_lead_time_is_added_to_what_is_planned(tmp_path):
 def test_factor_and_window_are_those_of_the_time_from_the_issue(tmp_path):
     result = planned(lift(tmp_path, 'T_POP = "12 h"\nT_C = "12 h"\nlead = "8 h"'), tier="closed-form")
     operation = result.facts["operation"]
+    assert "swell_wf" not in operation  # the forecast of a plan without a swell has none
     assert (operation["T_POP"], operation["T_R"], operation["window"]) == (20 * H, 32 * H, 24 * H)
     cells = [row for row in result.facts["limits"] if row["Hs_limit"] >= 1.0]
     assert cells

@@ -429,7 +429,7 @@ def test_a_controller_s_file_sets_its_alternative_and_no_other(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('{ ff = "own.toml" }', '{ ff = "none.toml" }', '"none.toml": no such file. Check the path.'),
+        ('{ ff = "own.toml" }', '{ ff = "none.toml" }', 'none.toml": no such file. Check the path.'),
         ('{ ff = "own.toml" }', '{ ssc = "own.toml" }', 'the file has mode "ff", and ssc needs "ssc".'),
         (
             '{ ff = "own.toml" }',

@@ -603,5 +603,5 @@ def test_a_plan_of_the_library_is_repeated_by_its_name(result):
 
 def test_hours_and_gaps_of_the_record_are_counted_in_whole_numbers(result, stems):
     (counts,) = re.findall(r">([^<>]*) h, ([^<>]*) gaps<", html(document(result, dots(stems))))
-    expected = [int(result["weather"][name].isel(month=0)) for name in ("n_hours", "n_gaps")]
+    expected = [int(result["weather"][name].values.flat[0]) for name in ("n_hours", "n_gaps")]
     assert [int(re.sub(r"\W", "", count)) for count in counts] == expected

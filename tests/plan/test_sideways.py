@@ -108,18 +108,29 @@ def test_without_either_nothing_of_a_plan_changes(tmp_path):
     assert "sideways" not in planned(bare, tier=Tier.CLOSED_FORM).facts
 
 
-def test_a_deep_load_has_the_period_of_its_weight_in_water_on_its_mass_with_the_water(tmp_path):
-    """A wire that weighs little: 2 pi sqrt((M + A) L / W)."""
-    of = lift(tmp_path, CURRENT + WIND)
+def on_a_light_wire(of: LiftPlan) -> LiftPlan:
+    """Hook and wire weigh next to nothing, and nothing stretches."""
     light = replace(of, crane=of.crane.model_copy(update={"hook_mass": 1.0}))
     wire = light.crane.wire.model_copy(update={"mass_per_length": 0.5, "fill": 1e-4, "d": 1e-3, "E": 1e20})
-    light = replace(light, crane=light.crane.model_copy(update={"wire": wire}))
+    return replace(light, crane=light.crane.model_copy(update={"wire": wire}))
+
+
+def test_a_deep_load_has_the_period_of_its_weight_in_water_on_its_mass_with_the_water(tmp_path):
+    """A wire that weighs little: 2 pi sqrt((M + A) L / W)."""
+    light = on_a_light_wire(lift(tmp_path, CURRENT + WIND))
     phase, z = light.phase("landing"), -250.0
     load = light.payload
     W = (load.mass - light.rho * load.covered(light.rho).V) * G
     L = 36.0 - z - 0.5 * load.height
     mass = load.mass + load.covered(light.rho).A33
     assert chain_at(light, phase, z).periods[0] == pytest.approx(2.0 * math.pi * math.sqrt(mass * L / W), rel=5e-3)
+
+
+def test_a_load_in_air_swings_as_a_pendulum_of_the_length_to_its_middle(tmp_path):
+    light = on_a_light_wire(lift(tmp_path, WIND))
+    L = 36.0 - 10.0 - 0.5 * light.payload.height
+    period = chain_at(light, light.phase("landing"), 10.0).periods[0]
+    assert period == pytest.approx(2.0 * math.pi * math.sqrt(L / G), rel=1e-3)
 
 
 def test_the_section_has_offsets_periods_and_the_chart(tmp_path):

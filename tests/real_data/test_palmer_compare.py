@@ -5,6 +5,7 @@ import json
 import pytest
 from tests.commands import case_file
 
+from stillhook.base.gateway.named_files import VARIABLE
 from stillhook.cli import run
 
 pytestmark = pytest.mark.slow
@@ -18,7 +19,9 @@ def results(shared_data, tmp_path_factory):
     out = tmp_path_factory.mktemp("palmer")
     log = shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt"
     case = case_file(out, load="60 t", warm_up="30 s", tip=f'{{ file = "{log}", position = {POSITION} }}')
-    code = run(["compare", case, "--out", str(out), "--json"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(shared_data))
+        code = run(["compare", case, "--out", str(out), "--json"])
     return code, json.loads((out / "summary.json").read_text()), out
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import SeaError
-from stillhook.formats.waves.wavespectra import FORMATS, from_wavespectra, read_wavespectra
+from stillhook.formats.waves.wavespectra import FORMATS, _series, from_wavespectra, read_wavespectra
 
 pytestmark = pytest.mark.slow
 
@@ -184,3 +184,14 @@ class TestRefusals:
     def test_an_unknown_format_is_told(self, tmp_path):
         with pytest.raises(SeaError, match=r'--format "grib": is not one of era5, ww3'):
             read_wavespectra(tmp_path / "x", "grib")
+
+
+def test_where_a_spectrum_has_no_energy_no_direction_is_preferred_and_shares_are_still_a_whole():
+    f, theta = np.array([0.08, 0.1, 0.12, 0.15]), np.radians([0.0, 90.0, 180.0, 270.0])
+    E = np.zeros((2, 4, 4))
+    E[0, 1] = (3.0, 1.0, 0.0, 0.0)
+    series = _series("made up", f, theta, E, np.array(["2020-01-01", "2020-01-02"], dtype="datetime64[s]"), [])
+    share = series.directional.share
+    np.testing.assert_allclose(share.sum(axis=2), 1.0)
+    np.testing.assert_allclose(share[0, 1], (0.75, 0.25, 0.0, 0.0))
+    np.testing.assert_allclose(share[1], 0.25)

@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from trials.mutants.sites import Mutant
@@ -102,6 +103,7 @@ class Tree:
         import pytest
 
         os.chdir(self.root)
+        sys.modules["__main__"] = ModuleType("__main__")  # a process that a test spawns would import this program
         os.environ |= {
             "PYTHONPATH": f"{self.root / 'src'}{os.pathsep}{self.root}",
             "STILLHOOK_CACHE": str(self._compiled or self._cache),

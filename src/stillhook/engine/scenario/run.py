@@ -3,6 +3,7 @@ last, and labelled as a Dataset."""
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -78,6 +79,11 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Mapping[str, Any]) -> 
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
 
+    @functools.cached_property
+    def before(self) -> list[Any]:
+        """Statistics of the warm-up by case, None where there was none or it is not over."""
+        return [None] * len(self.ready)
+
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle."""
         return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row()), guard_in(r.crane, r.winch.params)))
@@ -85,8 +91,6 @@ class ScenarioBlock(Block[Ready]):
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""
         drive = self.drive
-        if k == 0:
-            self.before: list[Any] = [None] * len(self.ready)
         if k == drive.first:
             if k > 0:
                 self.before = [self.part("st", i) for i in range(len(self.ready))]

@@ -162,6 +162,10 @@ class Rao:
             raise SeaError(f"{self.name}: heading {quote(str(beta))} is not a number. Give an angle in deg or rad.")
         return np.asarray(self._spline(self.beta[0] + np.mod(wrapped - self.beta[0], TURN)))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Its fields alone: what it remembers of them is made again."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
     def leeway(self, x: float, y: float) -> float:
         """How far the table leaves the vertical motion of the point (x, y) [m] open between its frequencies, as a share
         of it: half of what a cubic spline and straight lines differ by, in root mean square over waves of OPEN periods,

@@ -278,8 +278,9 @@ class Cells:
             threads=self.execution.threads,
             progress=progress,
         )
-        for refused in data["notes"].values[data["status"].values == Ending.REFUSED]:
-            raise LiftError(str(refused).removeprefix("refused: "))
+        refused = data["status"].values == Ending.REFUSED
+        if refused.any():
+            raise LiftError(str(data["notes"].values[refused][0]).removeprefix("refused: "))
         return data
 
     @property
