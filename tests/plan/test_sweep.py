@@ -73,6 +73,7 @@ def made_up_runs(plan, log):
         columns = {f"phase_{name}": (("case", "phase"), values) for name, values in numbers.items()}
         columns |= {f"peak_{name}": (("case", "interval"), np.zeros((len(cases), 40))) for name in PEAKS}
         columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
+        columns["status"] = (("case",), np.full(len(cases), "ok", dtype=object))
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
 
     return simulated

@@ -73,6 +73,7 @@ def asked(monkeypatch):
         columns = {f"phase_{name}": (("case", "phase"), values) for name, values in numbers.items()}
         columns |= {f"peak_{name}": (("case", "interval"), values) for name, values in peaks.items()}
         columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
+        columns["status"] = (("case",), np.full(len(cases), "ok", dtype=object))
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
 
     monkeypatch.setattr(twin_cells, "simulate", made_up)
