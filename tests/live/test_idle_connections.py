@@ -9,15 +9,15 @@ pytest.importorskip("asyncua")
 
 from stillhook.live.servers.bounds import PATIENCE, PENDING, close_idle
 
-NOW = time.monotonic()
-
 
 def connection(age: float, *, trusted: bool = False, session: bool = False) -> SimpleNamespace:
     policy = SimpleNamespace(peer_certificate=b"known" if trusted else None)
     processor = SimpleNamespace(
         session=SimpleNamespace(is_activated=lambda: session), _connection=SimpleNamespace(security_policy=policy)
     )
-    return SimpleNamespace(since=NOW - age, processor=processor, transport=SimpleNamespace(abort=lambda: None))
+    return SimpleNamespace(
+        since=time.monotonic() - age, processor=processor, transport=SimpleNamespace(abort=lambda: None)
+    )
 
 
 def closed(connections: list[SimpleNamespace]) -> int:
