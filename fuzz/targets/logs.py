@@ -26,6 +26,11 @@ def _log(path: Path) -> object:
     return [chunk.broken for chunk in source.chunks(wants, 1000)]
 
 
+def _table(path: Path) -> object:
+    """Read a table."""
+    return open_table(path, LogError)
+
+
 TARGETS = (
     Target(
         "log-csv", Form.TABLE, read_log, "log.csv", seeds=lambda: iter((CSV, CSV.replace(b";", b",")[:600])), share=3
@@ -40,13 +45,11 @@ TARGETS = (
     Target("log-tdms", Form.BINARY, _log, "log.tdms", seeds=samples.by_writer(samples.tdms), share=0.5),
     Target("mapping", Form.TOML, read_mapping, "mapping.toml", share=2),
     Target("corrections", Form.TOML, read_corrections, "mapping.toml"),
-    Target(
-        "table-csv", Form.TABLE, lambda p: open_table(p, LogError), "table.csv", seeds=lambda: iter((CSV,)), share=2
-    ),
+    Target("table-csv", Form.TABLE, _table, "table.csv", seeds=lambda: iter((CSV,)), share=2),
     Target(
         "table-xlsx",
         Form.ZIP,
-        lambda p: open_table(p, LogError),
+        _table,
         "table.xlsx",
         seeds=samples.by_writer(samples.workbook),
         share=0.5,
@@ -54,7 +57,7 @@ TARGETS = (
     Target(
         "table-parquet",
         Form.BINARY,
-        lambda p: open_table(p, LogError),
+        _table,
         "table.parquet",
         seeds=samples.by_writer(samples.parquet),
         share=0.5,

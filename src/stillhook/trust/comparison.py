@@ -13,6 +13,7 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.access import opened
+from stillhook.base.gateway.budget import JSON
 from stillhook.errors import TrustError
 from stillhook.trust.keys import SigningKey
 from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
@@ -22,7 +23,6 @@ from stillhook.trust.trust_list import TrustList
 ARCHIVES = (".fmu", ".ssp")
 LARGEST = 4_000_000_000
 """Bytes of an archive's members together, unpacked."""
-LARGEST_MANIFEST = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -150,8 +150,8 @@ def _archive(path: Path, trust: TrustList) -> Comparison:
             if count[IN_ARCHIVE] != 1:
                 reason = "twice" if count[IN_ARCHIVE] else "no"
                 raise TrustError(f"{path.name}: {reason} {IN_ARCHIVE} in it. {ADVICE}")
-            if archive.getinfo(IN_ARCHIVE).file_size > LARGEST_MANIFEST:
-                raise ValueError(f"its manifest is larger than {LARGEST_MANIFEST // 1_000_000} MB")
+            if archive.getinfo(IN_ARCHIVE).file_size > JSON.size:
+                raise ValueError(f"its manifest is larger than {JSON.size // 1_000_000} MB")
             with tempfile.TemporaryDirectory() as folder:
                 (Path(folder) / NAME).write_bytes(archive.read(IN_ARCHIVE))
                 manifest = read_manifest(Path(folder) / NAME)
