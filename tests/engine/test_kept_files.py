@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.engine.damage import damaged
+from tests.engine.libraries import new_store
 
 from stillhook import Scenario, load_crane
 from stillhook.base.kept import checked
@@ -21,7 +21,6 @@ from stillhook.engine.simulate import End, run_cases, stored_places
 from stillhook.engine.store import SUFFIX
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99 import zig
-from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.trust.manifest import NAME
 
 pytestmark = pytest.mark.slow
@@ -34,11 +33,9 @@ CONTENT = b"numbers of a run\0\xff\n" * 3
 
 @pytest.fixture
 def cache() -> Iterator[Path]:
-    """A new folder of libraries beside the usual one: the parts of Zig's own are built once for both."""
-    beside = kernel_folder("native").parent
-    make_private(beside)
-    with tempfile.TemporaryDirectory(dir=beside) as folder:
-        yield Path(folder)
+    """A new folder of libraries."""
+    with new_store() as folder:
+        yield folder
 
 
 @pytest.fixture(autouse=True)

@@ -2,13 +2,13 @@
 
 import logging
 import subprocess
-import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.engine.libraries import new_store
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.simulate import run_cases, unchanged
@@ -16,7 +16,6 @@ from stillhook.errors import SimulationError
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.library import Entry, Library
-from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.kernels.lanes import VL, Array
 
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
@@ -33,11 +32,9 @@ def outside(A: Array, n: int, x: float):
 
 @pytest.fixture
 def store() -> Iterator[Path]:
-    """A new folder of libraries beside the usual one: the parts of Zig's own are compiled once for both."""
-    beside = kernel_folder("native").parent
-    make_private(beside)
-    with tempfile.TemporaryDirectory(dir=beside) as folder:
-        yield Path(folder)
+    """A new folder of libraries."""
+    with new_store() as folder:
+        yield folder
 
 
 def library(folder: Path, function=twice) -> Library:
