@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.engine.clusters import local_client
 from tests.engine.lifts import IN_SEAS
 from tests.engine.test_door import case, same
 
@@ -234,11 +235,7 @@ def test_runs_go_over_tls_and_a_stranger_is_not_let_in(tmp_path):
 
 @pytest.fixture(scope="module")
 def client():
-    distributed = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as c,
-        distributed.Client(c) as client,
-    ):
+    with local_client(1) as client:
         yield client
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from tests.engine.clusters import local_client
 from tests.engine.lifts import IN_SEAS, deep_lift, in_sea
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
@@ -334,11 +335,7 @@ def test_an_interrupted_batch_stops_and_returns_nothing():
 
 @pytest.fixture(scope="module")
 def client():
-    distributed = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as c,
-        distributed.Client(c) as client,
-    ):
+    with local_client(2) as client:
         yield client
 
 
