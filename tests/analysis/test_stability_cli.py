@@ -12,6 +12,7 @@ from stillhook.analysis.loop_stability.stability import gain_limit, stability
 from stillhook.analysis.loop_stability.sweeps import bode, root_locus, slow_sweep, sweep
 from stillhook.cli import run
 from stillhook.library import changed
+from stillhook.trust.manifest import NAME as MANIFEST
 from stillhook.variables import BY_NAME
 
 least_limit = script(PAGES / "reduced.py").least_limit
@@ -175,7 +176,7 @@ def test_out_writes_pictures_sweeps_and_numbers(capsys, tmp_path):
 
     folder = tmp_path / "out"
     assert run(["stability", "nov-150t", "--out", str(folder)]) == 1  # slow and loaded it oscillates
-    assert {p.name for p in folder.iterdir()} == set(NAMES)
+    assert {p.name for p in folder.iterdir()} == {*NAMES, MANIFEST}
     with xarray.open_dataset(folder / "layer.nc", engine="h5netcdf") as data:
         assert data["K_p_ms"].dims == ("layer",)
         assert data["K_p_ms"].attrs["units"] == "1/m"

@@ -105,11 +105,13 @@ class ControlLaw:
             return self.cycle(*arguments)
         return self.cycle(*arguments, self.memory())[0]
 
-    def displacement(self, u_ff: float, F: float, K_wire: float, plc: Any, settings: Any = None) -> float:
+    def displacement(
+        self, u_ff: float, F: float, K_wire: float, plc: Any, settings: Any = None, alpha_m: float = 1.0
+    ) -> float:
         """Displacement of the motors that the law demands at a feedforward u_ff [-] with F on the load cell [N], on the
-        layer of K_wire [-]."""
+        layer of K_wire [-], while the measured one is alpha_m [-]."""
         still = Sensed._make([0.0] * len(Sensed._fields))
-        y = still._replace(mode=self.code, f_pump=1.0, F=F, alpha_m=1.0, K_wire=K_wire)
+        y = still._replace(mode=self.code, f_pump=1.0, F=F, alpha_m=alpha_m, K_wire=K_wire)
         return float(self.demand(Reading(y=y, e_c=0.0, F=F, u_ff=u_ff, u_fb=0.0), plc, settings).u_m)
 
 

@@ -343,21 +343,20 @@ def motor_pole_figure(crane: Crane) -> Figure:
     figure, axes = kit.panels(1, 2, (10.0, 4.4), title)
     left, right = axes.ravel()
     modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode))
-    colours = colours_of(map(str, modes))
+    colours, alike = colours_of(map(str, modes)), dict[bytes, tuple[list[str], FloatArray, FloatArray]]()
     for mode in modes:
         speeds = np.linspace(0.0, 0.999 * speed_limit(crane, mode), SPEED_POINTS)
         poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
         loops = [full_matrices(crane, about(crane, v, mode=mode), K_p=gains(crane).K_p)[0][2:, 2:] for v in speeds]
         oil = [max((p for p in np.linalg.eigvals(A) if p.imag > 0.0), key=lambda p: p.real) for A in loops]
-        width = 3.0 if mode is modes[0] else 1.2
-        for p, style, what, lw in (
-            (poles, "-", "motors' own loop", 1.5),
-            (np.array(oil)[:, None], ":", "oil spring", width),
-        ):
-            line: dict[str, Any] = {"color": colours[str(mode)], "ls": style}
+        both = np.column_stack((poles, oil))
+        alike.setdefault(np.column_stack((both, speeds)).round(6).tobytes(), ([], speeds, both))[0].append(str(mode))
+    for i, (names, speeds, both) in enumerate(alike.values()):
+        for p, style, what in ((both[:, :-1], "-", "motors' own loop"), (both[:, -1:], ":", "oil spring")):
+            line: dict[str, Any] = {"color": colours[names[0]], "ls": style, "lw": 1.2 if i else 3.0}
             damping = -p[:, 0].real / np.abs(p[:, 0])
-            left.plot(kit.display(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
-            right.plot(p.real, p.imag, lw=width, **line)
+            left.plot(kit.display(speeds, "speed"), damping, label=f"{', '.join(names)}: {what}", **line)
+            right.plot(p.real, p.imag, **line)
     left.set(xlabel="steady tip speed [m/min]", ylabel="damping ratio [-]", ylim=(0.0, 1.05))
     right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
     left.legend(fontsize="small")

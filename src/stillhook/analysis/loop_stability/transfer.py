@@ -116,8 +116,8 @@ def about_at(
 
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
-    """Slope of the motors' command by |u_ff| where the load cell demands nothing [-], by differences of the
-    controller's own law; 0 beyond the pumps' full command.
+    """Slope of the motors' command by |u_ff| where the load cell demands nothing [-], as the measured displacement
+    moves at a constant speed, by differences of the controller's own law; 0 beyond the pumps' full command.
 
     Source: Moslatt 2020 paper E eq. 12 for SSC, for which this is -(1 - alpha_min) / (1 - u_thr) beyond u_thr.
     Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
@@ -125,8 +125,9 @@ def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> 
     if not abs(u_ff) < 1.0:
         return 0.0
     law, u = motor_law(crane, Mode(mode)), abs(u_ff)
-    up, down = law(u + SLOPE_STEP), law(max(u - SLOPE_STEP, 0.0))
-    return (up - down) / (u + SLOPE_STEP - max(u - SLOPE_STEP, 0.0))
+    ends = (max(u - SLOPE_STEP, 0.0), u + SLOPE_STEP)
+    down, up = (law(end, alpha_m * end / u if u > SLOPE_STEP else alpha_m) for end in ends)
+    return (up - down) / (ends[1] - ends[0])
 
 
 def full_matrices(

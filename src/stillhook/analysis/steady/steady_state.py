@@ -6,12 +6,11 @@ What each layer of wire means for the winch.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import scipy
 
-from stillhook.engine.pack.winch import drum_record, gains, inertia_record, plc_record, wire_speed_max
+from stillhook.engine.pack.winch import MotorLaw, drum_record, gains, inertia_record, plc_record, wire_speed_max
 from stillhook.engine.pack.winch import motor_law as law_of_plc
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.load_path.drum import (
@@ -100,8 +99,8 @@ def reduction_lead(crane: Crane, v_peak: float, period: float) -> float:
     return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
 
 
-def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> Callable[[float], float]:
-    """A controller's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N].
+def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> MotorLaw:
+    """A controller's command to the motors, with F on the load cell [N].
 
     As in the published numbers: the outermost layer has the printed outer diameter, NS and HS settings hold at K_wire =
     1. That of the plant, for which they hold on the centre of its outermost wire, is
@@ -129,12 +128,12 @@ def moves(crane: Crane, mode: Mode) -> bool:
     return law(0.0) != law(1.0)
 
 
-def settled(law: Callable[[float], float], x: float) -> float:
-    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law falls, so there is
-    one such point."""
+def settled(law: MotorLaw, x: float) -> float:
+    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law does not rise with
+    the displacement, so there is one such point."""
 
     def gap(alpha_m: float) -> float:
-        return alpha_m - law(x * alpha_m)
+        return alpha_m - law(x * alpha_m, alpha_m)
 
     return 1.0 if gap(1.0) <= 0.0 else float(scipy.optimize.brentq(gap, 0.0, 1.0, xtol=1e-14, rtol=1e-14))
 

@@ -2,9 +2,9 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from stillhook.base.kept.identity import remembered
 from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
@@ -450,19 +450,23 @@ def parts_of(
     )
 
 
-def motor_law(
-    crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None
-) -> Callable[[float], float]:
-    """A controller's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N], on
-    the layer of K_wire [-]. A controller with a memory is as at its start.
+class MotorLaw(Protocol):
+    """A controller's command to the motors [-] at a feedforward u_ff and a measured displacement alpha_m [-]."""
+
+    def __call__(self, u_ff: float, alpha_m: float = 1.0) -> float: ...
+
+
+def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None) -> MotorLaw:
+    """A controller's command to the motors with F on the load cell [N], on the layer of K_wire [-]. A controller with a
+    memory is as at its start.
 
     plc: default the crane's.
     """
     law, fields = mode.law, own_settings(crane.control, mode.law)
     settings = plc_record(crane) if plc is None else plc
 
-    def displacement(u_ff: float) -> float:
-        return law.displacement(u_ff, F, K_wire, settings, fields)
+    def displacement(u_ff: float, alpha_m: float = 1.0) -> float:
+        return law.displacement(u_ff, F, K_wire, settings, fields, alpha_m)
 
     return displacement
 
