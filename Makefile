@@ -12,12 +12,13 @@ STAMP_SITE := $(VENV)/.installed-site
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all mutants check bench fuzz docs site validation wheel sbom lock clean
+.PHONY: help demo test test-fast test-long test-thorough test-all mutants check bench fuzz docs site validation wheel sbom lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
 	@echo "make test        set up, then run the tests (about five minutes)"
 	@echo "make test-fast   set up, then run the tests that take a minute"
+	@echo "make test-long   set up, then run the 220 tests that make test leaves out (ten minutes)"
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
 	@echo "make mutants     set up, then draw 100 small changes of the sources and see which the tests notice (an hour on two cores)"
 	@echo "make check       set up, then ruff, import layers and mypy"
@@ -35,16 +36,20 @@ demo: $(STAMP)
 	@$(BIN)/stillhook demo
 
 test: $(STAMP)
-	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not thorough"
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not long and not thorough"
 
 test-fast: $(STAMP)
-	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not thorough"
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not long and not thorough"
 
-# What `make test` leaves out; and what it skips where tests/requirements.lock is not installed.
+# The 4 % of the tests that take most of the time: continuous integration runs them after `make test`.
+test-long: $(STAMP_MORE)
+	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "long and not thorough"
+
+# What both leave out; and what `make test` skips where tests/requirements.lock is not installed.
 test-thorough: $(STAMP_MORE)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m thorough
 
-test-all: $(STAMP_MORE) test test-thorough
+test-all: $(STAMP_MORE) test test-long test-thorough
 	@$(BIN)/python docs/validation/make.py --check
 
 # Outcomes are kept in build/mutants: a run that was stopped goes on. A second sample: make mutants MUTANTS="--seed 2 --number 40"

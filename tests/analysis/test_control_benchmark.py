@@ -81,6 +81,7 @@ def test_the_draws_change_the_machine_and_leave_the_plc_as_it_is():
     assert all(pack(*pair).params.plc.gains == known.gains for pair in pairs)
 
 
+@pytest.mark.long
 def test_the_command_runs_every_controller_and_the_guides_entry(quick):
     assert {e.name for e in shipped()} | {"ssc-more", "plc"} == set(quick["entries"])
     setting = quick["entries"]["ssc-more"]["settings"]["Hs 2 m, Tp 9 s"]
@@ -157,6 +158,7 @@ def test_a_best_lead_at_an_end_of_the_grid_is_said(quick):
     assert {line.partition(":")[0] for line in report.ends(quick)} == at_the_end - {"ssc-published"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_ssc_in_an_fmu_moves_the_winch_as_ssc_does_to_the_bit(fmi, tmp_path: Path):
     """With a first reading of the tip without noise: a PLC refers the wire to it, and our own to the tip itself."""

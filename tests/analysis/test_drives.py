@@ -87,6 +87,7 @@ def capability(crane: Crane) -> float:
     return sum(m.count * m.D_max for m in crane.motors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", stillhook.cranes())
 @pytest.mark.parametrize("drive", LIBRARY)
 def test_full_command_moves_no_part_of_a_sized_drive_faster_than_it_is_made_for(drive, name):
@@ -140,6 +141,7 @@ def use(crane: Crane) -> dict[str, float]:
     return out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", stillhook.cranes())
 @pytest.mark.parametrize("drive", LIBRARY)
 def test_no_part_of_a_sized_drive_is_used_more_than_in_the_crane_that_it_is_of(drive, name):

@@ -48,6 +48,7 @@ def steady(crane: Crane, mode: str, load: float, s_w: float, v: float) -> tuple[
     return case, Place(load, s_w + 0.5 * v * time, v)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "mode", "share", "s_w", "v"), CASES)
 def test_at_a_steady_speed_a_disturbance_stays_from_the_linear_limit_on(
     name: str, mode: str, share: float, s_w: float, v: float
@@ -74,6 +75,7 @@ def test_at_a_steady_speed_a_disturbance_stays_from_the_delay_margin_on() -> Non
     assert found.factor.swings == pytest.approx(1.25, rel=WITHIN)
 
 
+@pytest.mark.long
 def test_in_waves_the_error_grows_by_half_no_sooner_than_a_late_feedforward_moves_the_wire() -> None:
     """Late by t, a winch of the tip's speed v is at most 2 v t further off, peak to peak, and the loop itself is far
     from its delay margin of seconds."""

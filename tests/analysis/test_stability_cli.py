@@ -117,7 +117,7 @@ def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     assert "K_p is above its limit, least at empty hook" in capsys.readouterr().out
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_whole_plant_by_command(capsys, calm):
     at = ("--full", "--load", "100 t", "--s-w", "100 m", "--v-tip", "60 m/min")
     code, found = answer(capsys, calm, *at)
@@ -132,7 +132,7 @@ def test_whole_plant_by_command(capsys, calm):
     )  # a load that rings takes half of the limit, at speed not all of it
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_point_alone_has_the_margins_of_the_twin_beside_its_own(capsys):
     """At 60 m/min the displacement is the least that the waves have: the twin, which is faster and slower, swings later."""
     at = ("--full", "--load", "100 t", "--s-w", "487 m", "--v-tip", "60 m/min")

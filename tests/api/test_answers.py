@@ -112,13 +112,14 @@ def test_every_command_is_run_here_or_says_why_not() -> None:
     assert not known & BY_HAND.keys()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", QUICK, ids=" ".join)
 def test_a_command_answers_in_a_dozen_lines(words: tuple[str, ...], folder: Path, capsys: Any) -> None:
     assert run([*words]) == 0
     held(capsys.readouterr().out)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_answers_in_a_dozen_lines_with_its_files(folder: Path, capsys: Any) -> None:
     case_file(folder, duration="30 s", warm_up="5 s")
     run(["example", "motor-map", "map.csv"])

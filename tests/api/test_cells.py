@@ -8,7 +8,7 @@ from pathlib import Path
 import openpyxl
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import stillhook
@@ -59,6 +59,7 @@ def test_every_text_reads_back_and_none_begins_as_a_formula(text: str) -> None:
         st.tuples(st.text(alphabet=st.characters(codec="utf-8")), st.floats(allow_nan=False)), min_size=1, max_size=5
     )
 )
+@example([("\r", 0.0), ("a\r\nb", 1.0)])
 def test_a_table_keeps_its_numbers_and_names(rows: list[tuple[str, float]]) -> None:
     table = pd.DataFrame(rows, columns=["=name", "value [m]"])
     head, *body = csv.reader(io.StringIO(csv_of(table), newline=""))

@@ -149,7 +149,7 @@ def test_the_hull_of_a_film_is_that_of_the_vessel_file_or_said_to_be_assumed(lan
     assert hull_of(landed[1]).words in Film({"ssc": landed[0]}, landed[1], "lid").title
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_film_without_ffmpeg_is_a_page_with_every_picture_inside(film, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     path = save_film(film, tmp_path)
@@ -163,7 +163,7 @@ def test_a_film_without_ffmpeg_is_a_page_with_every_picture_inside(film, tmp_pat
     assert not re.search(r"https?://|<link|src=\"(?!data)", page)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="the stand-in for ffmpeg is a shell script")
 def test_a_film_with_ffmpeg_gets_every_picture(film, tmp_path, monkeypatch):
     """A stand-in for ffmpeg keeps the raw pictures that it is given."""

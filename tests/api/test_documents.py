@@ -130,7 +130,7 @@ def test_paper_is_the_same_bytes_every_time():
     assert len(pages(DOCUMENT, 20.0)) == 2  # the first page ends with its signatures
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_figure_stays_in_its_section_where_its_page_has_no_room_for_it():
     """A red picture too tall for what is left of its page, between verdicts whose frames have their own colours."""
     colours = {"failed": (0x9B, 0x1C, 0x1C), "red": (255, 0, 0), "passed": (0x1B, 0x5E, 0x20)}

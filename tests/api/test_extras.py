@@ -93,7 +93,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Answ
     return folder, {name: Answer(*answer) for name, answer in json.loads(done.stdout).items()}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("command", ANSWERED)
 def test_a_command_leaves_its_pictures_out_with_one_line(core: tuple[Path, dict[str, Answer]], command: str) -> None:
     folder, answers = core

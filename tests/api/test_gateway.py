@@ -138,6 +138,7 @@ CONTENT = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("content", CONTENT.values(), ids=CONTENT)
 def test_what_no_reader_expects_is_one_line_soon(kind, content, tmp_path):
     (tmp_path / kind).write_bytes(content)
@@ -145,6 +146,7 @@ def test_what_no_reader_expects_is_one_line_soon(kind, content, tmp_path):
 
 
 class TestBudgets:
+    @pytest.mark.long
     def test_a_file_larger_than_its_budget_is_refused(self, kind, tmp_path):
         """Of logs, which are read in pieces, and of binary files, which have limits of their own, there is none."""
         with (tmp_path / kind).open("wb") as file:
@@ -198,6 +200,7 @@ class TestBudgets:
         assert f"x.csv: holds more than {rows - 1} lines" in line_of(lambda: read(rows=rows - 1))
         assert f"x.csv: holds more than {cells - 1} cells" in line_of(lambda: read(cells=cells - 1))
 
+    @pytest.mark.long
     def test_a_file_that_takes_too_long_is_refused_with_the_variable_that_allows_more(self, monkeypatch):
         monkeypatch.setenv(budget.TIME, "0.01 s")
         slow = (time.sleep(0.001) for _ in range(100_000))

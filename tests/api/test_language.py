@@ -81,7 +81,7 @@ def found(path: Path) -> Iterator[str]:
             yield f"{path.relative_to(ROOT).as_posix()}:{hit}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("files", [CODE, TABLES, PAGES], ids=["messages", "tables", "pages"])
 def test_no_text_holds_a_phrase_of_the_house_alone(files: list[Path]):
     assert [hit for path in files for hit in found(path)] == []

@@ -453,7 +453,7 @@ def test_a_file_without_rights_is_refused(tmp_path: Path) -> None:
     assert "cannot be read (Permission denied)" in refused(lambda: read_ship_motion(file))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
 @given(st.data())
 def test_damage_anywhere_gives_motion_or_one_line(tmp_path: Path, data: st.DataObject) -> None:

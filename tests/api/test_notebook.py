@@ -89,7 +89,7 @@ def runs_of_draws() -> list[stillhook.Scenario]:
     return [CASE.with_mode("ssc").model_copy(update={"name": "ssc"})]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_figure_shows_something_in_a_notebook(name: str) -> None:
     assert ink(DRAWN[name]()) > LEAST_INK
@@ -267,7 +267,7 @@ def test_names_that_are_shown_are_those_that_there_are() -> None:
     assert dir(stillhook.metrics) == sorted(stillhook.metrics.__all__)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("order", ["import xarray, stillhook", "import stillhook, xarray"])
 def test_run_stillhook_is_there_whichever_is_imported_first_and_costs_nothing(order: str) -> None:
     heavy = '{"stillhook.variables", "stillhook.report.formatting", "matplotlib", "pydantic"}'
@@ -288,6 +288,7 @@ def test_a_coded_signal_says_the_word_of_every_value_it_takes(name: str) -> None
     assert {words[value] for value in np.unique(signal.values)} <= {"ssc", "open", "closed", "manual"}
 
 
+@pytest.mark.long
 def test_phases_of_a_lowering_are_named_by_their_code_and_survive_a_file(tmp_path: Path) -> None:
     signal = stillhook.load_run(stillhook.save_run(lowered(), tmp_path / "run.nc"))["phase_number"]
     words = [word.replace("_", " ") for word in signal.flag_meanings.split()]
@@ -313,6 +314,7 @@ def test_only_a_list_of_codes_is_taken_for_one(meaning: str, words: str | None) 
 # The check of a plan
 
 
+@pytest.mark.long
 def test_the_check_of_a_plan_has_its_remarks_as_codes_with_severity_place_and_text(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -327,6 +329,7 @@ def test_the_check_of_a_plan_has_its_remarks_as_codes_with_severity_place_and_te
     assert printed["remarks"] == [dict(r._asdict()) for r in check.remarks]
 
 
+@pytest.mark.long
 def test_a_lift_that_is_never_possible_is_an_error_with_its_phases_and_rule() -> None:
     facts = stillhook.plan.check("template-to-1500m").facts
     row = {"phase": "landing", "rule": "static-load", "quantity": "F_w_max", "value": 2e6, "limit": 1e6, "basis": "SWL"}

@@ -268,7 +268,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
         return set(archive.namelist())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
     files = {p.relative_to(SOURCE.parent).as_posix() for p in tracked_files() if p.is_relative_to(SOURCE)}
     assert len(files) > 800

@@ -29,7 +29,7 @@ def test_every_public_name_has_an_example(name: str) -> None:
     assert example(name).examples
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_examples_run_as_they_are_printed(name: str) -> None:
     said: list[str] = []

@@ -110,7 +110,7 @@ def same_again(run, again):
     assert again.identical(run)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("several", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_lowerings_come_back_from_disk_and_run_again(several, tmp_path):
     lift = whole_lift(duration="12 s")
@@ -130,7 +130,7 @@ def test_a_lowering_in_its_own_waves_runs_again_with_its_water(tmp_path):
     assert path.stat().st_size < 5e6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lowerings_that_are_told_by_sea_and_seed_run_again_on_their_cranes(tmp_path):
     other = changed(CRANE, {"control": {"K_p": "0.2 1/m"}})
     cases = [in_sea(seed=i, left=0.5) for i in range(3)]

@@ -46,6 +46,7 @@ def rows_of(path: Path, sheet: str) -> list[tuple[object, ...]]:
     return list(openpyxl.load_workbook(path, read_only=True)[sheet].iter_rows(values_only=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["xlsx", "csv"])
 @pytest.mark.parametrize("name", stillhook.cranes())
 def test_a_cranes_sheet_becomes_the_same_crane_again(tmp_path: Path, name: str, ending: str):
@@ -71,7 +72,7 @@ def test_a_value_that_is_changed_in_excel_changes_the_crane(tmp_path: Path):
     assert (crane.sources["hook_mass"].kind.value, crane.sources["hook_mass"].text) == ("datasheet", "weighing report")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_weather_in_excel_is_the_same_series_and_stays_marked_as_synthetic(tmp_path: Path):
     file = tmp_path / "site.xlsx"
     assert run(["convert", SITE, str(file)]) == 0
@@ -133,6 +134,7 @@ def result() -> PlanResult:
     return plan(load_plan("template-to-1500m"), tier=Tier.CLOSED_FORM)
 
 
+@pytest.mark.long
 def test_every_cell_of_the_limits_is_a_row_with_what_governs(result: PlanResult, tmp_path: Path):
     sheet = limits_sheet(result)
     data = result.data["Hs_limit"]
@@ -154,6 +156,7 @@ def test_every_cell_of_the_limits_is_a_row_with_what_governs(result: PlanResult,
         assert len(list(csv.reader(file))) == len(written)
 
 
+@pytest.mark.long
 def test_the_rule_check_of_a_lift_has_a_row_for_each_rule_phase_and_alternative(tmp_path: Path):
     run(["new", "lift", str(tmp_path / "lift.toml")])
     assert run(["convert", str(tmp_path / "lift.toml"), str(tmp_path / "rules.xlsx")]) == 0
@@ -165,6 +168,7 @@ def test_the_rule_check_of_a_lift_has_a_row_for_each_rule_phase_and_alternative(
     assert static[7] == "N"
 
 
+@pytest.mark.long
 def test_a_run_is_written_for_excel_with_its_numbers(tmp_path: Path):
     case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 10 s", duration="20 s", warm_up="0 s")
     run_ = stillhook.simulate(load_crane("nov-250t"), case)

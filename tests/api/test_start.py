@@ -65,7 +65,7 @@ def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "options"), [("compare", []), ("map", SMALL_MAP)])
 def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_path: Path) -> None:
     """Kernels that are compiled already do not ask for their compiler."""
@@ -77,7 +77,7 @@ def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_pa
     assert heavy & imported(*command) == set()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_check_of_a_plan_needs_no_search_the_second_time() -> None:
     command = ["plan", "template-to-1500m", "--check"]
     run(command)

@@ -71,6 +71,7 @@ def test_a_payload_keeps_the_numbers_and_says_that_they_are_to_be_replaced(tmp_p
     assert read_payload(str(file)).model_dump(exclude=plain) == of.model_dump(exclude=plain)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("like", shelf("lifts"))
 def test_a_lift_is_planned_and_lowered_as_its_example(tmp_path: Path, like: str):
     file = tmp_path / "mine.toml"

@@ -269,6 +269,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "before", "after", "words"), CASES)
 def test_a_broken_line_is_named(kind: str, before: str, after: str, words: str, tmp_path: Path) -> None:
     assert words in refusal(kind, before, after, tmp_path)

@@ -71,7 +71,7 @@ def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_both_modules_are_known_by_their_names(example: Path) -> None:
     modules = [example / "torque_drive.py", example / "ssc_pi.py"]
     shown = python("-m", "stillhook", "crane", "my-winch.toml", "--json", extensions=modules, folder=example)
@@ -126,7 +126,7 @@ def with_unit(folder: Path, unit: str = UNIT) -> Path:
     return folder / "lift.toml"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_lift_has_a_unit_of_the_user_and_reports_its_numbers(example: Path) -> None:
     words = ("-m", "stillhook", "lower", str(with_unit(example)), "--duration", "60 s", "--json")
     run = python(*words, extensions=[example / "shock_absorber.py"], folder=example)
@@ -136,7 +136,7 @@ def test_a_lift_has_a_unit_of_the_user_and_reports_its_numbers(example: Path) ->
     assert abs(answer["energy_unaccounted"]) < 1e-2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "unit", "line"),
     [
@@ -156,7 +156,7 @@ def test_a_unit_of_the_user_is_refused_in_one_line(command: str, unit: str, line
 # Modules that cannot be one: the whole table is in test_contracts.py, here that a command says so in one line
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "before", "after", "command", "line"),
     [
@@ -223,7 +223,7 @@ def test_a_command_with_a_module_that_cannot_be_one_is_refused_in_one_line(
     assert line in run.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("names", "line"),
     [
@@ -248,7 +248,7 @@ def test_a_file_may_hold_a_module_and_its_tests(example: Path) -> None:
     assert run.returncode == 0, run.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None:
     module = example / "torque_drive.py"
     text = module.read_text(encoding="utf-8")
@@ -260,7 +260,7 @@ def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None
     assert f"error: torque_drive.py, line {line}: AttributeError:" in run.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_machine_code_of_a_winch_of_the_user_is_not_used_after_an_edit(example: Path) -> None:
     module = example / "torque_drive.py"
     say = "from stillhook.kernels import build; print(build._folder('torque-drive', build.LOAD_ON_WIRE, ()))"
@@ -284,7 +284,7 @@ def said(example: Path, module: str, *arguments: str) -> str:
 LIFTED = {"load": "50 t", "duration": "40 s", "warm_up": "20 s"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> None:
     """The integral part works it off, as far as its largest command goes; a proportional law leaves all of it."""
     (example / "short.toml").write_text(
@@ -312,7 +312,7 @@ def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> No
     assert float(of_p) - float(left) == pytest.approx(u_i_max / K_p, abs=1e-3)  # what the integral part takes over
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stability_is_that_of_a_controller_of_the_user(example: Path) -> None:
     """The integral part takes phase at the slow crossover and no gain where the winch would oscillate."""
     place = ("--load", "50 t", "--s-w", "100 m", "--v-tip", "20 m/min", "--json")
@@ -328,7 +328,7 @@ def test_stability_is_that_of_a_controller_of_the_user(example: Path) -> None:
     assert pi["K_p_strong"] == pytest.approx(ssc["K_p_strong"] / at_once, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
@@ -363,7 +363,7 @@ FRICTION = (
 """The lines of the example's winch that give it friction -> the same without."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_winch_is_asked_about_nothing_that_it_does_not_have(example: Path) -> None:
     """Without friction no factor or variation of it; without pumps and pressure no column of theirs."""
     module = example / "torque_drive.py"

@@ -4,6 +4,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 import stillhook
 from stillhook.base.gateway.budget import BUDGETS
 
@@ -101,11 +103,13 @@ def reading_calls() -> Iterator[tuple[str, int, str]]:
                     yield place, node.lineno, written
 
 
+@pytest.mark.long
 def test_files_of_users_are_read_by_the_gateway_alone():
     strangers = [(f"{place}:{line}", text) for place, line, text in reading_calls() if place not in SAID]
     assert strangers == []
 
 
+@pytest.mark.long
 def test_every_reason_is_still_one():
     assert set(SAID) == {place for place, _, _ in reading_calls()}
 

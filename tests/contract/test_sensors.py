@@ -54,7 +54,7 @@ def ran(folder: Path, *arguments: str, known: bool = True) -> subprocess.Complet
     return python(*arguments, extensions=modules, folder=folder)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_way_to_run_a_winch_reads_through_its_sensors(folder: Path) -> None:
     run = ran(
         folder, "-m", "pytest", "-q", "-n", "0", "-m", "not thorough", str(ROOT / "tests/contract/sensor_runs.py")
@@ -80,7 +80,7 @@ def test_every_command_runs_on_a_crane_with_a_sensor(folder: Path) -> None:
 TABLE = "[sensors.measuring_wheel]"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("before", "after", "line"),
     [
@@ -99,7 +99,7 @@ def test_a_crane_file_is_refused_in_one_line(before: str, after: str, line: str,
     assert line in run.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_crane_whose_sensor_is_not_loaded_is_refused(folder: Path) -> None:
     run = ran(folder, "-m", "stillhook", "crane", "our-crane.toml", known=False)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
@@ -109,7 +109,7 @@ def test_a_crane_whose_sensor_is_not_loaded_is_refused(folder: Path) -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "command",
     [
@@ -124,7 +124,7 @@ def test_a_method_whose_plc_reads_true_values_says_so(command: str, folder: Path
         assert "without measuring-wheel: this method's PLC reads true values" in run.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_machine_code_of_a_sensor_is_not_used_after_an_edit(folder: Path) -> None:
     say = (
         "from stillhook.kernels.build import Setup, _folder;"

@@ -33,6 +33,7 @@ def usual_of(winch: str) -> str:
     return WINCH_TYPES[winch].default_mode.value
 
 
+@pytest.mark.long
 def test_a_controller_of_another_kind_of_drive_is_refused_in_one_line(tmp_path: Path) -> None:
     for winch, crane in CRANES.items():
         for mode in set(Mode) - set(WINCH_TYPES[winch].modes):
@@ -91,7 +92,7 @@ def test_every_other_form_of_a_command_runs_on_every_winch_or_says_why_not(
         assert found.given, found.error
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @every_winch
 @pytest.mark.parametrize("command", ["map", "calc steady", "uncertainty"])
 def test_quick_commands_run_on_every_winch(command: str, winch: str, tmp_path: Path) -> None:

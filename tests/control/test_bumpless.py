@@ -55,6 +55,7 @@ def change_steps() -> dict[str, float]:
     return dict(zip(pairs, worst.tolist(), strict=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("law", BEYOND)
 def test_a_change_of_controller_moves_the_command_no_more_than_one_from_or_to_ssc(law, change):
@@ -76,11 +77,13 @@ def steps_after(what: str, law: str, time: float = 2.0) -> float:
     return float(largest_steps([case(law, **fails[what](at)) for at in TIMES], time).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", BEYOND)
 def test_a_power_unit_that_is_lost_moves_the_command_as_under_ssc(law):
     assert steps_after("unit", law) < 1.1 * steps_after("unit", "ssc")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("what", ["load cell", "pressure"])
 @pytest.mark.parametrize("law", BEYOND)
 def test_a_sensor_that_is_lost_moves_the_command_no_more_than_a_reversal_or_by_a_fifth_of_a_lost_unit(law, what):
@@ -89,6 +92,7 @@ def test_a_sensor_that_is_lost_moves_the_command_no_more_than_a_reversal_or_by_a
     assert steps_after(what, law) < max(1.1 * reversal, 0.2 * steps_after("unit", "ssc"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", BEYOND)
 def test_a_saved_session_goes_on_with_what_the_controller_remembers(law):
     session, other = (Session(load_crane("nov-250t"), case(law)) for _ in range(2))
@@ -101,6 +105,7 @@ def test_a_saved_session_goes_on_with_what_the_controller_remembers(law):
     assert other.save() == session.save()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", BEYOND)
 def test_a_session_changes_to_a_controller_and_back_between_two_cycles(law):
     session, before = Session(load_crane("nov-250t"), case("ssc", modes=[("71 s", law)])), 0.0

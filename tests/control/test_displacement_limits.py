@@ -40,6 +40,7 @@ def needed(crane: Crane, part: float) -> float:
     return float(displacement_for_torque(weight(crane, part), 0.0, 1.0, plc_record(crane).motors.limits))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.parametrize("part", LOADS)
 def test_full_pumps_hoist_every_load_within_the_permitted_pressure(name, part):
@@ -86,6 +87,7 @@ def test_inertia_adds_its_torque():
         assert rise == pytest.approx(0.0939, abs=5e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.parametrize("part", LOADS)
 def test_full_pumps_turn_no_motor_beyond_its_limit(name, part):
@@ -139,6 +141,7 @@ def test_without_the_option_the_rule_is_that_of_the_load(name):
     assert plc_record(changed(crane, {"control": {"displacement_limit": "load"}})) == plc_record(crane)
 
 
+@pytest.mark.long
 def test_a_heavy_load_follows_faster_and_stays_within_the_pressure():
     """Paper C: on its 150 t crane loads above 90 t gain up to 30 % over NS; by the load the gain is gone at the SWL."""
     crane, F = load_crane("nov-150t"), ["100 t", "130 t", "150 t"]

@@ -52,6 +52,7 @@ def part_of_ssc(machine: dict[str, Any], tip: str, **more: Any) -> float:
     return errors[0] / min(errors[1:])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [SMALL, LARGE])
 def test_the_error_is_a_part_of_that_of_strong_ssc_with_disturbed_sensors(tip):
     assert part_of_ssc({}, tip) < PART
@@ -66,6 +67,7 @@ FALLING = {"friction": {"library": "crane-1"}}
 """Friction that falls fast with the speed: the winch sticks and slips at small speeds."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", ["sine 0.3 m 6 s + sine 0.25 m 8.7 s", LARGE])
 def test_a_winch_that_sticks_and_slips_is_damped(tip):
     assert part_of_ssc(FALLING, tip) < PART
@@ -76,11 +78,13 @@ def test_a_winch_that_sticks_and_slips_is_damped(tip):
     assert damped < 0.9 * undamped
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("machine", [COULOMB, LEAKING, SLACK_OIL])
 def test_a_machine_that_differs_from_its_file_in_friction_leakage_and_oil_is_learned(machine):
     assert part_of_ssc(machine, LARGE) < PART
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("load", ["40 t", "180 t"])
 def test_light_and_heavy_loads(load):
     assert part_of_ssc({}, SMALL, load=load) < PART
@@ -108,6 +112,7 @@ def after(crane: Crane, readings: list[Reading]) -> ff.Memory:
     return m
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.3, 1.0, 2.0])
 def test_coulomb_friction_and_its_offset_are_learned_as_they_are(share):
     crane = strong()
@@ -175,11 +180,13 @@ def test_pressures_that_stand_still_leave_ssc():
     assert error_with("ff", p_a=FROZEN, p_b=FROZEN) == pytest.approx(error_with("ssc"), rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fault", [{"p_a": FROZEN}, {"p_a": LOST}, {"p_a": LOST, "p_b": LOST}])
 def test_a_pressure_that_fails_makes_it_no_worse_than_ssc(fault):
     assert error_with("ff", **fault) <= 1.01 * error_with("ssc")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [SMALL, LARGE])
 def test_with_twice_the_gain_it_does_not_swing_up(tip):
     """6 dB from full displacement (small waves) to reduced one: errors stay what they are at the gain itself."""

@@ -106,6 +106,7 @@ def test_the_idle_time_ends_and_loses_no_cycle():
     assert idle_time(IDLE_MOST, False, 0.01) == -0.01
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", cranes())
 def test_every_crane_has_ranges_that_its_own_values_at_rest_are_in(name):
     crane = load_crane(name)
@@ -169,6 +170,7 @@ def test_a_motion_unit_that_fails_for_a_moment_goes_on_at_its_last_speed():
     assert used.s_tip == pytest.approx(0.198 + 10 * 0.01 * 0.2)
 
 
+@pytest.mark.long
 def test_a_load_cell_that_is_bad_leaves_the_filtered_load_where_it_is():
     reference = Reference(block_of(CLOSED, "ssc"))
     for k in range(200):

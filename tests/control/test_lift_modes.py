@@ -261,6 +261,7 @@ def stands(k: float, s_w_0: float) -> Force:
     return lambda t, s_w: max(F_0 - k * (s_w - s_w_0), 0.0)
 
 
+@pytest.mark.long
 def test_constant_tension_takes_a_standing_load_to_its_set_value_from_either_side():
     k = SET.EA / (SET.L_0 + 1000.0)
     for F_set in (0.3 * F_0, 1.4 * F_0):
@@ -304,6 +305,7 @@ def test_a_load_that_swings_a_little_has_not_landed():
     assert not any(m.landed for _, _, m in rows)
 
 
+@pytest.mark.long
 def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     rows = run(
         [stage(STAGE_LANDING, v=-0.02, F_set=0.3 * F_0, until=UNTIL_LANDED)], 300.0, force=stands(F_0 / 4.0, 100.0)
@@ -311,6 +313,7 @@ def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     assert any(m.landed for _, _, m in rows)  # 200 s from full tension to none
 
 
+@pytest.mark.long
 def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_position():
     force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     rows = run([stage(STAGE_SPLASH, v=-0.1)], 240.0, force=force)

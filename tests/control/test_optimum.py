@@ -156,6 +156,7 @@ def test_the_pre_load_is_the_oil_between_both_signs_of_dry_friction():
     assert rise * plant.D_m * 0.5 == pytest.approx(2.0 * plant.T_dry, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("Y_6", [2.3e-6, 7.6e-6, 1.5e-5])
 def test_the_pre_load_takes_error_and_pressure_where_friction_is_not_what_the_file_says(Y_6):
     tip = "sine 0.3 m 7.3 s + sine 0.25 m 9.1 s"

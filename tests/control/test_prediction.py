@@ -101,6 +101,7 @@ def steady():
     return steady_filter(STEP, PERIODS, 0.14, (0.003, 0.02))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", range(1, len(MODES) + 1))
 def test_a_wave_of_one_mode_that_is_known_is_foreseen_exactly(mode):
     t = STEP * np.arange(1, 3000)
@@ -114,6 +115,7 @@ def test_a_wave_of_one_mode_that_is_known_is_foreseen_exactly(mode):
     assert np.abs(foretold - later(t, mode)).max() < max(1.1 * remainder, ROUNDING)
 
 
+@pytest.mark.long
 def test_a_wave_of_the_longest_mode_is_foreseen_exactly_after_the_filter_has_settled():
     t = STEP * np.arange(25_000)
     error = np.abs(Follower(crane()).run(wave(t, 1)) - later(t, 1)).max(axis=1)
@@ -122,6 +124,7 @@ def test_a_wave_of_the_longest_mode_is_foreseen_exactly_after_the_filter_has_set
     assert error[end] < 3.0 * error[500] * math.exp(-(t[end] - t[500]) / tau) < 1e-3
 
 
+@pytest.mark.long
 def test_the_noise_gain_is_that_of_the_lyapunov_equation():
     """The sum of squares of what a single wrong reading does later is the variance that white noise leaves."""
     f = steady()
@@ -150,6 +153,7 @@ def sea(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return t, np.column_stack([z.sum(1).real, (p * z).sum(1).real, (p**2 * z).sum(1).real])
 
 
+@pytest.mark.long
 def test_a_sea_of_two_peaks_is_foreseen_much_better_than_it_is_extrapolated():
     _t, true = sea(3)
     read = true + np.random.default_rng(4).normal(size=true.shape) * [0.002, 0.003, 0.02]
@@ -168,6 +172,7 @@ def test_a_sea_of_two_peaks_is_foreseen_much_better_than_it_is_extrapolated():
     assert error(foretold[:, 2], 2) < 0.4 * error(read[:, 2], 2)
 
 
+@pytest.mark.long
 def test_the_filter_goes_over_to_the_extrapolation_when_the_motion_unit_fails_and_back_without_a_bump():
     _t, motion = sea(5)
     bad = motion.copy()
@@ -186,6 +191,7 @@ def test_the_filter_goes_over_to_the_extrapolation_when_the_motion_unit_fails_an
     assert np.abs(np.diff(foretold[back, 1])).max() < 1.5 * np.abs(np.diff(far[back])).max()
 
 
+@pytest.mark.long
 def test_a_jump_of_the_position_alone_passes_as_it_is():
     _, motion = sea(6)
     jumped = motion[:4000].copy()
@@ -218,6 +224,7 @@ def test_the_wire_follows_a_late_motion_unit_better_and_a_case_alone_as_in_a_bat
     assert float(simulate(crane(), quiet[1:2]).e_c_pp[0]) == float(simulate(crane(), quiet).e_c_pp[1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["ssc", "ff"])
 def test_the_text_of_the_plc_has_the_bits_of_the_cycle(controller):
     block = controller_block(crane(), controller)
@@ -228,6 +235,7 @@ def test_the_text_of_the_plc_has_the_bits_of_the_cycle(controller):
         np.testing.assert_array_equal(step(*numbers(outside)), drive)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["ssc", "ff"])
 def test_the_compiled_controller_has_the_bits_of_the_cycle(controller):
     library = LibraryController(crane(), controller)
@@ -261,6 +269,7 @@ def test_in_a_known_wave_ff_commands_by_a_late_motion_unit_what_it_does_by_one_i
     assert np.abs(late - in_time).max() < REMAINDER
 
 
+@pytest.mark.long
 def test_ff_follows_a_late_motion_unit_better_by_prediction():
     tips = ("sine 1 m 6 s", "sine 0.5 m 7 s + sine 0.5 m 9 s", "sine 1 m 8 s + sine 1.2 m 11 s")
     cases = [case(mode="ff", tip=tip, duration="100 s", warm_up="60 s") for tip in tips]
@@ -280,6 +289,7 @@ def test_a_restored_session_goes_on_with_the_same_bits():
     assert other.save() == session.save()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
 def test_an_fmu_predicts_as_simulate_does(tmp_path):
     still = case_of(crane())
@@ -324,6 +334,7 @@ def test_what_cannot_be_predicted_is_refused_in_one_line(prediction, leads, mess
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.long
 def test_differences_of_a_sea_are_far_from_implausible():
     follower = Follower(crane())
     _, true = sea(7)

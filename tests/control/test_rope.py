@@ -99,6 +99,7 @@ def motion(path: Path, controller: str, mode: str = "ahc", **of) -> float:
     return float(np.std(run.z_load.values.ravel()[run.time.values > SETTLED]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("payload", "depth", "T", "most"),
     [
@@ -164,6 +165,7 @@ def test_the_load_lands_no_faster_than_with_ssc_and_is_not_lifted_again(tmp_path
     assert worst["rope"] < worst["ssc"]
 
 
+@pytest.mark.long
 def test_slack_slings_in_the_splash_zone_neither_jerk_the_winch_nor_take_more_wire(tmp_path):
     """The loop fades where the load cell deviates by a tenth of the weight, and acts again under the waves."""
     runs = {c: in_a_sea(tmp_path, c, THROUGH_THE_SURFACE) for c in ("rope", "ssc")}
@@ -174,6 +176,7 @@ def test_slack_slings_in_the_splash_zone_neither_jerk_the_winch_nor_take_more_wi
     assert float(rope.sling_slack_time.item()) < 1.1 * float(ssc.sling_slack_time.item())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "error",
     [{"noise": 5, "sensors": 'F.drift = "24.5 kN"'}, {"noise": 5, "sensors": 'F.offset = "24.5 kN"'}, {"noise": 10}],

@@ -187,6 +187,7 @@ def on_rod(crane: Crane, payload: str, depth: float, alpha_m: float) -> Loops:
     return loops(crane, w, lambda omega: transfers(omega, load.rod, load.end).top_u, load.s_w)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("K_c", [2.0, 2.2, 2.4, 2.8])
 def test_with_one_spring_in_place_of_the_rod_it_is_stable_where_the_poles_of_stability_are(K_c):
     of_loop: dict[str, Any] = {"K_c": K_c, "noise": 0.0, "tau_f": "50 ms"}
@@ -204,6 +205,7 @@ def test_with_one_spring_in_place_of_the_rod_it_is_stable_where_the_poles_of_sta
     assert stable(at_cut) is bool(np.max(np.abs(at.loop.closed_poles(crane.control.K_p))) < 1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("alpha_m", [0.6, 1.0])
 @pytest.mark.parametrize("depth", [100.0, 300.0, 1000.0, 2000.0, 3000.0])
 @pytest.mark.parametrize("payload", ["spool-20t", "manifold-60t", "suction-anchor-85t"])

@@ -176,6 +176,7 @@ def test_kernels_of_somebody_else_are_not_loaded(tmp_path, monkeypatch, temporar
     assert cache.kernel_folder("kernels") == temporary / "stillhook-cache" / "kernels"
 
 
+@pytest.mark.long
 @posix
 @pytest.mark.usefixtures("numba")
 def test_planted_code_is_never_unpickled(tmp_path):

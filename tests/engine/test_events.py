@@ -94,7 +94,7 @@ def test_a_cancelled_map_says_which_cells_it_has_not_run() -> None:
     assert np.array_equal(partial["e_c_pp"].values[~missing], whole["e_c_pp"].values[~missing])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_plan_that_is_cancelled_gives_the_limits_of_the_tier_below() -> None:
     token, events = stillhook.CancelToken(), list[Event]()
 

@@ -277,6 +277,7 @@ def rows_with_faults(block):
     return rows
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "controller"), [(CRANE, "ssc"), ("nov-100t-electric", "position")])
 def test_the_text_with_checks_commands_the_bits_of_the_reference(name: str, controller: str) -> None:
     machine = changed(stillhook.load_crane(name), {"control": {"guard": {"wire": "0.3 m", "on_encoder": "manual"}}})

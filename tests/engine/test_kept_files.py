@@ -183,6 +183,7 @@ def finished(process: subprocess.Popen[str]) -> tuple[str, list[str]]:
     return out, error.splitlines()
 
 
+@pytest.mark.long
 @needs_zig
 @pytest.mark.parametrize("files", [f"*{native.SUFFIX}", f"*{native.SUFFIX}{BESIDE}", "library*.txt"])
 @pytest.mark.parametrize("count", [8, pytest.param(80, marks=pytest.mark.thorough)])

@@ -55,6 +55,7 @@ def model_of(law, example):
     return {"law": law, "C": fit_loss(example, law).values.tolist()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [law.value for law in LossName])
 def test_every_model_runs_in_the_150t_crane_and_in_digital_units_and_their_energy_closes(law, example, interpreted):
     model = model_of(law, example)
@@ -183,6 +184,7 @@ def test_the_linearised_loop_has_the_numbers_of_another_model(example):
     assert set(fit_loss(example, "mj6").values.tolist()) <= set(numbers_of([params]))
 
 
+@pytest.mark.long
 @pytest.mark.skipif(OWN is None, reason="an FMU has no library for this system")
 def test_an_fmu_of_digital_units_with_another_model_has_the_signals_of_simulate(example, tmp_path):
     crane = changed(load_crane("nov-250t-digital"), {"secondary": {"unit": {"loss_model": model_of("mj6", example)}}})

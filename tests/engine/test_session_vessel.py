@@ -43,6 +43,7 @@ def columns(tip: stillhook.VesselTip, t: np.ndarray, *, boom: bool, unit: bool) 
     return [dict(zip(names, row, strict=True)) for row in rows.tolist()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("unit", "given"),
     [

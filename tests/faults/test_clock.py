@@ -47,7 +47,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
         yield bench
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("clock", [HOURS, -HOURS])
 def test_a_command_gives_the_same_files_at_another_time(bench: Bench, clock: float):
     arguments, _, new = bench.complete(COMMANDS["fmu"])

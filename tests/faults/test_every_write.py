@@ -44,7 +44,7 @@ def test_every_command_that_writes_is_here():
     assert not here & ELSEWHERE.keys()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", WRITERS)
 def test_all_faults_at_all_calls_of_what_writes(bench: Bench, name: str):
     writes = Writes(f"python {name} OUT", over=name != "keys", parts=name in FOLDERS)
@@ -52,7 +52,7 @@ def test_all_faults_at_all_calls_of_what_writes(bench: Bench, name: str):
     assert not problems, f"{len(problems)} of {tried}: {problems[:5]}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, writes in COMMANDS.items() if writes.quick])
 def test_quick_commands_survive_faults(bench: Bench, name: str):
     tried, problems = bench.problems(COMMANDS[name], sample(QUICK))

@@ -19,7 +19,7 @@ def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
     assert record.path_of(record.MACHINE).exists()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.thorough if name in LONG else ()) for name in CASES]
 )

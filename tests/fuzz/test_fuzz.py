@@ -51,7 +51,7 @@ def stored(folder: Path, target: Target) -> list[bytes]:
     return pool.inputs(pool.stored(folder, target.group, target.name))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", TARGETS)
 def test_no_input_of_the_corpus_and_none_that_once_escaped_does(name: str, tmp_path: Path):
     target = TARGETS[name]
@@ -62,7 +62,7 @@ def test_no_input_of_the_corpus_and_none_that_once_escaped_does(name: str, tmp_p
         assert guard.left() is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", TARGETS)
 def test_changed_inputs_give_a_value_or_one_line(name: str, tmp_path: Path):
     target, faults = TARGETS[name], []
@@ -149,6 +149,7 @@ class TestGuard:
 class TestLoop:
     """What leads the loop on."""
 
+    @pytest.mark.long
     def test_a_fault_behind_three_conditions_is_found_by_their_refusals_and_shortened(self, tmp_path):
         def read(data: bytes) -> None:
             for i, word in enumerate((b"12 m", b"sine")):
@@ -179,6 +180,7 @@ class TestLoop:
         lines = ('a = "x": no', 'a = "y": no', "a = 12: yes", "a = 1.5e3: yes")
         assert [seen.new(Outcome(Kind.REFUSED, line)) for line in lines] == [True, False, True, False]
 
+    @pytest.mark.long
     def test_a_campaign_is_continued_and_a_process_that_dies_is_a_finding(self, tmp_path, capsys):
         arguments = ["--target", "zone", "--time", "2 s", "--store", str(tmp_path)]
         assert main(arguments) == 0

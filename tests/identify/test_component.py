@@ -226,7 +226,7 @@ def with_dry_friction(u, h, omega_n, zeta, dead_time, half, offset):
     return out
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("unit", "omega_n", "zeta", "dead_time", "offset", "half", "ends"),
     [

@@ -90,6 +90,7 @@ def test_noisy_logs_predict_held_out_tests_within_the_thesiss_claim(result):
     assert max(h.worst for h in result.held_out) < CLAIM
 
 
+@pytest.mark.long
 def test_noisy_logs_give_intervals_that_hold_the_truth(result):
     truth = Y.of(system_friction("crane-2"))
     inside = [i.contains(getattr(truth, n)) for n, i in result.intervals.items()]

@@ -237,6 +237,7 @@ def test_mdf4_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.mf4"), plain)
 
 
+@pytest.mark.long
 def test_mdf4_signals_of_a_slower_group_are_brought_onto_the_bins(tmp_path, short):
     asammdf = pytest.importorskip("asammdf")
     slow = short.rows(np.arange(len(short)) % 100 == 0)

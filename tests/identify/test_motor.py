@@ -127,6 +127,7 @@ def test_a_model_that_is_blind_to_displacement_is_looked_at_and_mj4_is_written(s
     assert "twin runs MJ4" in html(report(found, {}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["map", "mj5", "ortwig", None])
 def test_a_crane_file_takes_the_motor_file_of_any_model_and_of_the_map(small, model, tmp_path):
     found = identify_motor(small, model=model)
@@ -144,6 +145,7 @@ def test_a_crane_file_takes_the_motor_file_of_any_model_and_of_the_map(small, mo
     assert as_good == {x.value for x in found.ranking.equals} - {motor.law}
 
 
+@pytest.mark.long
 def test_a_map_with_gaps_is_filled_between_its_cells_and_says_how_many(small):
     holes = small.at(np.random.default_rng(0).random(len(small)) < 0.9)
     (D, omega, dp, T_f), filled = gridded(holes)

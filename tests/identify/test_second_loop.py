@@ -130,6 +130,7 @@ every_model = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.long
 @every_model
 def test_a_motor_by_another_model_that_is_right_stays_what_it_is(law):
     points = stage(truth("crane-2"), loss=loss_of(by(law)))
@@ -137,6 +138,7 @@ def test_a_motor_by_another_model_that_is_right_stays_what_it_is(law):
     assert loss_values(loop.motor) == pytest.approx(loss_values(by(law)), rel=RIGHT)
 
 
+@pytest.mark.long
 @every_model
 def test_where_the_system_friction_is_known_the_parameters_of_any_model_are_found(law):
     """Every parameter a quarter more than the supplier's, the scale of a map and of an interpolation as well."""

@@ -112,7 +112,7 @@ def _text_without_encoding(call: ast.Call) -> Iterator[str]:
             yield "open() without encoding"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_call_that_windows_lacks_is_guarded_and_listed():
     places = {
         (path.relative_to(SOURCE).as_posix(), name) for path in sorted(SOURCE.rglob("*.py")) for name in found(path)

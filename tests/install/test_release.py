@@ -120,7 +120,7 @@ def digests(folder: Path) -> dict[str, str]:
     return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir()) if p.is_file()}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wheel_and_a_source_archive_have_the_same_bytes_wherever_they_are_built(tmp_path: Path):
     pytest.importorskip("hatchling", reason="hatchling is not installed: nothing can be built")
     if not (ROOT / ".git").exists():

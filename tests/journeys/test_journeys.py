@@ -204,7 +204,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("who", JOURNEYS)
 def test_each_comes_to_an_answer_of_a_dozen_lines(who: str, capsys: pytest.CaptureFixture[str]):
     for step in JOURNEYS[who]:
@@ -217,6 +217,7 @@ def test_each_comes_to_an_answer_of_a_dozen_lines(who: str, capsys: pytest.Captu
             assert text in " ".join(answer.split()), (step.words, answer)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "cure"),
     [

@@ -152,6 +152,7 @@ def test_a_kernel_whose_servers_died_before_it_was_ready_ends(kernel: Kernel, mo
     assert not kernel.board.stopping
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is held on Linux alone")
 def test_memory_is_held_where_it_is_said_to_be():
     code = "from stillhook.live.runtime.memory import hold; print(hold()); print(open('/proc/self/status').read())"

@@ -33,12 +33,14 @@ def told(root: Path, *words: str, code: int, capsys: pytest.CaptureFixture[str])
     return capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_a_worn_crane_is_withdrawn_and_the_command_says_no(root: Path, capsys: pytest.CaptureFixture[str]):
     out = told(root, str(root), code=1, capsys=capsys)
     assert "NOT valid for planning since the campaign of 2027-09-17: friction of the winch +" in " ".join(out.split())
     assert "withdrawn" in objections(load_crane(root / "certified" / "crane.toml"))[0]
 
 
+@pytest.mark.long
 def test_json_has_numbers_cranes_and_the_state(root: Path, capsys: pytest.CaptureFixture[str]):
     said = json.loads(told(root, str(root), "--json", code=1, capsys=capsys))
     friction = said["numbers"]["friction"]
@@ -51,6 +53,7 @@ def test_json_has_numbers_cranes_and_the_state(root: Path, capsys: pytest.Captur
     assert json.loads((root / "out" / "condition.json").read_text()) == said
 
 
+@pytest.mark.long
 def test_a_crane_that_stays_as_it_is_stays_valid(tmp_path: Path, fits, capsys: pytest.CaptureFixture[str]):
     worn(tmp_path, (0.0, 0.01, -0.01, 0.005))
     out = told(tmp_path, str(tmp_path), code=0, capsys=capsys)
@@ -58,6 +61,7 @@ def test_a_crane_that_stays_as_it_is_stays_valid(tmp_path: Path, fits, capsys: p
     assert "cannot tell" in out
 
 
+@pytest.mark.long
 def test_a_later_run_computes_nothing_that_is_known_and_writes_the_same(root: Path, fits):
     def everything() -> dict[str, bytes]:
         return {str(p): p.read_bytes() for p in sorted(root.rglob("*")) if p.is_file()}
@@ -71,6 +75,7 @@ def test_a_later_run_computes_nothing_that_is_known_and_writes_the_same(root: Pa
     assert everything() == content
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("moment", range(1, 11))
 def test_a_run_that_is_killed_between_two_writes_is_completed_by_the_next(
     root: Path, fits, monkeypatch: pytest.MonkeyPatch, moment: int
@@ -100,6 +105,7 @@ def test_a_run_that_is_killed_between_two_writes_is_completed_by_the_next(
     assert read_state(state_file(root / "certified" / "crane.toml")).history[-1].state == "withdrawn"
 
 
+@pytest.mark.long
 def test_held_out_tests_never_reach_the_fit_and_judge_both_crane_files(root: Path, fits):
     result = follow_condition([root], root / "out")
     fitted = [tests for steps, tests, _ in fits.calls if 1 in steps]
@@ -111,6 +117,7 @@ def test_held_out_tests_never_reach_the_fit_and_judge_both_crane_files(root: Pat
     assert last.after["3"] == last.before["3"]  # the controller alone: friction does not reach it
 
 
+@pytest.mark.long
 def test_a_crane_file_of_a_date_has_what_was_known_then_with_its_source(root: Path):
     save_condition(follow_condition([root], root / "out"), root / "out")
     first, last = (load_crane(root / "out" / f"crane-{d}.toml") for d in (DATES[0], DATES[-1]))
@@ -125,6 +132,7 @@ def test_a_crane_file_of_a_date_has_what_was_known_then_with_its_source(root: Pa
     assert last.active.C_leak == of.active.C_leak
 
 
+@pytest.mark.long
 def test_campaigns_in_any_order_say_the_same(root: Path):
     files = [root / d / "campaign.toml" for d in DATES]
     assert (
@@ -146,6 +154,7 @@ def test_nothing_is_written_without_a_folder(root: Path, capsys: pytest.CaptureF
     assert sorted(root.rglob("*")) == before
 
 
+@pytest.mark.long
 def test_two_campaigns_of_one_date_count_both(root: Path):
     campaign(root / "again", DATES[-1], 0.39, mark="other")
     result = follow_condition([root], root / "out")
@@ -181,6 +190,7 @@ def test_another_crane_or_winch_is_refused_by_name(root: Path, other: str):
     assert line.endswith("Follow each crane by itself.")
 
 
+@pytest.mark.long
 def test_a_broken_campaign_in_a_folder_is_named_and_the_others_count(root: Path, capsys: pytest.CaptureFixture[str]):
     broken = campaign(root / "torn", "2028-01-01", 0.1)
     broken.write_text("date = [")
@@ -191,6 +201,7 @@ def test_a_broken_campaign_in_a_folder_is_named_and_the_others_count(root: Path,
     assert [("torn" in line, "foreign" in line) for line in said["refused"]] == [(True, False), (False, True)]
 
 
+@pytest.mark.long
 def test_a_campaign_that_is_still_being_written_is_waited_for(root: Path):
     late = campaign(root / "late", "2028-01-01", 0.4, old=False)
     assert "was written less than 30 s ago" in follow_condition([root]).gathered.waiting[0]
@@ -205,6 +216,7 @@ def test_a_campaign_that_is_still_being_written_is_waited_for(root: Path):
     assert len(follow_condition([root]).measured) == len(DATES) + 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["value", "digest", "half", "list"])
 def test_evidence_that_was_changed_is_measured_again_with_a_note(root: Path, fits, how: str, caplog):
     checked._NOTED.discard(checked.Kept.CAMPAIGN)
@@ -226,6 +238,7 @@ def test_evidence_that_was_changed_is_measured_again_with_a_note(root: Path, fit
     assert note.getMessage().endswith(f"{file.name}: damaged ({checked.OTHER}). The campaign is measured again.")
 
 
+@pytest.mark.long
 def test_a_log_that_changes_later_is_measured_again(root: Path, fits):
     follow_condition([root], root / "out")
     log = root / DATES[2] / "a.csv"
@@ -235,6 +248,7 @@ def test_a_log_that_changes_later_is_measured_again(root: Path, fits):
     assert fits.fitted == len(DATES) + 1
 
 
+@pytest.mark.long
 def test_a_stated_repair_begins_a_new_trend_and_a_stated_sensor_is_no_drift(root: Path):
     text = '[[event]]\ndate = 2027-05-01\nwhat = "repair"\nnumbers = ["friction"]\nnote = "bearings"\n'
     (root / "events.toml").write_text(text)
@@ -245,6 +259,7 @@ def test_a_stated_repair_begins_a_new_trend_and_a_stated_sensor_is_no_drift(root
     assert {p.period for p in number.course.points} == {0, 1}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -271,6 +286,7 @@ def test_a_folder_that_is_not_there_is_refused(root: Path):
         follow_condition([root / "empty"])
 
 
+@pytest.mark.long
 def test_watching_takes_new_campaigns_and_waits_for_a_folder_that_is_away(
     root: Path, fits, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
@@ -339,6 +355,7 @@ def test_a_crane_of_the_library_has_no_state(tmp_path: Path, fits):
     assert all(n.drift is None for n in result.numbers)
 
 
+@pytest.mark.long
 def test_campaigns_of_a_later_crane_file_are_measured_against_the_first(root: Path, fits):
     certified(root / "second", "2027-12-01", logs="second")
     campaign(root / "2028", "2028-01-01", 0.4, crane="../second/crane.toml")
@@ -348,6 +365,7 @@ def test_campaigns_of_a_later_crane_file_are_measured_against_the_first(root: Pa
     assert not result.standing.withdrawn
 
 
+@pytest.mark.long
 def test_there_is_a_picture_of_the_courses_and_one_of_the_held_out_tests(root: Path):
     images = outputs.pictures(follow_condition([root / d / "campaign.toml" for d in DATES[:3]]))
     assert set(images) == {outputs.PICTURE, outputs.PICTURE_HELD}

@@ -50,6 +50,7 @@ def crane(tmp_path: Path, followed: Path, fits) -> Path:
     return tmp_path / "certified" / "crane.toml"
 
 
+@pytest.mark.long
 def test_a_withdrawn_validity_is_an_objection_to_the_certificate(crane: Path):
     of = load_crane(crane)
     (reason,) = objections(of)
@@ -86,6 +87,7 @@ def test_a_valid_state_changes_nothing_but_says_until_when(tmp_path: Path, fits)
     assert of.certified.condition.statement == f"valid for planning by the campaigns until {DATES[2]}"
 
 
+@pytest.mark.long
 def test_a_stored_run_keeps_the_state_that_it_was_made_under(crane: Path, tmp_path: Path):
     of = load_crane(crane)
     from stillhook import Scenario
@@ -118,6 +120,7 @@ def broken(text: str) -> dict[str, str]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", list(broken('{"history": [{}]}')))
 def test_a_state_that_was_changed_is_refused_in_one_line(crane: Path, how: str):
     file = state_file(crane)
@@ -137,6 +140,7 @@ def test_a_changed_state_is_not_written_over(crane: Path, tmp_path: Path):
         follow_condition([tmp_path / DATES[-1] / "campaign.toml"], tmp_path / "out")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["holds it", "has written it"])
 def test_of_two_processes_that_write_one_state_the_second_is_refused_and_no_entry_is_lost(
     crane: Path, tmp_path: Path, how: str, capsys: pytest.CaptureFixture[str]
@@ -162,6 +166,7 @@ def test_of_two_processes_that_write_one_state_the_second_is_refused_and_no_entr
     assert read_state(file).checked == "2027-11-01"
 
 
+@pytest.mark.long
 def test_the_answer_says_which_line_the_crane_file_lacks_until_it_has_it(crane: Path, tmp_path: Path):
     line = 'condition = "crane.condition.json"'
     copy = tmp_path / "copy"
@@ -194,6 +199,7 @@ def test_a_state_without_a_certificate_is_refused(tmp_path: Path):
         load_crane(file)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("date", "logs", "said"),
     [
@@ -219,6 +225,7 @@ def test_no_certificate_but_a_later_one_of_new_logs_gives_validity_back(
     assert said in reason
 
 
+@pytest.mark.long
 def test_a_later_certificate_of_new_logs_gives_validity_back_and_the_history_says_so(crane: Path, tmp_path: Path):
     certified(crane.parent, "2027-12-01", logs="new")
     assert objections(load_crane(crane)) == ()

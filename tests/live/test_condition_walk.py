@@ -51,6 +51,7 @@ def test_the_course_is_that_of_kalmans_filter_date_by_date(monkeypatch: pytest.M
         assert mixture.deviation[0] == pytest.approx(math.sqrt(P[i, i]), rel=1e-5)
 
 
+@pytest.mark.long
 def test_the_calibration_does_not_average_out_in_today_and_cancels_in_a_change():
     t = np.linspace(0.0, 4.0, 150)
     of = course(PLAIN, points(t, np.zeros_like(t), own=1e-3))

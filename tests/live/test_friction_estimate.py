@@ -64,6 +64,7 @@ def late_encoder(x: dict[str, np.ndarray], seconds: float) -> dict[str, np.ndarr
     return {n: np.interp(t - seconds, t, v) if n in ("omega_m", "s_w") else v for n, v in x.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 def test_a_worn_twin_has_the_friction_that_it_was_given(name):
     found = last(rows(name), load_crane(name)).estimate
@@ -72,6 +73,7 @@ def test_a_worn_twin_has_the_friction_that_it_was_given(name):
     assert 1.0 < found.loss.value < WORN
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("clock", [-0.2, -0.03, 0.2])
 def test_the_offset_of_the_encoder_is_found_and_changes_nothing(clock):
     right, off = last(rows()).estimate, last(late_encoder(rows(), clock)).estimate
@@ -79,6 +81,7 @@ def test_the_offset_of_the_encoder_is_found_and_changes_nothing(clock):
     assert off.loss.value == pytest.approx(right.loss.value, abs=0.1 * right.loss.half)
 
 
+@pytest.mark.long
 def test_a_clock_that_cannot_be_found_widens_the_interval():
     blind = {n: v for n, v in rows().items() if n not in ("alpha_p", "u_p")}
     found, known = last(blind).estimate, last(rows()).estimate
@@ -99,6 +102,7 @@ def test_a_wire_counter_stands_in_for_the_motor_speed():
     assert last({n: v for n, v in rows().items() if n != "omega_m"}).estimate.system.contains(WORN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [0.17, 1.0, 1e9])
 def test_rows_may_come_in_any_number_at_a_time(every):
     at_once, in_parts = last(rows(duration=80)), last(rows(duration=80), every=every)
@@ -106,6 +110,7 @@ def test_rows_may_come_in_any_number_at_a_time(every):
     assert abs(apart) < SAME * at_once.estimate.loss.half
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("error", "source"),
     [
@@ -122,6 +127,7 @@ def test_an_error_of_a_sensor_moves_the_estimate_by_what_is_stated_for_it(error,
     assert moved == pytest.approx(right.limits[source], rel=0.1)
 
 
+@pytest.mark.long
 def test_a_constant_error_of_a_pressure_moves_nothing():
     right = last(rows()).estimate
     wrong = last({n: v + 0.5e5 if n in ("p_a", "p_hp") else v for n, v in rows().items()}).estimate
@@ -138,6 +144,7 @@ def stepped(factor: float) -> dict[str, np.ndarray]:
     return {n: v[settled] for n, v in out.items()}
 
 
+@pytest.mark.long
 def test_a_step_of_friction_is_found_and_the_estimate_begins_anew():
     states = follow_friction(FrictionEstimator(CRANE), stepped(1.3), 5.0)
     assert len(states[-1].alarms) == 1
@@ -152,6 +159,7 @@ def test_a_step_of_friction_is_found_and_the_estimate_begins_anew():
     assert "friction, if leakage and displacement are as in the file" in alarm.message
 
 
+@pytest.mark.long
 def test_friction_that_stays_raises_no_alarm():
     assert last(stepped(1.0)).alarms == ()
 
@@ -296,6 +304,7 @@ def test_inside_the_envelope_of_the_certificate_the_estimate_is_applied():
     assert state.applied == state.estimate.system.value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("envelope", "reason"),
     [
@@ -315,6 +324,7 @@ def test_outside_the_envelope_the_estimate_is_shown_and_not_applied(envelope, re
     assert re.search(reason, "; ".join(state.bounds))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "reason"), [("s_tip", "tip motion not known"), ("mode", "mode not known")])
 def test_conditions_that_are_not_logged_are_outside(name, reason):
     state = last({n: v for n, v in rows().items() if n != name}, certified())
@@ -329,6 +339,7 @@ def test_friction_that_no_winch_has_is_not_applied():
     assert "is not 0.3 to 3" in state.bounds[0]
 
 
+@pytest.mark.long
 def test_rows_at_ten_hertz_say_the_same():
     """To a tenth of the interval: a half wave is then some twenty samples."""
     fast = last(rows()).estimate
@@ -336,6 +347,7 @@ def test_rows_at_ten_hertz_say_the_same():
     assert slow.loss.value == pytest.approx(fast.loss.value, abs=0.1 * fast.loss.half)
 
 
+@pytest.mark.long
 def test_unknown_values_here_and_there_change_little():
     rng = np.random.default_rng(3)
     holed = {n: v if n == "time" else np.where(rng.random(len(v)) < 0.02, np.nan, v) for n, v in rows().items()}
@@ -344,6 +356,7 @@ def test_unknown_values_here_and_there_change_little():
     assert found.loss.value == pytest.approx(right.loss.value, abs=0.1 * right.loss.half)
 
 
+@pytest.mark.long
 def test_the_resistance_of_the_piston_is_added_where_the_gas_is_read():
     """A pressure at the gas, taken for that at the motors, counts the piston as friction of the winch."""
     case = stillhook.Scenario(
@@ -373,6 +386,7 @@ def test_half_waves_that_say_nothing_are_counted_by_reason(name, value, reason):
     assert state.left_out[reason] > 0
 
 
+@pytest.mark.long
 def test_a_hole_in_the_log_costs_the_half_waves_around_it_alone():
     x = rows()
     state = last({n: np.delete(v, slice(4000, 4150)) for n, v in x.items()})
@@ -387,6 +401,7 @@ def test_a_second_log_with_other_signals_may_follow():
     assert follow_friction(estimator, later)[-1].estimate.system.contains(WORN)
 
 
+@pytest.mark.long
 def test_inside_the_envelope_the_other_parameters_are_applied_too_once_they_are_proven(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(friction, "PROVEN", ("leakage", "displacement", "gas"))
     state = last(rows(), certified())
@@ -401,6 +416,7 @@ def test_outside_it_no_parameter_is_applied():
         assert re.search("load", "; ".join(state.parameters[name].bounds))
 
 
+@pytest.mark.long
 def test_a_displacement_that_no_winch_has_is_not_applied():
     state = last({**rows(), "alpha_m": rows()["alpha_m"] - 0.2}, certified())
     assert state.parameters["displacement"].applied is None

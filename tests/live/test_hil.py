@@ -70,6 +70,7 @@ def run(
     return outcome, read_plc_log(path, None, "plc.toml"), lines
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("crane", "controller"), [("nov-250t", "ssc"), ("nov-100t-electric", "position")])
 def test_the_library_as_a_plc_gives_what_the_exported_block_must_give(crane: str, controller: str):
     plc = LibraryController(load_crane(crane), controller)
@@ -77,12 +78,14 @@ def test_the_library_as_a_plc_gives_what_the_exported_block_must_give(crane: str
         assert np.array_equal(plc.cycle(np.array(numbers(outside))), np.array(expected))
 
 
+@pytest.mark.long
 def test_many_cycles_at_once_are_the_bits_of_one_after_another():
     rows = np.array([numbers(o) for o, _ in itertools.islice(inputs(Quick().block, Reference(Quick().block)), 900)])
     one = Quick()
     assert np.array_equal(Quick().cycles(rows), np.array([one.cycle(row) for row in rows]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sensors", [{}, {"noise_F": "5 kN", "delay": "40 ms"}])
 def test_a_plc_that_reads_what_the_winch_senses_moves_it_as_its_own_controller_to_the_bit(sensors: dict[str, str]):
     case = Scenario(load="100 t", s_w="100 m", tip="sine 1.5 m 9 s", mode="ssc", sensors=sensors)
@@ -98,6 +101,7 @@ def test_a_plc_that_reads_what_the_winch_senses_moves_it_as_its_own_controller_t
     assert abs(own.get("u_p")) > 0.01
 
 
+@pytest.mark.long
 def test_a_healthy_run_compensates_and_hands_the_winch_back(tmp_path: Path):
     bus = Direct()
     outcome, log, lines = run(bus, tmp_path / "log.csv", 300)
@@ -110,6 +114,7 @@ def test_a_healthy_run_compensates_and_hands_the_winch_back(tmp_path: Path):
     assert np.ptp(log.outputs["u_p"]) > 0.01
 
 
+@pytest.mark.long
 def test_a_plant_that_dies_stops_the_winch_until_it_is_acknowledged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(soft_plc, "AGAIN", 0.05)
     bus = Direct()
@@ -130,6 +135,7 @@ def test_a_plant_that_dies_stops_the_winch_until_it_is_acknowledged(tmp_path: Pa
     assert [line for line in lines if "acknowledged" in line]
 
 
+@pytest.mark.long
 def test_an_image_that_stands_still_is_a_dead_plant(tmp_path: Path):
     bus = Direct()
 
@@ -142,6 +148,7 @@ def test_an_image_that_stands_still_is_a_dead_plant(tmp_path: Path):
     assert log.outputs["u_p"][-1] == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "stops"), [("s_w", True), ("s_tip", True), ("p_hp", False)])
 def test_nan_over_the_bus_makes_that_input_bad_and_no_other(name: str, stops: bool, tmp_path: Path):
     bus = Direct()
@@ -159,6 +166,7 @@ def test_nan_over_the_bus_makes_that_input_bad_and_no_other(name: str, stops: bo
     assert np.array([list(w.values()) for w in bus.written[:-1]]).min() >= -1.0
 
 
+@pytest.mark.long
 def test_late_answers_delay_no_cycle_and_pile_up_nowhere(tmp_path: Path):
     bus = Direct()
     bus.slow = 0.05  # 25 cycles
@@ -169,6 +177,7 @@ def test_late_answers_delay_no_cycle_and_pile_up_nowhere(tmp_path: Path):
     assert log.cycles.tolist() == list(range(400))
 
 
+@pytest.mark.long
 def test_another_client_that_commands_the_winch_ends_the_run(tmp_path: Path):
     bus = Direct()
 
@@ -180,6 +189,7 @@ def test_another_client_that_commands_the_winch_ends_the_run(tmp_path: Path):
     assert bus.written[-1] == {"override": 0.0}
 
 
+@pytest.mark.long
 def test_a_plant_that_takes_no_commands_ends_the_run_in_one_line(tmp_path: Path):
     bus = Direct()
     bus.refusing = LiveError("direct: refused.")
@@ -187,6 +197,7 @@ def test_a_plant_that_takes_no_commands_ends_the_run_in_one_line(tmp_path: Path)
         run(bus, tmp_path / "log.csv", 50)
 
 
+@pytest.mark.long
 def test_a_plant_that_is_not_there_is_said_before_a_cycle(tmp_path: Path):
     bus = Direct()
     bus.dead = True

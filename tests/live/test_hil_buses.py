@@ -88,6 +88,7 @@ async def look_and_command(bus: Any) -> list[Image]:
     return [*seen, await bus.read()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("over", "rounding"), [(over_modbus, FLOAT32), (over_opcua, 0.0)])
 def test_a_plc_reads_what_the_winch_senses_in_this_cycle_and_moves_it(over: Any, rounding: float, tmp_path: Path):
     served, images = over(tmp_path, look_and_command)
@@ -100,6 +101,7 @@ def test_a_plc_reads_what_the_winch_senses_in_this_cycle_and_moves_it(over: Any,
     assert images[-1].get("u_p") == COMMAND["u_p"]
 
 
+@pytest.mark.long
 def test_a_plc_that_is_not_trusted_reads_and_moves_nothing(tmp_path: Path):
     with pytest.raises(
         LiveError, match=r"does not trust this PLC. Copy .*certificate.der into the twin's opcua/trusted"
@@ -108,6 +110,7 @@ def test_a_plc_that_is_not_trusted_reads_and_moves_nothing(tmp_path: Path):
     assert len(list((tmp_path / "twin" / "rejected").iterdir())) == 1
 
 
+@pytest.mark.long
 def test_a_twin_without_a_process_image_is_refused_with_what_to_write(tmp_path: Path):
     with pytest.raises(LiveError, match="sensed = true"):
         over_opcua(tmp_path, look_and_command, sensed=False)
@@ -118,6 +121,7 @@ def test_a_twin_that_takes_no_writes_over_modbus_says_so(tmp_path: Path):
         over_modbus(tmp_path, look_and_command, writes=False)
 
 
+@pytest.mark.long
 def test_a_kernel_that_is_gone_gives_no_good_image(tmp_path: Path):
     async def look(bus: Any) -> Image:
         return await bus.read()
@@ -271,7 +275,7 @@ def test_a_plc_without_a_twin_ends_in_one_line(tmp_path: Path, capsys: pytest.Ca
 # The whole of it
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_twin_and_a_plc_in_processes_of_their_own_and_the_plc_is_killed(tmp_path: Path):
     example_files(HIL, tmp_path / "hil")
     folder = tmp_path / "hil"

@@ -166,6 +166,7 @@ def test_a_clock_that_is_off_changes_neither_deviations_nor_estimate(stamp: Call
     assert off.events == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jump", [-7200.0, 7200.0])
 def test_a_clock_that_jumps_is_told_and_costs_a_moment(jump: float):
     of = Side().run(1.2, stamp=lambda t: BEGIN + t + (jump if t > 75.0 else 0.0))
@@ -221,6 +222,7 @@ def test_spikes_raise_no_alarm_and_move_no_estimate():
     assert abs(moved) < half
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "factor", "unit"), [("p_a", 1e-5, "bar"), ("F_w", 1e-3, "kN")])
 def test_a_signal_in_a_wrong_unit_is_named_and_nothing_is_estimated_from_it(name: str, factor: float, unit: str):
     of = Side(certified()).run(1.0, lambda t, x: {**x, name: factor * x[name]})
@@ -320,6 +322,7 @@ def test_criteria_and_virtual_sensors_stand_beside_the_deviations():
     assert of.of.values["virtual_half.Q_m"] < 0.05 * of.most("virtual.Q_m")
 
 
+@pytest.mark.long
 def test_a_model_of_level_4_is_shown_and_nothing_of_it_may_be_used_without_a_certificate(tmp_path: Path):
     path = tmp_path / "model.json"
     write_model(path, learned())

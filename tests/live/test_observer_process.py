@@ -96,6 +96,7 @@ def test_measured_values_are_shown_with_their_ages_and_never_move_the_winch(tmp_
     assert {3.0e7} <= set(kept.column("measured_p_a"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("values", "text"),
     [
@@ -133,6 +134,7 @@ def test_a_wrong_input_is_refused_as_without_an_observer():
             of.write({"s_tip": math.nan, "measured.p_a": 1e7}, "udp")
 
 
+@pytest.mark.long
 def test_an_observer_that_is_killed_is_an_event_and_started_again_while_the_twin_goes_on():
     with twin() as (of, kept):
         wait(of, lambda row: row.number > 20)

@@ -83,7 +83,7 @@ class Onlooker(threading.Thread):
         return answer
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "alarm"), [(1.0, False), pytest.param(3.0, True, marks=pytest.mark.thorough)])
 def test_the_twin_of_a_crane_does_not_deviate_from_its_log_and_another_does(factor: float, alarm: bool, tmp_path: Path):
     log = read_log(write_log(tmp_path / "log.csv", with_friction(CRANE, factor)))

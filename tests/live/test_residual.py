@@ -44,6 +44,7 @@ def test_the_trees_take_what_the_terms_leave():
     assert model.ratio.value < model.linear.value < 1.0
 
 
+@pytest.mark.long
 def test_noise_alone_is_not_learned_and_the_model_stays_off():
     model, held = train(CRANE, logs(6, size=0.0))
     assert not model.pays
@@ -280,6 +281,7 @@ def test_a_log_that_was_learned_from_tests_nothing():
     assert test_model(learned(), logs(2, first=20))[0].learned > 0.0
 
 
+@pytest.mark.long
 def test_no_certificate_can_rest_on_a_model(tmp_path):
     """Nothing that validates, plans, identifies or simulates can reach it: by an import, by a name in a crane file, or by
     a column of a log."""

@@ -19,6 +19,7 @@ SHORT = 1.0
 """Longest life of a twin once it is ready [s]."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "victims",
     [

@@ -192,6 +192,7 @@ def test_numbers_that_are_missing_or_absurd_break_nothing(twin: Rows):
     assert all(r.status in Status for r in watch.latest.results)
 
 
+@pytest.mark.long
 def test_what_is_kept_does_not_grow_with_the_rows():
     watch = Watch(CRANE, every=1.0)
     sizes = []

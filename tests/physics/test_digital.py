@@ -81,6 +81,7 @@ def test_the_averaged_units_follow_a_step_as_156_cylinders_do(low, high):
     assert abs(apart[theta > 7.0 * math.pi].mean()) < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("N", [12, 37, 156])
 def test_no_pattern_of_strokes_passes_the_bound_and_some_come_near(N):
     """Torque and energy of the pattern, over settings that beat with the number of cylinders and that do not."""

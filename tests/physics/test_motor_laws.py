@@ -148,6 +148,7 @@ def test_the_power_of_kernels_is_that_of_the_library(x, n):
     assert _power(x, n) == pytest.approx(power(x, n), rel=1e-13)
 
 
+@pytest.mark.long
 @laws
 def test_c_and_numba_give_the_same_loss(law, tmp_path, numba):
     from stillhook.kernels.by_numba import machine_code

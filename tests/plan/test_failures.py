@@ -78,6 +78,7 @@ def cases(lift, key: str, phase: str):
     return runs._cases(Request(key, phase, SEA))[1]
 
 
+@pytest.mark.long
 def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: slack from 4.92 m (above the deep stop, half an hour)
     deep = [
@@ -93,6 +94,7 @@ def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_
         assert rows[Tp]["Hs_from"] == pytest.approx(Hs, abs=0.01)
 
 
+@pytest.mark.long
 def test_the_low_weight_case_is_slack_no_later_than_the_high_one(facts, lift):
     heights = np.full(len(lift.environment.table().columns), 2.0)
     high = {(p.phase, p.z): p for p in braked(lift, heights)}

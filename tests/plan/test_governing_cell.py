@@ -115,7 +115,7 @@ def same_bits(many: xarray.Dataset, case: int, one: xarray.Dataset) -> None:
         np.testing.assert_array_equal(many[name].values[case], one[name].values, err_msg=str(name))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "phase", "alternative"),
     [
@@ -340,7 +340,7 @@ def test_where_a_calm_is_beyond_the_run_is_one_in_still_water(plan, tmp_path, mo
     assert cell_run.lowered(found, tmp_path / "cell").repeats
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_that_no_store_holds_is_made_once_and_written_with_what_lowers_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(cell_run, "can_draw", lambda: False)  # its film takes a minute
     monkeypatch.chdir(tmp_path)

@@ -48,6 +48,7 @@ def test_every_cell_has_a_limit_and_names_what_it_is_by(found):
         assert set(data[name].values[told.values].tolist()) <= set(data[axis].values.tolist())
 
 
+@pytest.mark.long
 def test_the_limit_of_a_cell_is_that_of_the_rule_that_governs_it(found):
     data = found.data.sel(credit="twin", alternative="none")
     for heading in data["heading"].values:

@@ -271,7 +271,7 @@ def test_by_runs_of_the_low_weight_case_a_heavier_load_is_slack_later_and_a_larg
     assert ends["mass", 1].cell.plan.payload.mass == pytest.approx(spread("mass", lift.crane)[1] * 33e3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_frequency_tier_has_a_tornado_of_every_phase_without_runs(quick, tmp_path):
     of = quick.facts[sensitivity.NAME]
     assert of["n_runs"] == 0

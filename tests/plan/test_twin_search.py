@@ -88,7 +88,7 @@ def predicted(plan, heights):
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
     landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)
     guesses = {(p.name, a): math.inf for p in plan.phases for a in plan.alternatives}

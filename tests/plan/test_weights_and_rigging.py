@@ -384,7 +384,7 @@ hold = "off"
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_twin_runs_the_low_case_where_slack_governs(tmp_path):
     """Its limit is that of the low case as a plan of its own: the same seas, the same runs."""
     text = manifold("none", start_depth="-1 m") + "\n".join((GEAR, WEIGHT, THROUGH))

@@ -104,7 +104,7 @@ def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
     assert not stands(computed, house)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_a_computation_loads_is_found(computed):
     import stillhook.physics.load_path.drum
     import stillhook.units  # noqa: F401

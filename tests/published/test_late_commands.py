@@ -81,7 +81,7 @@ def answer(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, floa
     return dict(json.loads(run.stdout))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_longer_lead_of_the_feedforward_alone_gives_back_what_late_commands_take(answer) -> None:
     e = answer["errors"]
     assert e["late"] > e["in process"] + 4.0 * COSTS

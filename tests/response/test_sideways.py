@@ -119,6 +119,7 @@ def test_a_heavy_wire_alone_swings_as_bernoulli_found():
     assert omega == pytest.approx(0.5 * jn_zeros(0, 3) * math.sqrt(G / L), rel=LUMPS * 3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("omega", [0.4, 0.62, 1.1])
 def test_the_swing_is_that_of_two_masses_on_stiff_wires_integrated_in_time(omega):
     """Newton's law of both masses in a plane, wires as stiff springs, water drag on both, a tip that moves by 0.1 m."""

@@ -76,7 +76,7 @@ def test_a_seed_draws_the_same_places_again_and_another_seed_others():
     assert draw(ROOT, 1, 30)[:20] == first  # a larger sample begins with the smaller one
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_tests_of_a_module_come_first():
     choice = Choice(ROOT)
     assert "tests/identify/test_pairs.py" in choice.tests("src/stillhook/identify/steady_state/pairs.py")[:2]
@@ -106,7 +106,7 @@ def test_rooms_and_survivors_are_told(tmp_path):
     assert read(kept) == {one.mutant: one, two.mutant: two}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt" or not shutil.which("git"), reason="processes are forked, files listed by git")
 def test_in_a_small_repository_one_is_killed_one_hangs_and_one_survives(tmp_path):
     package = tmp_path / "src" / "stillhook" / "room"

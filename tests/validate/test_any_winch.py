@@ -60,6 +60,7 @@ def result(sound):
     return validate(sound)
 
 
+@pytest.mark.long
 def test_a_sound_electric_winch_passes_the_lines_that_have_a_meaning_for_it(result):
     assert {line.key for line in result.lines if line.failed} <= COVERAGE
     shown = {key for key, line in lines(result).items() if line.verdict is Verdict.SHOWN}
@@ -73,6 +74,7 @@ def test_the_summary_lists_what_was_not_judged(result):
     assert "no closed circuit" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("defect", "size", "key"),
     [("friction", 1.0, "2-signals"), ("mru-delay", 0.15, "p-tip-delay"), ("k-1", -0.1, "3-K_1")],

@@ -55,6 +55,7 @@ def test_modes_that_change_part_the_record(tmp_path):
     assert [s.mode for s in record.segments] == [Mode.NS, Mode.SSC]
 
 
+@pytest.mark.long
 def test_a_mean_of_two_modes_in_one_bin_is_no_mode(tmp_path):
     """At 1 kHz the bin in which the mode changes holds both."""
     frame = half_on(ahc(), 5, 0, 70.004)
@@ -190,6 +191,7 @@ REFUSED = {  # what differs from a good log and campaign -> words of the refusal
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_is_refused_with_its_place_and_what_to_do(tmp_path, case):
     how, words = REFUSED[case]

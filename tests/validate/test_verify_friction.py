@@ -200,6 +200,7 @@ def test_another_friction_is_flagged_in_heave_compensation(tmp_path):
     assert v.exceeded(v.runs[0])[0].endswith("of the measured pressure")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("friction", "passed", "low", "high"), [(1.0, True, 0.0, 0.06), (1.4, False, 0.25, 0.33)])
 def test_an_independent_crane_at_sea(tmp_path, monkeypatch, friction, passed, low, high):
     """Its laws, PLC and sensors are other code; with 40 % more friction the twin lacks 0.4 / 1.4 = 29 % of the pressure."""

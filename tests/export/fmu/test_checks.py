@@ -20,6 +20,7 @@ BAD = 900
 """Cycle from which the encoder's channel is bad."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("table", "state"), [({"on_encoder": "feedback-off"}, SUBSTITUTED), ({"on_encoder": "stop"}, STOPPED)]
 )

@@ -72,6 +72,7 @@ def slave(request: pytest.FixtureRequest, fmus: dict[str, Path], tmp_path: Path)
     return Slave(fmus[request.param], tmp_path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_fmpy_finds_nothing_wrong(fmi: str, fmus: dict[str, Path]):
     assert validate_fmu(str(fmus[fmi])) == []

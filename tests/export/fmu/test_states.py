@@ -55,6 +55,7 @@ def refused(slave: Slave, data: bytes, before: bytes) -> None:
     assert slave.saved() == before
 
 
+@pytest.mark.long
 def test_no_damaged_state_is_taken_and_the_instance_goes_on(slave: Slave, files: dict[str, Path], tmp_path: Path):
     data, n = slave.saved(), 0
     for bad in damaged(data, 2400):

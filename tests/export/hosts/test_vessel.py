@@ -117,6 +117,7 @@ def test_the_folder_for_orcaflex_keeps_the_boom(tmp_path):
         write_host("simo", CRANE, case_of(**MOVES), tmp_path / "other", platforms=())
 
 
+@pytest.mark.long
 def test_a_boom_on_a_ship_that_heaves_alone_changes_nothing_in_simo(compiled, tmp_path):
     case = case_of().model_copy(update={"tip": stillhook.Sine(amplitude="1 m", period="12 s")})
     host, out = host_of("host_simo", tmp_path), []

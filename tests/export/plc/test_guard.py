@@ -91,6 +91,7 @@ def stopped(block: Block, row: np.ndarray) -> bool:
     return bool(row[AT["u_p"]] == 0.0 and closed and row[AT["state"]] == STOPPED)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_healthy_inputs_give_the_bits_of_the_controller_that_simulates(crane, controller):
     block = block_of(crane, controller)
@@ -247,7 +248,7 @@ def test_random_faults_give_the_text_and_the_compiled_controller_the_same_output
     assert len(set(ours[:, AT["state"]])) > 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
     block = block_of(CLOSED, "ssc")
@@ -262,6 +263,7 @@ def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
         np.testing.assert_array_equal(out, GuardedPlc(block).run(rows), err_msg=signal)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_memory_that_is_no_number_heals_and_stops_the_winch(dialect):
     block = block_of(CLOSED, "ssc")

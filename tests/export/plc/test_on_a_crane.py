@@ -66,6 +66,7 @@ def cycles_of(crane: Crane, controller: str, rows: np.ndarray):
     return np.array(out), record
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "controller", "control"),
     [

@@ -110,6 +110,7 @@ def test_numbers_of_the_text_are_within_single_precision(crane, controller):
     assert float(single.tiny) <= min(written) <= max(written) <= float(single.max)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
     rows, expected = cycles_of(crane, controller)

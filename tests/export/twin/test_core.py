@@ -72,6 +72,7 @@ QUICK = ("nov-250t", "nov-100t-cylinder", "nov-100t-electric")
 """One of two lines of oil with a passive circuit, one of a rod, one without oil; the others take their time."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [c if c in QUICK else pytest.param(c, marks=pytest.mark.thorough) for c in cranes() if c != "nov-150t"]
 )

@@ -68,6 +68,7 @@ def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, 
     assert np.ptp([row["s_w"] for row in after]) < PLACE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "moved"), [("nov-250t", 1e-3), pytest.param("nov-250t-secondary", 1e-3, marks=pytest.mark.thorough)]
 )

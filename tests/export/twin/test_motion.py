@@ -56,6 +56,7 @@ def told(made: Export, compiled, motion: np.ndarray, h: float, *, ahead: bool) -
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ahead", [True, False])
 @pytest.mark.parametrize("h", [0.01, 0.1, 0.5])
 def test_a_motion_that_is_one_is_never_doubted(made, compiled, h, ahead):
@@ -106,6 +107,7 @@ def test_a_datum_that_the_start_did_not_have_is_told(made, compiled):
     assert SPEED in told(made, compiled, rows, 0.1, ahead=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("contents", [c for c in CONTENTS if c != "plant+controller"])
 def test_winch_and_controller_alone_tell_it_too(contents, compiled):
     rows = waves(np.arange(0.0, 40.0, 0.1))

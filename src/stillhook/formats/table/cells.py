@@ -8,6 +8,7 @@ those in a text.
 
 from __future__ import annotations
 
+import csv
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -43,4 +44,7 @@ def csv_of(table: pd.DataFrame, **options: Any) -> str:
     for i, column in columns.items():
         written.isetitem(i, column)
     written.columns = [cell_of(str(name)) for name in table.columns]
+    texts = [*written.columns, *(text for column in columns.values() for text in column)]
+    if any(isinstance(text, str) and "\r" in text for text in texts):  # Python quotes it from 3.13 on
+        options = {"quoting": csv.QUOTE_NONNUMERIC} | options
     return str(written.to_csv(index=False, lineterminator="\n", **options))
