@@ -26,7 +26,7 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from stillhook.base.gateway import budget
 from stillhook.base.gateway.access import first_bytes
-from stillhook.base.gateway.budget import MEMORY, late, memory_limit
+from stillhook.base.gateway.budget import MEMORY, late, memory_limit, most_unpacked
 from stillhook.errors import StillhookError, UnreadableError
 
 if TYPE_CHECKING:
@@ -146,11 +146,6 @@ def end(number: int) -> None:
 
 
 T = TypeVar("T")
-
-SMALL = 100_000_000
-"""What any file may unpack to [bytes]."""
-DENSEST = 2000
-"""A file unpacks to no more than this many times its size: deflate reaches 1032."""
 
 _BOOT = (
     "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary import"
@@ -273,7 +268,7 @@ def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at
     memory together.
     Errors: UnreadableError.
     """
-    most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
+    most = most_unpacked(_size(path)) if allowed is None else allowed
     if unpacked > most:
         claim = f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}"
         raise UnreadableError(f"{claim}; up to {_shown(most)} is read")
