@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stillhook.base.gateway import budget
 from stillhook.base.kept.arrays import packed, read_arrays
 from stillhook.base.kept.checked import write_checked
 from stillhook.engine.store import KEY, SUFFIX, Store
@@ -55,7 +56,6 @@ LIES = [
     npz(keys=array("(100000000,)", "|V32", bytes(1000))),
     npz(keys=array("(1000000000000,)", "<f8", bytes(1000))),
     npz(zipfile.ZIP_BZIP2, keys=array("(1000000,)", "<f8", bytes(8_000_000))),
-    npz(**{name: array("(7000000,)", "|b1", bytes(7_000_000)) for name in map(str, range(15))}),
 ]
 
 
@@ -90,3 +90,12 @@ def test_what_a_file_claims_takes_no_memory(content):
         assert tracemalloc.get_traced_memory()[1] < MOST
     finally:
         tracemalloc.stop()
+
+
+def test_an_archive_that_unpacks_to_more_than_its_size_explains_is_refused(monkeypatch):
+    content = packed({"keys": np.zeros(10_000)})
+    assert read_arrays(content)["keys"].size == 10_000
+    monkeypatch.setattr(budget, "SMALL", 10_000)
+    monkeypatch.setattr(budget, "DENSEST", 10)
+    with pytest.raises(ValueError, match="claims to hold more"):
+        read_arrays(content)
