@@ -246,7 +246,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
     script = "import sys, pathlib, stillhook.formats.binary as r, stillhook.formats.binary as n\n"
-    script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
+    script += "r.answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
     done = subprocess.run(
         [sys.executable, "-c", script, tmp_path / "endless.nc"],
         timeout=2.0 + reader_process.GRACE + 2 * BUSY,
@@ -281,7 +281,7 @@ def after_a_refusal(reader: Callable[..., object], path: Path, *arguments: objec
 @needs_linux
 def test_after_a_refusal_the_next_file_is_read_in_a_new_copy_of_a_process_that_saw_no_file(tmp_path):
     _, first, template = after_a_refusal(odd_readers.damaged, tmp_path / "x")
-    with pytest.raises(UnreadableError, match="^damaged$"):
+    with pytest.raises(UnreadableError, match=r"^damaged$"):
         read_binary(odd_readers.damages, tmp_path / "x")
     damaged, second, same = read_binary(odd_readers.damaged, tmp_path / "x")
     assert damaged == []

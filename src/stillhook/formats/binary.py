@@ -48,7 +48,7 @@ def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         _limit_memory(pickle.load(requests))
         while True:
-            kind, value = _answer(pickle.load(requests))
+            kind, value = answer(pickle.load(requests))
             new = [name for name in list(sys.modules) if name not in known]
             known.update(new)
             send(answers, kind, value, new)
@@ -62,7 +62,7 @@ def _limit_memory(size: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
-def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[str, Any]:
+def answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[str, Any]:
     limit, function, arguments = request
     _end_after(limit + GRACE)
     try:
