@@ -26,12 +26,13 @@ from fuzz.engine import pool
 from fuzz.engine.guard import PACKAGE, Kind, Outcome, bound_memory
 from fuzz.engine.loop import Campaign, Tally, room
 from fuzz.targets.registry import GROUPS, Target, targets
+from stillhook.base.gateway.budget import MEMORY, TIME
 from stillhook.errors import StillhookError
 from stillhook.units import parse
 
 STORE = Path("build/fuzz")
-SLICE = 20.0
-"""Time of a target of share 1 in one round [s]."""
+READERS = {TIME: "20 s", MEMORY: "2 GB"}
+"""Bounds of the processes that read binary files, in place of those for files of users."""
 PATIENCE = 600.0
 """A process that answers so much too late [s] is blocked; on a busy machine it takes minutes to start."""
 
@@ -44,14 +45,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\n".join(f"{t.group:10} {t.name:24} {t.form.value}" for t in of))
         return 0
     try:
-        seconds = parse(options.time, "time", "--time")
+        seconds, longest = parse(options.time, "time", "--time"), parse(options.slice, "time", "--slice")
     except StillhookError as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 2
     if options.summary:
         seconds = 0.0
     try:
-        _rounds(of, options.store, seconds)
+        _rounds(of, options.store, seconds, longest)
     except KeyboardInterrupt:
         print("stopped")
     return _summary(of, options.store)
@@ -59,29 +60,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m fuzz", description=__doc__.split("\n\n")[0])
-    parser.add_argument("--target", default="*", help="name or pattern, such as 'crane', 'log-*' or 'sea/*'")
+    parser.add_argument("--target", default="*", help="names or patterns with commas, such as 'crane,log-*,sea/*'")
     parser.add_argument("--time", default="1 h", help="how long, such as '10 min'")
+    parser.add_argument("--slice", default="20 s", help="time of a target of share 1 in one round")
     parser.add_argument("--store", type=Path, default=STORE, help="folder of inputs and findings")
     parser.add_argument("--list", action="store_true", help="the targets")
     parser.add_argument("--summary", action="store_true", help="what earlier calls found")
     return parser
 
 
-def chosen(pattern: str) -> list[Target]:
+def chosen(patterns: str) -> list[Target]:
     """Targets by name, or by group and name."""
-    group = pattern.partition("/")[0]
-    of = targets([group] if group in GROUPS else GROUPS)
-    found = [t for t in of.values() if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}"))]
+    each = patterns.split(",")
+    groups = {pattern.partition("/")[0] for pattern in each}
+    found = [
+        t
+        for t in targets(sorted(groups) if groups <= set(GROUPS) else GROUPS).values()
+        if any(fnmatch.fnmatchcase(x, pattern) for x in (t.name, f"{t.group}/{t.name}") for pattern in each)
+    ]
     if not found:
-        sys.exit(f"error: --target {pattern!r}: no such target. --list shows them.")
+        sys.exit(f"error: --target {patterns!r}: no such target. --list shows them.")
     return found
 
 
-def _rounds(of: Sequence[Target], store: Path, seconds: float) -> None:
+def _rounds(of: Sequence[Target], store: Path, seconds: float, longest: float) -> None:
+    """Rounds of all targets until the time is over, each for its share; longest: a slice of share 1 [s]."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0.0:
         shares = sum(t.share for t in of)
-        scale = min(SLICE, left / shares)
+        scale = min(longest, left / shares)
         for target in of:
             if time.monotonic() < end:
                 _slice(target, store, max(1.0, target.share * scale))
@@ -97,6 +104,7 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
     answer, sent = os.pipe()
     process = os.fork()
     if process == 0:  # the package is imported already, which takes as long as thousands of inputs
+        os.environ.update(READERS)
         try:
             os.write(sent, json.dumps(_campaign(target, store, seconds, seed).to_dict()).encode())
         except BaseException:
@@ -121,7 +129,7 @@ def _slice(target: Target, store: Path, seconds: float) -> None:
         tally = Tally(escape=int(bool(ready)), hang=int(not ready), seconds=time.monotonic() - begun).to_dict()
     shutil.rmtree(place.parent, ignore_errors=True)
     for name, value in tally.items():
-        most = name in ("lines", "kept", "peak", "slowest")
+        most = name in ("lines", "kept", "peak", "reader_peak", "slowest")
         totals[name] = max(totals.get(name, 0), value) if most else totals.get(name, 0) + value
     totals["rounds"] = seed + 1
     (folder / "totals.json").write_text(json.dumps(totals), encoding="utf-8")

@@ -9,6 +9,8 @@ from types import CodeType, FrameType
 from typing import Any
 
 from fuzz.engine.guard import PACKAGE, Outcome
+from stillhook.errors import UnreadableError
+from stillhook.formats.binary import REFUSED, VALUE, Reader, answer
 
 _VALUES = re.compile(r'"[^"]*"|\'[^\']*\'|[-+]?\d[\d.,e+-]*')
 NOTHING: frozenset[int] = frozenset()
@@ -27,6 +29,7 @@ class Lines:
         self._before = {file: set(lines) for file, lines in before.items()}
         self.seen = sum(map(len, self._before.values()))
         self._left: dict[CodeType, set[int] | frozenset[int]] = {}
+        self._call_reader = Reader.call
 
     def to_dict(self) -> dict[str, list[int]]:
         """Lines that ran, by file."""
@@ -37,11 +40,28 @@ class Lines:
         return {file: sorted(lines) for file, lines in ran.items() if lines}
 
     def __enter__(self) -> Lines:
+        Reader.call = self._traced_reader()  # type: ignore[method-assign]
         sys.settrace(self._call)
         return self
 
     def __exit__(self, *of: object) -> None:
         sys.settrace(None)
+        Reader.call = self._call_reader  # type: ignore[method-assign]
+
+    def _traced_reader(self) -> Callable[..., Any]:
+        """`Reader.call` that counts the lines of the process that reads, too."""
+
+        def call(reader: Reader, limit: float, function: Callable[..., Any], *arguments: Any) -> Any:
+            (kind, value), ran = self._call_reader(reader, limit, with_lines, limit, function, arguments)
+            for file, lines in ran.items():
+                of = self._before.setdefault(file, set())
+                self.seen += len(lines - of)
+                of |= lines
+            if kind != VALUE:
+                raise value if kind == REFUSED else UnreadableError(str(value))
+            return value
+
+        return call
 
     def _call(self, frame: FrameType, _event: str, _of: Any) -> Trace | None:
         code = frame.f_code
@@ -58,6 +78,24 @@ class Lines:
                 left.discard(frame.f_lineno)  # type: ignore[union-attr]
                 self.seen += 1
         return self._line
+
+
+def with_lines(
+    limit: float, function: Callable[..., Any], arguments: tuple[Any, ...]
+) -> tuple[Any, dict[str, set[int]]]:
+    """In the process that reads: its answer, and lines of the package that ran, by file."""
+    ran: dict[str, set[int]] = {}
+
+    def line(frame: FrameType, event: str, _of: Any) -> Trace:
+        if event == "line":
+            ran.setdefault(frame.f_code.co_filename, set()).add(frame.f_lineno)
+        return line
+
+    sys.settrace(lambda frame, _event, _of: line if frame.f_code.co_filename.startswith(PACKAGE) else None)
+    try:
+        return answer((limit, function, arguments)), ran
+    finally:
+        sys.settrace(None)
 
 
 def _lines(code: CodeType) -> set[int]:

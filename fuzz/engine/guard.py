@@ -19,6 +19,7 @@ from typing import NamedTuple
 import stillhook
 from fuzz.targets.registry import Target
 from stillhook.errors import LONGEST_LINE, StillhookError
+from stillhook.formats.binary import end_readers
 
 PACKAGE = str(Path(stillhook.__file__).parent)
 SLOWEST = 5.0
@@ -158,6 +159,12 @@ def bound_memory() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
-def peak() -> int:
+def peak(of: int = resource.RUSAGE_SELF) -> int:
     """Largest memory of this process so far [bytes]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return resource.getrusage(of).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def reader_peak() -> int:
+    """Largest memory of a process that read binary files for this one [bytes]; they are ended."""
+    end_readers()
+    return peak(resource.RUSAGE_CHILDREN)

@@ -12,14 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from fuzz.engine.feedback import Lines, Sentences
-from fuzz.engine.guard import Guard, Kind, Outcome, peak
+from fuzz.engine.guard import Guard, Kind, Outcome, peak, reader_peak
 from fuzz.mutators.choose import mutated
 from fuzz.targets.registry import Target
+from stillhook.base.gateway.budget import late
 
 TRACED = 8
 """One input of so many is traced for lines; of all others the refusal alone is looked at."""
 WHOLE = 0.6
 """Share of inputs made of one that is read: most that are made of a refused one are refused at the same place."""
+LATE = late(0.0).partition("0")[0]
+"""In the refusal of a binary file that its reader did not read in time."""
 FIRST = 40
 """Inputs at the start that are tried again where a campaign continues."""
 RECENT = 30
@@ -33,17 +36,20 @@ MOST_KEPT = 3000
 
 @dataclass
 class Tally:
-    """What a campaign did: inputs by what came of them, lines of the package seen, peak memory above the start."""
+    """What a campaign did: inputs by what came of them, those given up at the limit of time among the refused ones,
+    lines of the package seen, peak memory above the start, and that of the processes that read."""
 
     inputs: int = 0
     read: int = 0
     refused: int = 0
     escape: int = 0
     hang: int = 0
+    late: int = 0
     lines: int = 0
     kept: int = 0
     seconds: float = 0.0
     peak: int = 0
+    reader_peak: int = 0
     slowest: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
@@ -93,7 +99,7 @@ class Campaign:
                 self._fault(guard, b"", left)
         self.tally.seconds = time.perf_counter() - begun
         self.tally.lines, self.tally.peak = self._lines.seen, max(0, peak() - before)
-        self.tally.kept = len(self.pool)
+        self.tally.kept, self.tally.reader_peak = len(self.pool), reader_peak()
         return self.tally
 
     def _over(self, inputs: int | None, seconds: float | None, passed: float) -> bool:
@@ -117,6 +123,7 @@ class Campaign:
         tally.inputs += 1
         tally.slowest = max(tally.slowest, time.process_time() - begun)
         setattr(tally, outcome.kind, getattr(tally, outcome.kind) + 1)
+        tally.late += LATE in outcome.line
         new = self._sentences.new(outcome) | (self._lines.seen > lines)
         if not outcome.good:
             self._fault(guard, data, outcome)

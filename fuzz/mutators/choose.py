@@ -6,7 +6,7 @@ import random
 from collections.abc import Mapping, Sequence
 
 from fuzz.mutators.dataset import by_netcdf
-from fuzz.mutators.repair import Mutator, by_gzip, by_packet, by_sealed, by_state, by_zip
+from fuzz.mutators.repair import Mutator, by_gzip, by_npz, by_packet, by_sealed, by_state, by_zip
 from fuzz.mutators.tokens import by_bytes, by_lines, by_tokens
 from fuzz.mutators.values import by_json, by_toml
 from fuzz.targets.registry import Form
@@ -20,6 +20,7 @@ OF_FORM: Mapping[Form, Sequence[Mutator]] = {
     Form.TABLE: (by_tokens,) * 5 + (by_lines,) * 4 + (by_bytes,) * 2,
     Form.GZIP: (by_gzip,) * 4 + (by_bytes,),
     Form.ZIP: (by_zip,) * 4 + (by_bytes,),
+    Form.NPZ: (by_npz,) * 6 + (by_zip,) * 2 + (by_bytes,),
     Form.NETCDF: (by_netcdf,) * 4 + (by_bytes,),
     Form.PACKET: (by_packet,) * 2 + (by_bytes,) * 2,
     Form.BINARY: (by_bytes,),

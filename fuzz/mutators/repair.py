@@ -11,8 +11,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fuzz.mutators import odd
 from fuzz.mutators.tokens import INTERESTING, LARGEST, by_lines, by_tokens
 from fuzz.mutators.values import changed
+from stillhook.base.kept.arrays import packed, read_arrays
 from stillhook.base.kept.sealed import DIGITS, EXACT, sealed
 from stillhook.engine.saved import DIGEST, seal
 
@@ -76,6 +78,37 @@ def by_zip(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
         for name, inner in members:
             archive.writestr(zipfile.ZipInfo(name), inner)
     return out.getvalue()
+
+
+def by_npz(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
+    """Other values, another shape or type of an array, or a header that fits none."""
+    arrays = read_arrays(data)
+    name = r.choice(list(arrays))
+    x, pick = arrays[name], r.randrange(6)
+    if pick == 0:
+        arrays[name] = x.astype(r.choice(("f4", "f8", "i8", "U9", "V3", "?"))) if x.dtype.kind != "V" else x.view("u1")
+    elif pick == 1:
+        arrays[name] = np.resize(x, r.choice(((0,), (), (1, 1), (len(x) + 1,), (50, 2))))
+    elif pick == 2 and x.dtype.kind == "f" and x.size:
+        x.flat[r.randrange(x.size)] = r.choice(FLOATS)
+    elif pick == 3 and x.dtype.kind == "U" and x.size:
+        texts = x.astype(object)
+        texts.flat[r.randrange(x.size)] = json.dumps(odd.value(r)) if r.random() < 0.5 else r.choice(odd.ODD)
+        arrays[name] = texts.astype(str)
+    elif pick == 4:
+        other = r.choice(list(arrays))
+        arrays[name], arrays[other] = arrays[other], arrays[name]
+    else:
+        lie = repr((r.choice((0, 1, 2, 10**7, 10**12, 2**63)),)).encode()
+        out = io.BytesIO()
+        with zipfile.ZipFile(io.BytesIO(packed(arrays))) as before, zipfile.ZipFile(out, "w") as after:
+            for info in before.infolist():
+                inner = before.read(info)
+                if info.filename[:-4] == name:  # the header keeps its length
+                    inner = inner.replace(b"(2,)", lie, 1).replace(b" " * (len(lie) - 4) + b"\n", b"\n", 1)
+                after.writestr(info.filename, inner)
+        return out.getvalue()
+    return packed(arrays)
 
 
 def by_packet(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:

@@ -159,8 +159,8 @@ def _datagrams() -> Iterator[bytes]:
 
 
 def _examples(name: str) -> Iterator[bytes]:
-    """Those of the library, with a controller that is not first searched for."""
-    return (path.read_bytes().replace(b"strong-ssc", b"ssc") for path in sorted(EXAMPLES.rglob(name)))
+    """Those of the library."""
+    return (path.read_bytes() for path in sorted(EXAMPLES.rglob(name)))
 
 
 def _journal() -> Iterator[bytes]:

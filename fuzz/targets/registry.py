@@ -28,6 +28,7 @@ class Form(Enum):
     GZIP = "gzip"
     """The same, compressed."""
     ZIP = "zip"
+    NPZ = "npz"
     NETCDF = "netcdf"
     PACKET = "packet"
     BINARY = "binary"

@@ -13,9 +13,10 @@ from typing import Any
 
 import stillhook
 from fuzz.targets.registry import Form, Target, text
+from stillhook.base.kept.checked import Kept, read_checked, write_checked
 from stillhook.base.kept.sealed import EXACT, sealed
 from stillhook.engine.session import Session
-from stillhook.engine.store import Store
+from stillhook.engine.store import KEY, SUFFIX, Store, Summary
 from stillhook.export.hosts import Exchange, Sample
 from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.text import structured_text, verify
@@ -141,13 +142,18 @@ LOWERING = stillhook.Lowering(
 )
 
 
+FEW = ("status", "notes", "e_c_pp", "p_max", "s_w", "h_load")
+"""Numbers and signals of a file of runs, which has forty of them that are read alike."""
+
+
 @functools.cache
 def _runs(lowering: bool) -> bytes:
-    """A file of two cases, or of a lowering."""
+    """A file of two cases, or of a lowering, as small as it can be."""
     short = CASE.model_copy(update={"duration": 40.0})
-    case = LOWERING if lowering else [short, short]
+    run = stillhook.simulate(CRANE, LOWERING if lowering else [short, short])
+    few = run[[name for name in run if name in FEW]].isel(time=slice(0, 20), missing_dims="ignore")
     with tempfile.TemporaryDirectory() as folder:
-        return stillhook.save_run(stillhook.simulate(CRANE, case), Path(folder) / "run.nc").read_bytes()
+        return stillhook.save_run(few, Path(folder) / "run.nc").read_bytes()
 
 
 def _lowerings_text() -> Iterator[bytes]:
@@ -199,7 +205,24 @@ def _model(path: Path) -> None:
 
 
 def _store(path: Path) -> None:
-    Store(path.parent).find([b"\0" * 32], lambda place: ("a",))
+    """A file of a store, its checksum made to fit; the store forgets it as soon as it is not there."""
+    write_checked(path, path.read_bytes())
+    store = Store(path.parent)
+    store.find(CASES, lambda place: NUMBERS_STORED)
+    path.unlink()
+    store.find(CASES, lambda place: NUMBERS_STORED)
+
+
+CASES, NUMBERS_STORED = [bytes([i]) * KEY for i in range(3)], ("F_w", "s_w")
+
+
+def _stored() -> Iterator[bytes]:
+    """Two cases as a store writes them, without their checksum."""
+    with tempfile.TemporaryDirectory() as folder:
+        of = [Summary(NUMBERS_STORED, "ok", [1.0, 2.0], ["note"]) for _ in CASES[:2]]
+        Store(Path(folder)).put(CASES[:2], of)
+        (file,) = Path(folder).glob(f"*{SUFFIX}")
+        yield read_checked(file, Kept.CASES) or b""
 
 
 def _block() -> Iterator[bytes]:
@@ -249,6 +272,6 @@ TARGETS = (
         seeds=lambda: iter((b"0 1e6 20 0 0|0.013 1.02e6 20.001 0.1 0.5|0.026 1.0e6 20.01 0.1 0",)),
     ),
     Target("residual-model", Form.JSON, _model, "model.json", seeds=_kept("model.json")),
-    Target("store", Form.ZIP, _store, "0.cases.npz"),
+    Target("store", Form.NPZ, _store, f"{'0' * KEY}{SUFFIX}", seeds=_stored),
     Target("plc-text", Form.TABLE, verify, "block.st", seeds=_block, share=0.5),
 )

@@ -17,6 +17,7 @@ from tests.api import odd_readers
 from tests.parquet import write_parquet
 
 from stillhook import load_run
+from stillhook.base.gateway import template
 from stillhook.base.gateway.budget import RECORDS
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
@@ -30,6 +31,7 @@ from stillhook.formats.waves.wavespectra import read_wavespectra
 from stillhook.formats.weather.file import read_weather
 from stillhook.logs.log import mapping_from, read_log
 
+ROOT = Path(__file__).resolve().parents[2]
 N = 200
 T = np.arange(N) * 0.1
 COLUMNS = {"time [s]": T, "p_a [bar]": 100.0 + 5.0 * np.sin(T), "omega_m [rpm]": 500.0 * np.cos(T)}
@@ -244,7 +246,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
     script = "import sys, pathlib, stillhook.formats.binary as r, stillhook.formats.binary as n\n"
-    script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
+    script += "r.answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
     done = subprocess.run(
         [sys.executable, "-c", script, tmp_path / "endless.nc"],
         timeout=2.0 + reader_process.GRACE + 2 * BUSY,
@@ -266,11 +268,68 @@ def test_a_library_that_panics_dies_or_eats_memory_takes_nobody_with_it(tmp_path
         read_binary(reader, tmp_path / "x", *arguments)
 
 
+needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes begin as copies on Linux alone")
+
+
+def after_a_refusal(reader: Callable[..., object], path: Path, *arguments: object) -> object:
+    """What a reader gives in the process after one that was refused."""
+    with pytest.raises(UnreadableError):
+        read_binary(odd_readers.fails, path)
+    return read_binary(reader, path, *arguments)
+
+
+@needs_linux
+def test_after_a_refusal_the_next_file_is_read_in_a_new_copy_of_a_process_that_saw_no_file(tmp_path):
+    _, first, template = after_a_refusal(odd_readers.damaged, tmp_path / "x")
+    with pytest.raises(UnreadableError, match=r"^damaged$"):
+        read_binary(odd_readers.damages, tmp_path / "x")
+    damaged, second, same = read_binary(odd_readers.damaged, tmp_path / "x")
+    assert damaged == []
+    assert second != first
+    assert same == template != os.getpid()
+
+
+@needs_linux
+def test_what_one_reader_imported_the_next_has(tmp_path):
+    binary_reader.end_readers()
+    assert not after_a_refusal(odd_readers.imports, tmp_path / "x", "sunau")
+    assert after_a_refusal(odd_readers.imports, tmp_path / "x", "sunau")
+
+
+@needs_linux
+@pytest.mark.slow
+def test_a_library_that_begins_a_thread_has_every_file_read_by_a_process_that_starts_by_itself(tmp_path):
+    binary_reader.end_readers()
+    learned = dict(template._LEARNED)
+    try:
+        assert read_binary(odd_readers.damaged, tmp_path / "x")[2] != os.getpid()
+        template.learn(["tests.api.threaded_library"])
+        assert after_a_refusal(odd_readers.damaged, tmp_path / "x")[2] == os.getpid()
+    finally:
+        binary_reader.end_readers()
+        template._LEARNED.clear()
+        template._LEARNED.update(learned)
+
+
+@needs_linux
+@pytest.mark.slow
+def test_what_reads_ends_with_the_process_that_waits_for_it(tmp_path):
+    script = "import pathlib\nfrom stillhook.formats.binary import read_binary\nfrom tests.api import odd_readers\n"
+    script += "print(*read_binary(odd_readers.damaged, pathlib.Path('x'))[1:], flush=True)\n"
+    script += "read_binary(odd_readers.sleeps, pathlib.Path('x'))\n"
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, cwd=ROOT) as waits:
+        processes = [Path(f"/proc/{number}") for number in waits.stdout.readline().split()]
+        waits.kill()
+    end = time.monotonic() + BUSY
+    while any(process.exists() for process in processes) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert [process for process in processes if process.exists()] == []
+
+
 @pytest.mark.thorough
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of a process")
 def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
-    binary_reader._close_idle()
-    binary_reader._IDLE.clear()
+    binary_reader.end_readers()
     monkeypatch.setenv("STILLHOOK_READ_MEMORY", "500 MB")
     with pytest.raises(UnreadableError, match="needs more memory"):
         read_binary(odd_readers.takes, tmp_path / "x", 10**9)
@@ -321,8 +380,7 @@ def test_a_file_may_hold_two_thousand_times_its_size_and_a_small_one_100_mb(tmp_
 def test_limits_of_the_environment_are_texts_with_a_unit(tmp_path, monkeypatch, name, text, said):
     monkeypatch.setenv(name, text)
     netcdf(tmp_path / "run.nc")
-    binary_reader._close_idle()
-    binary_reader._IDLE.clear()
+    binary_reader.end_readers()
     with pytest.raises(StillhookError) as caught:
         load_run(tmp_path / "run.nc")
     assert said in str(caught.value)

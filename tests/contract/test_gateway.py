@@ -42,6 +42,7 @@ SAID = {
     "kernels/c99/library.py": "own cache of compiled code",
     "kernels/c99/zig.py": "own cache of compiled code",
     "kernels/by_numba.py": "own cache of compiled code, whose checksum fits",
+    "base/kept/arrays.py": "own files, whose checksum fits, after their headers",
     "base/kept/checked.py": "own files, no larger than a limit, whose checksum is looked at first",
     "live/residual/model.py": "sources, for their hash",
     "validate/certificate/certificate.py": "sources, for their hash; JSON made a line before",

@@ -46,6 +46,11 @@ PLACES = ("/proc", "/tmp", "/dev/", "/etc/", "/var/", "/usr/")
 GUARDED = {
     ("kernels/cache.py", "os.geteuid"): "both functions return before it where os.name is nt",
     ("base/kept/leftovers.py", "os.geteuid"): "only where os.name is not nt",
+    ("base/gateway/template.py", "/proc/self/task"): "in the template, which Linux alone has",
+    ("base/gateway/template.py", "os.fork"): "in the template, which Linux alone has",
+    ("base/gateway/template.py", "os.waitpid"): "in the template, which Linux alone has",
+    ("base/gateway/template.py", "signal.SIGKILL"): "in the template, which Linux alone has",
+    ("base/gateway/template.py", "socket.AF_UNIX"): "only where sys.platform is linux",
     ("base/signals.py", "signal.pthread_sigmask"): "hasattr",
     ("formats/binary.py", "import resource"): "ImportError is suppressed",
     ("formats/binary.py", "signal.setitimer"): "hasattr",

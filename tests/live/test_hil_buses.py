@@ -18,6 +18,7 @@ import pytest
 from tests.live.plants import CRANE, PlantServed
 
 from stillhook.cli import run
+from stillhook.control.registry import Mode
 from stillhook.errors import LiveError, StillhookError
 from stillhook.library.examples import HIL, example_files
 from stillhook.live.hil.bus import COMMANDS, FIRST_SENSED, OVERRIDE, BusError, Image
@@ -29,6 +30,7 @@ from stillhook.live.runtime.board import IMAGE
 from stillhook.live.servers.modbus import ModbusServer, ModbusSettings
 from stillhook.live.servers.opcua import OpcUaServer, OpcUaSettings
 from stillhook.live.servers.trust import TrustFolder
+from stillhook.spec.crane import Crane
 
 PLC_FILE, MODBUS_FILE = "plc.toml", "plc-modbus.toml"
 PLC, _, OPCUA = (HIL / PLC_FILE).read_text().partition("\n[opcua]")
@@ -38,6 +40,13 @@ REGISTERS = (HIL / "registers.toml").read_text()
 pytest.importorskip("asyncua", reason="the extra live is not installed")
 pytest.importorskip("pymodbus", reason="the extra live is not installed")
 
+ELECTRIC = """crane = "nov-100t-electric"
+[scenario]
+load = "40 t"
+s_w = "100 m"
+tip = "still"
+mode = "position"
+"""
 COMMAND = {"override": 1.0, "u_p": -0.25, "u_m": 0.75, "brake": 0.0}
 FLOAT32 = 2.0**-23
 PATIENCE = 90.0
@@ -226,6 +235,26 @@ def test_the_example_is_a_twin_a_plc_on_each_bus_and_a_script(tmp_path: Path):
     assert "signed and encrypted" in read_plc_file(tmp_path / "hil" / PLC_FILE).bus().label
     with pytest.raises(LiveError, match="already"):
         example_files(HIL, tmp_path / "hil")
+
+
+def test_a_plc_file_is_read_without_the_search_for_the_gain_of_strong_ssc(tmp_path: Path, monkeypatch):
+    folder = tmp_path / "hil"
+    example_files(HIL, folder)
+    searches = []
+
+    def searched(crane: Crane, mode: Mode, delay: float = 0.0) -> tuple[float, str]:
+        searches.append(delay)
+        return 0.3, "made up"
+
+    monkeypatch.setattr("stillhook.analysis.controllers.strong_gain", searched)
+    (folder / "late.toml").write_text(PLC.replace('"0 ms"', '"15 ms"'))
+    plan = read_plc_file(folder / "late.toml")
+    assert (plan.mode, searches) == ("ssc", [])
+    assert plan.crane.control.K_p == plan.plant.control.K_p == 0.3
+    assert searches == [0.015, 0.0]  # of the PLC and of the twin, each once
+    (folder / "case.toml").write_text(ELECTRIC)
+    with pytest.raises(LiveError, match=r'late\.toml: controller = "strong-ssc": "ssc" is for another kind of drive'):
+        read_plc_file(folder / "late.toml")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import io
 import json
 import re
 import threading
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import cannot_write, check_folder
+from stillhook.base.kept.arrays import packed, read_arrays
 from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.engine.certificate import objections
 from stillhook.kernels.build import results_hash
@@ -85,15 +85,34 @@ class _Index(NamedTuple):
 
 
 class _Content(NamedTuple):
-    """keys (V32), status and notes (texts), numbers (n, width) of the n cases of a file."""
+    """keys (n), status and notes (texts), numbers (n, width) of the n cases of a file."""
 
     keys: NDArray[Any]
     status: NDArray[Any]
     numbers: FloatArray
     notes: NDArray[Any]
 
-    def summary(self, row: int, names: tuple[str, ...]) -> Summary:
-        return Summary(names, str(self.status[row]), self.numbers[row].tolist(), json.loads(str(self.notes[row])))
+    @classmethod
+    def read(cls, stored: bytes) -> _Content:
+        """The cases of a file. Errors: of many kinds, where a store did not write it."""
+        arrays = read_arrays(stored)
+        of = cls(*(arrays[name] for name in cls._fields))
+        n = len(of.keys)
+        if of.keys.dtype != np.dtype(f"V{KEY}") or of.numbers.dtype != np.float64 or of.numbers.shape[:1] != (n,):
+            raise ValueError
+        if of.numbers.ndim != 2 or {of.keys.shape, of.status.shape, of.notes.shape} != {(n,)}:
+            raise ValueError
+        return of
+
+    def summary(self, row: int, names: tuple[str, ...]) -> Summary | None:
+        """The case of a row; None where its numbers are not those of these names, or its notes no texts."""
+        numbers = self.numbers[row].tolist()
+        try:
+            notes = json.loads(str(self.notes[row]))
+        except (ValueError, RecursionError):
+            return None
+        texts = isinstance(notes, list) and all(isinstance(each, str) for each in notes)
+        return Summary(names, str(self.status[row]), numbers, notes) if texts and len(numbers) == len(names) else None
 
 
 _INDICES: dict[Path, _Index] = {}
@@ -157,13 +176,14 @@ class Store:
                 hits.setdefault(file, []).append((row, i))
         results: dict[int, Summary] = {}
         for file, rows in hits.items():
-            if (content := self._content(file)) is None:  # damaged or removed since it was read first
+            content = self._content(file)
+            if content is None:  # damaged or removed since it was read first
                 index.files.discard(file)
                 index.damaged.add(file)
-            else:
-                results |= {
-                    i: content.summary(row, names(i)) for row, i in rows if content.keys[row].tobytes() == keys[i]
-                }
+                continue
+            for row, i in rows:
+                if content.keys[row].tobytes() == keys[i] and (found := content.summary(row, names(i))) is not None:
+                    results[i] = found
         return results
 
     def _index(self) -> _Index:
@@ -192,29 +212,25 @@ class Store:
         if stored is None:
             return None
         try:
-            with np.load(io.BytesIO(stored), allow_pickle=False) as data:
-                content = _Content(*(data[name] for name in _Content._fields))
-            if {len(each) for each in content} != {len(content.keys)} or content.numbers.dtype != np.float64:
-                raise ValueError
+            return _Content.read(stored)
         except Exception:  # of what another program wrote, many kinds come
             note(self.folder / file, OTHER, Kept.CASES)
             return None
-        return content
 
     def put(self, keys: Sequence[bytes], summaries: Sequence[Summary]) -> None:
         """Keep the results of one task, which have the same names. The file appears under its name only when it is
         complete; damaged files are removed, which had no other use than these."""
         name = hashlib.sha256(b"".join(keys)).hexdigest()[:KEY]
-        content = io.BytesIO()
-        np.savez_compressed(
-            content,
-            keys=np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),
-            status=np.array([s.status for s in summaries]),
-            numbers=np.array([s.numbers for s in summaries], dtype=np.float64),
-            notes=np.array([json.dumps(s.notes) for s in summaries]),
+        content = packed(
+            {
+                "keys": np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),
+                "status": np.array([s.status for s in summaries]),
+                "numbers": np.array([s.numbers for s in summaries], dtype=np.float64),
+                "notes": np.array([json.dumps(s.notes) for s in summaries]),
+            }
         )
         file, of = self.folder / f"{name}{SUFFIX}", _WRITTEN[self.folder.resolve()]
-        write_checked(file, content.getvalue())
+        write_checked(file, content)
         with _LOCK:
             of.all.add(file.name)
             of.parts[file.name] = Part.of_file(file)

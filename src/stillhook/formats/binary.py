@@ -17,16 +17,15 @@ import contextlib
 import os
 import pickle
 import signal
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
-from stillhook.base.gateway import budget
+from stillhook.base.gateway import budget, template
 from stillhook.base.gateway.access import first_bytes
-from stillhook.base.gateway.budget import MEMORY, late, memory_limit
+from stillhook.base.gateway.budget import MEMORY, late, memory_limit, most_unpacked
 from stillhook.errors import StillhookError, UnreadableError
 
 if TYPE_CHECKING:
@@ -43,15 +42,16 @@ _worker_state: dict[str, Any] = {}
 """What a function leaves for the next one: an open log."""
 
 
-def serve() -> None:
-    """Answer requests from standard input on standard output until there are no more. Nothing else reaches either."""
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    requests = sys.stdin.buffer
+def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
+    """Answer requests until there are no more, each with what was imported since the last."""
+    known = set(sys.modules)
     with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         _limit_memory(pickle.load(requests))
         while True:
-            send(answers, *_answer(pickle.load(requests)))
+            kind, value = answer(pickle.load(requests))
+            new = [name for name in list(sys.modules) if name not in known]
+            known.update(new)
+            send(answers, kind, value, new)
 
 
 def _limit_memory(size: int) -> None:
@@ -62,7 +62,7 @@ def _limit_memory(size: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
-def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[str, Any]:
+def answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[str, Any]:
     limit, function, arguments = request
     _end_after(limit + GRACE)
     try:
@@ -85,12 +85,12 @@ def _end_after(seconds: float) -> None:
         signal.setitimer(signal.ITIMER_REAL, seconds)  # no handler of Python's, which a loop inside C would never reach
 
 
-def send(stream: IO[bytes], kind: str, value: Any) -> None:
-    """A value, the numbers of its arrays next to it so that no copy is made."""
+def send(stream: IO[bytes], kind: str, value: Any, modules: Sequence[str]) -> None:
+    """A value, the numbers of its arrays next to it so that no copy is made; modules: imported for it."""
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     raw = [buffer.raw() for buffer in buffers]
-    pickle.dump((kind, body, [len(part) for part in raw]), stream)
+    pickle.dump((kind, body, [len(part) for part in raw], modules), stream)
     for part in raw:
         stream.write(part)
     stream.flush()
@@ -98,7 +98,8 @@ def send(stream: IO[bytes], kind: str, value: Any) -> None:
 
 def receive(stream: IO[bytes]) -> tuple[str, Any]:
     """What `send` wrote. Errors: EOFError where the other side ended."""
-    kind, body, sizes = pickle.load(stream)
+    kind, body, sizes, modules = pickle.load(stream)
+    template.learn(modules)
     buffers = [bytearray(size) for size in sizes]
     for buffer in buffers:
         view = memoryview(buffer)
@@ -147,16 +148,6 @@ def end(number: int) -> None:
 
 T = TypeVar("T")
 
-SMALL = 100_000_000
-"""What any file may unpack to [bytes]."""
-DENSEST = 2000
-"""A file unpacks to no more than this many times its size: deflate reaches 1032."""
-
-_BOOT = (
-    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary import"
-    " serve; serve()"
-)
-
 
 def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
     """`function(path, *arguments)` in the process that reads, which is kept for the next file.
@@ -181,26 +172,17 @@ class Reader:
     """A process that reads. All requests go through `call`; `close` ends it."""
 
     def __init__(self) -> None:
-        hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        limit = memory_limit()
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-I", "-c", _BOOT],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                creationflags=hidden,
-                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "POLARS_MAX_THREADS": "2"},
-            )
+            self._process = template.begin()
         except OSError as problem:
             raise UnreadableError(f"no process to read it could be started: {problem.strerror or problem}") from None
-        self._send(list(sys.path))
-        self._send(memory_limit())
+        self._send(limit)
 
     def _send(self, message: Any) -> None:
-        assert self._process.stdin is not None
         with contextlib.suppress(OSError):  # it has ended, which the wait for its answer finds
-            pickle.dump(message, self._process.stdin)
-            self._process.stdin.flush()
+            pickle.dump(message, self._process.requests)
+            self._process.requests.flush()
 
     def call(self, limit: float, function: Callable[..., T], *arguments: Any) -> T:
         """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of
@@ -225,18 +207,12 @@ class Reader:
         return value  # type: ignore[no-any-return]
 
     def _wait(self, answers: list[tuple[str, Any]]) -> None:
-        assert self._process.stdout is not None
         with contextlib.suppress(EOFError, OSError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
-            answers.append(receive(self._process.stdout))
+            answers.append(receive(self._process.answers))
 
     def close(self) -> None:
         """End the process, in any state."""
-        self._process.kill()
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with contextlib.suppress(OSError):
-                    stream.close()
+        self._process.close()
 
 
 _LOCK = threading.Lock()
@@ -249,9 +225,11 @@ def _idle() -> Reader | None:
 
 
 @atexit.register
-def _close_idle() -> None:
-    if (reader := _idle()) is not None:
+def end_readers() -> None:
+    """End every process of this one that waits for the next file."""
+    if (reader := _IDLE.pop(os.getpid(), None)) is not None:
         reader.close()
+    template.close()
 
 
 def time_limit(path: Path) -> float:
@@ -273,7 +251,7 @@ def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at
     memory together.
     Errors: UnreadableError.
     """
-    most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
+    most = most_unpacked(_size(path)) if allowed is None else allowed
     if unpacked > most:
         claim = f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}"
         raise UnreadableError(f"{claim}; up to {_shown(most)} is read")

@@ -59,6 +59,10 @@ SLOWEST = 1e6
 """Bytes a second of the slowest drive that is waited for without TIME."""
 MOST_MEMORY = "8 GB"
 """Of the process that reads binary files."""
+SMALL = 100_000_000
+"""What any packed file may unpack to [bytes]."""
+DENSEST = 2000
+"""A file unpacks to no more than this many times its size: deflate reaches 1032."""
 
 Item = TypeVar("Item")
 _LOOK = 4096
@@ -91,6 +95,11 @@ def memory_limit() -> int:
     if not 0.0 < size < 1e15:
         raise StillhookError(f'{MEMORY} = {quote(text)}: is not a size. Give one in GB or MB, such as "{MOST_MEMORY}".')
     return int(size)
+
+
+def most_unpacked(size: int) -> int:
+    """What a packed file of a size may unpack to [bytes]."""
+    return max(SMALL, DENSEST * size)
 
 
 def in_time(rows: Iterable[Item], size: int, name: str, error: type[StillhookError]) -> Iterator[Item]:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from stillhook.analysis.controllers import STRONG, strong_ssc
 from stillhook.base.gateway.access import read_text
 from stillhook.base.gateway.budget import PROGRAM
-from stillhook.control.registry import Mode
+from stillhook.control.registry import DEFAULT_MODE, Mode
 from stillhook.engine.session import Session
 from stillhook.errors import LiveError
 from stillhook.formats.case_file import load_case
@@ -78,18 +80,40 @@ class PlcTables(Spec):
     resolution: Mapping[str, Any] = Field(default_factory=dict, description="steps to which numbers are rounded")
 
 
-class PlcPlan(NamedTuple):
-    """What a PLC file says. crane: with the settings that the PLC runs; plant: the crane as it is, with its own
-    controller; scenario; mode: name of the controller; log; the table of the file, for the rest."""
+@dataclass(frozen=True)
+class PlcPlan:
+    """What a PLC file says. of_case: the crane of its case; of_file: with cycle and lead of this file; scenario, log
+    and script; file: its values; table: where they are written."""
 
-    crane: Crane
-    plant: Crane
+    of_case: Crane
+    of_file: Crane
     scenario: Scenario
-    mode: str
     log: Path
     script: Script
     file: PlcTables
     table: TomlTable
+
+    @property
+    def mode(self) -> str:
+        """Name of the motor law that the PLC runs."""
+        return DEFAULT_MODE.value if self._strong else self.file.controller
+
+    @cached_property
+    def crane(self) -> Crane:
+        """The crane with the settings that the PLC runs; those of strong SSC are searched for here, which takes
+        seconds, and kept. Errors: StillhookError where no gain keeps the margins."""
+        if not self._strong:
+            return self.of_file
+        return strong_ssc(self.of_file, command_delay=self.file.command_delay).on(self.of_file)
+
+    @cached_property
+    def plant(self) -> Crane:
+        """The crane that the twin moves, with its own controller. Errors: as `crane`."""
+        return strong_ssc(self.of_case).on(self.of_case) if self._strong else self.of_case
+
+    @property
+    def _strong(self) -> bool:
+        return self.file.controller == STRONG
 
     @property
     def path(self) -> Path:
@@ -136,18 +160,20 @@ def read_plc_file(path: str | Path) -> PlcPlan:
 def _plan(table: TomlTable) -> PlcPlan:
     file = table.read(PlcTables)
     case = load_case(table.relative_file(file.case, "case"))
-    plant, mode = case.crane, file.controller
-    names = [each.value for each in Mode]
-    if mode not in (*names, STRONG):
-        raise table.wrong(f"choose one of {', '.join((*names, STRONG))}.", "controller")
-    crane = plant
+    names = [*(each.value for each in Mode), STRONG]
+    if file.controller not in names:
+        raise table.wrong(f"choose one of {', '.join(names)}.", "controller")
+    crane = case.crane
     if file.cycle is not None:
-        crane = changed(crane, {"control": {"t_cycle": f"{1e3 * file.cycle:.9g} ms"}})
-    if mode == STRONG:
-        crane, mode = strong_ssc(crane, command_delay=file.command_delay).on(crane), "ssc"
-        plant = strong_ssc(plant).on(plant)
+        crane = changed(crane, {"control": {"t_cycle": _ms(file.cycle)}})
+    if file.controller == STRONG:
+        if reason := crane.plant.type.mode_refusal(DEFAULT_MODE):
+            raise table.wrong(reason, "controller")
     elif file.command_delay > 0.0:
-        lead = crane.control.feedforward_lead + file.command_delay
-        crane = changed(crane, {"control": {"t_lead_ff": f"{1e3 * lead:.9g} ms"}})
+        crane = changed(crane, {"control": {"t_lead_ff": _ms(crane.control.feedforward_lead + file.command_delay)}})
     script = Script() if file.script is None else read_script(table.relative_file(file.script, "script"))
-    return PlcPlan(crane, plant, case.case, mode, table.named_path(file.log, "log"), script, file, table)
+    return PlcPlan(case.crane, crane, case.case, table.named_path(file.log, "log"), script, file, table)
+
+
+def _ms(time: float) -> str:
+    return f"{1e3 * time:.9g} ms"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import io
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -17,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.kept.arrays import packed, read_arrays
 from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.pack.shaft import wire_EA
@@ -375,11 +375,11 @@ def _read(file: Path) -> Residual | None:
     if content is None:
         return None
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as data:
-            fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
-            remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
-            compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
-            return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
+        data = read_arrays(content)
+        fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
+        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
+        compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
+        return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
     except Exception:  # of what another program wrote, many kinds come
         note(file, OTHER, Kept.RESIDUAL)
         return None
@@ -395,10 +395,8 @@ def _write(file: Path, residual: Residual) -> None:
         "about": np.array(residual.about),
         "lasts": np.array(residual.remnant.lasts if residual.remnant is not None else math.nan),
     }
-    content = io.BytesIO()
-    np.savez_compressed(content, **arrays)
     with contextlib.suppress(StillhookError, OSError):
-        write_checked(file, content.getvalue())
+        write_checked(file, packed(arrays))
 
 
 def mixed(a: Residual, b: Residual, share: float) -> Residual:
