@@ -36,7 +36,7 @@ WAVE = '--wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading "180 deg"'
 COMMANDS = {
     "new crane": Writes("new crane OUT", "my.toml", quick=True, over=False),
     "new payload": Writes("new payload OUT", "my.toml", over=False),
-    "example plan": Writes("example plan OUT", quick=True),
+    "example plan": Writes("example plan OUT", quick=True, over=False),
     "example live": Writes("example live OUT", quick=True, over=False),
     "example motor-map": Writes("example motor-map OUT", "map.csv", over=False),
     "example sea-trials": Writes("example sea-trials OUT", over=False),

@@ -50,7 +50,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
 @pytest.mark.slow
 @pytest.mark.parametrize("clock", [HOURS, -HOURS])
 def test_a_command_gives_the_same_files_at_another_time(bench: Bench, clock: float):
-    arguments, _, new = bench.complete(COMMANDS["fmu"])
+    arguments, new = bench.complete(COMMANDS["fmu"])
     bench.reset()
     assert bench.run(arguments, clock=clock).code == 0
     assert bench.tree() == new
