@@ -9,7 +9,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tests.faults.commands import PREPARED, Writes, prepare
+from tests.faults.commands import CONFIG, PREPARED, Writes, prepare
 from tests.faults.injector import STILL, Fault, Injector, Outcome
 
 Tree = dict[str, bytes | None]
@@ -28,7 +28,7 @@ class Bench:
         inputs.mkdir()
         self.words, self._made = prepare(inputs), set[str]()
         self.injector = Injector(self.outputs, library)
-        self.environment = {"TMPDIR": str(self.outputs / TEMPORARY)}
+        self.environment = {"TMPDIR": str(self.outputs / TEMPORARY), "STILLHOOK_CONFIG": str(self.outputs / CONFIG)}
 
     def arguments(self, writes: Writes) -> list[str]:
         """Its command line with the paths of files."""
@@ -47,10 +47,14 @@ class Bench:
 
     def tree(self) -> Tree:
         """What is there."""
-        return {
-            str(path.relative_to(self.outputs)): _content(path) if path.is_file() else None
-            for path in sorted(self.outputs.rglob("*"))
-        }
+        return _tree(self.outputs)
+
+    def given(self, writes: Writes) -> Tree:
+        """What is there before a command line that changes files."""
+        if not writes.given:
+            return {}
+        folder = _tree(Path(self._word(writes.given, "")))
+        return {writes.target: None} | {f"{writes.target}/{name}": content for name, content in folder.items()}
 
     def reset(self, tree: Mapping[str, bytes | None] = {}) -> Tree:
         """Make it what is there, and a folder for temporary files."""
@@ -73,12 +77,12 @@ class Bench:
     def complete(self, writes: Writes) -> tuple[list[str], Tree]:
         """Command line, and the files when nothing fails; the same twice, of which the first run may find empty
         caches."""
-        arguments = self.arguments(writes)
-        self.reset()
+        arguments, given = self.arguments(writes), self.given(writes)
+        self.reset(given)
         done = self.injector.learn(arguments, self.environment)
         assert done.code == writes.code, done.err
         first = self.tree()
-        self.reset()
+        self.reset(given)
         self.run(arguments)
         changed = [name for name, content in self.tree().items() if first.get(name, b"") != content]
         assert self.tree() == first, f"a run leaves other files than the run before: {changed}"
@@ -88,6 +92,13 @@ class Bench:
         """Let what is left of a run that was killed be two days old: a later run sweeps it then."""
         for name in filter(is_temporary, tree):
             os.utime(self.outputs / name, (STILL / 1e9 - 2 * DAY, STILL / 1e9 - 2 * DAY))
+
+
+def _tree(folder: Path) -> Tree:
+    return {
+        str(path.relative_to(folder)): _content(path) if path.is_file() else None
+        for path in sorted(folder.rglob("*"))
+    }
 
 
 def _content(path: Path) -> bytes:

@@ -88,8 +88,8 @@ class Control(ctypes.Structure):
 
 
 class Call(NamedTuple):
-    """A call that changes a file: its kind, and path below the folder; open: files below the folder that are open
-    meanwhile; others: threads and processes beside the one that calls."""
+    """A call that changes a file: its kind, and path below the folder; open: files that are open meanwhile; others:
+    threads and processes beside the one that calls."""
 
     kind: str
     path: str
@@ -130,6 +130,19 @@ def compiled(folder: Path) -> Path | None:
     return None
 
 
+def preloaded(shared: Path, library: Path) -> tuple[Control, dict[str, str]]:
+    """What a process and all that it starts share with this one, in a new file, and their environment."""
+    shared.write_bytes(bytes(ctypes.sizeof(Control)))
+    with shared.open("r+b") as file:
+        control = Control.from_buffer(mmap.mmap(file.fileno(), 0))
+    return control, os.environ | {
+        "LD_PRELOAD": str(library),
+        "STILLHOOK_FAULTS": str(shared),
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)]),
+    }
+
+
 class Injector:
     """The server, as a context. Parameters: folder below which calls count; library: the shim; modules that it imports
     before it forks."""
@@ -138,17 +151,8 @@ class Injector:
         self.folder = folder
         self._scratch = Path(tempfile.mkdtemp(prefix="stillhook-faults-"))
         self._shared = self._scratch / "control"
-        self._shared.write_bytes(bytes(ctypes.sizeof(Control)))
-        with self._shared.open("r+b") as file:
-            self._map = mmap.mmap(file.fileno(), 0)
-        self.control = Control.from_buffer(self._map)
-        env = os.environ | {
-            "LD_PRELOAD": str(library),
-            "STILLHOOK_FAULTS": str(self._shared),
-            "OPENBLAS_NUM_THREADS": "1",
-            "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)]),
-            "MPLCONFIGDIR": str(self._scratch),
-        }
+        self.control, env = preloaded(self._shared, library)
+        env["MPLCONFIGDIR"] = str(self._scratch)
         self._server = subprocess.Popen(
             [sys.executable, "-m", "tests.faults.server", *modules],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env, text=True, cwd=ROOT,

@@ -33,7 +33,7 @@ enum turn { FORK, GO_ON, END }; /* what a held command is asked to do */
 enum { LOGGED = 4096, LOOK = 500 }; /* calls in the log; time between two looks [us] */
 
 struct logged {
-    int32_t call, open, others; /* kind; open files below the folder; threads and processes beside this one */
+    int32_t call, open, others; /* kind; open files; threads and processes beside this one */
     char path[212];
 };
 
@@ -102,13 +102,16 @@ static int file_below(int fd)
     return control->below[0] && path_of(fd, path, sizeof path) && below(AT_FDCWD, path);
 }
 
-/* Open files below the folder. */
-static int open_below(void)
+/* Open files, standard streams aside. */
+static int open_files(void)
 {
     int number = 0;
+    struct stat of;
     DIR *all = opendir("/proc/self/fd");
-    for (struct dirent *each; all && (each = readdir(all));)
-        number += each->d_name[0] != '.' && file_below(atoi(each->d_name));
+    for (struct dirent *each; all && (each = readdir(all));) {
+        int fd = atoi(each->d_name);
+        number += fd > 2 && fstat(fd, &of) == 0 && S_ISREG(of.st_mode);
+    }
     if (all)
         closedir(all);
     return number;
@@ -153,7 +156,7 @@ static void wait_here(void)
     int64_t count = control->count, calls[CALLS], last = control->go;
     off_t printed[3] = {0, lseek(1, 0, SEEK_CUR), lseek(2, 0, SEEK_CUR)};
     memcpy(calls, control->calls, sizeof calls);
-    control->alone = !others() && !open_below();
+    control->alone = !others() && !open_files();
     __atomic_store_n(&control->held, 1, __ATOMIC_SEQ_CST);
     for (;;) {
         while (__atomic_load_n(&control->go, __ATOMIC_SEQ_CST) == last)
@@ -187,7 +190,7 @@ static void note(enum call call, int64_t number)
     struct logged *entry = &control->logged[number - 1];
     snprintf(entry->path, sizeof entry->path, "%s", place + strlen(control->below));
     entry->call = call;
-    entry->open = open_below();
+    entry->open = open_files();
     entry->others = others();
 }
 

@@ -55,12 +55,13 @@ def sweep(bench: Bench, writes: Writes, most: int | None, seed: int = 1, every: 
     arguments, new = bench.complete(writes)
     old: Tree = {name: content if content is None else b"of an earlier run" for name, content in new.items()}
     number, problems = 0, list[str]()
-    for state in [{}, old] if writes.over else [{}]:
+    given = bench.given(writes)
+    for state in [given, old] if writes.over else [given]:
         some = most and -(-most // (1 + writes.over))
         one = Sweep(bench, writes, arguments, state, new)
         number += one.run(some, seed, every)
         one.run_again()
-        problems += [f"{'over' if state else 'new'}: {each}" for each in one.problems]
+        problems += [f"{'over' if state is old else 'new'}: {each}" for each in one.problems]
     return number, problems
 
 
