@@ -33,7 +33,7 @@ enum turn { FORK, GO_ON, END }; /* what a held command is asked to do */
 enum { LOGGED = 4096, LOOK = 500 }; /* calls in the log; time between two looks [us] */
 
 struct logged {
-    int32_t call, open, others; /* kind; open files; threads and processes beside this one */
+    int32_t call, open, others; /* kind; open files; threads beside this one */
     char path[212];
 };
 
@@ -41,8 +41,8 @@ struct control {
     int64_t kind, at, error, count, fired, struck, calls[CALLS]; /* fault, its call from 1 on, errno; what was counted */
     int64_t memory_at, memory_least, memory_count;       /* allocation that fails from 1 on; those of that size count */
     int64_t clock, still;                                /* added to the wall clock [ns]; all that it shows, or 0 */
-    int64_t hold, held, alone;                           /* call to hold before; whether it waits; no thread, process
-                                                            or open file beside it */
+    int64_t hold, held, alone;                           /* call to hold before; whether it waits, and has no other
+                                                            thread and no open file */
     int64_t go, turn, done, status;                      /* number and kind of what it is asked to do; of what is done
                                                             the number and exit status */
     int64_t limit, log;                                  /* longest life of a fork [ms]; whether calls are logged */
@@ -117,22 +117,15 @@ static int open_files(void)
     return number;
 }
 
-/* Threads of this process beside this one, and its children; one more where it is not the command but a child of it. */
+/* Threads of this process beside this one; one more where it is not the command but a child of it. */
 static int others(void)
 {
-    char name[64], children[16] = "";
     int number = getpid() != getpgrp();
     DIR *all = opendir("/proc/self/task");
     for (struct dirent *each; all && (each = readdir(all));)
         number += each->d_name[0] != '.';
     if (all)
         closedir(all);
-    snprintf(name, sizeof name, "/proc/self/task/%d/children", getpid());
-    int fd = (int)syscall(SYS_openat, AT_FDCWD, name, O_RDONLY, 0);
-    if (fd >= 0) {
-        number += syscall(SYS_read, fd, children, sizeof children - 1) > 0;
-        syscall(SYS_close, fd);
-    }
     return number - 1;
 }
 
