@@ -11,11 +11,14 @@ import errno
 import json
 import mmap
 import os
+import select
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -58,6 +61,16 @@ class Fault(NamedTuple):
 
 
 NO_FAULT = Fault()
+FORK, GO_ON, END = range(3)
+"""What a command that is held is asked to do, as `enum turn`."""
+LOOK = 0.001
+"""Time between two looks at a command that is held [s]."""
+
+
+class Logged(ctypes.Structure):
+    """`struct logged` of shim.c."""
+
+    _fields_ = (*((name, ctypes.c_int32) for name in ("call", "open", "others")), ("path", ctypes.c_char * 212))
 
 
 class Control(ctypes.Structure):
@@ -67,8 +80,21 @@ class Control(ctypes.Structure):
         *((name, ctypes.c_int64) for name in ("kind", "at", "error", "count", "fired", "struck")),
         ("calls", ctypes.c_int64 * len(CALLS)),
         *((name, ctypes.c_int64) for name in ("memory_at", "memory_least", "memory_count", "clock", "still")),
+        *((name, ctypes.c_int64) for name in ("hold", "held", "alone", "go", "turn", "done")),
+        *((name, ctypes.c_int64) for name in ("status", "limit", "log")),
         ("below", ctypes.c_char * 4096),
+        ("logged", Logged * 4096),
     )
+
+
+class Call(NamedTuple):
+    """A call that changes a file: its kind, and path below the folder; open: files that are open meanwhile; others:
+    threads beside the one that calls, one more in a process that the command started."""
+
+    kind: str
+    path: str
+    open: int
+    others: int
 
 
 class Outcome(NamedTuple):
@@ -104,6 +130,19 @@ def compiled(folder: Path) -> Path | None:
     return None
 
 
+def preloaded(shared: Path, library: Path) -> tuple[Control, dict[str, str]]:
+    """What a process and all that it starts share with this one, in a new file, and their environment."""
+    shared.write_bytes(bytes(ctypes.sizeof(Control)))
+    with shared.open("r+b") as file:
+        control = Control.from_buffer(mmap.mmap(file.fileno(), 0))
+    return control, os.environ | {
+        "LD_PRELOAD": str(library),
+        "STILLHOOK_FAULTS": str(shared),
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)]),
+    }
+
+
 class Injector:
     """The server, as a context. Parameters: folder below which calls count; library: the shim; modules that it imports
     before it forks."""
@@ -112,17 +151,8 @@ class Injector:
         self.folder = folder
         self._scratch = Path(tempfile.mkdtemp(prefix="stillhook-faults-"))
         self._shared = self._scratch / "control"
-        self._shared.write_bytes(bytes(ctypes.sizeof(Control)))
-        with self._shared.open("r+b") as file:
-            self._map = mmap.mmap(file.fileno(), 0)
-        self.control = Control.from_buffer(self._map)
-        env = os.environ | {
-            "LD_PRELOAD": str(library),
-            "STILLHOOK_FAULTS": str(self._shared),
-            "OPENBLAS_NUM_THREADS": "1",
-            "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)]),
-            "MPLCONFIGDIR": str(self._scratch),
-        }
+        self.control, env = preloaded(self._shared, library)
+        env["MPLCONFIGDIR"] = str(self._scratch)
         self._server = subprocess.Popen(
             [sys.executable, "-m", "tests.faults.server", *modules],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env, text=True, cwd=ROOT,
@@ -154,13 +184,46 @@ class Injector:
 
         Arguments that begin with "python" are the name of a function of `writers`, and its argument.
         """
+        self._set(fault, memory, clock)
+        code = self._asked(self._request(arguments, env, below, limit))["code"]
+        self.control.memory_least = self.control.still = 0
+        return self._outcome(code)
+
+    @contextmanager
+    def held(
+        self, arguments: Sequence[str], env: Mapping[str, str] | None = None, limit: float = 120.0
+    ) -> Iterator[Held]:
+        """A command line that begins when it is first asked to wait before a call; it has ended after the block.
+        limit: longest time to a call, and of what a fork does [s]."""
+        self._set(NO_FAULT)
+        self.control.done, self.control.limit = self.control.go, round(1e3 * limit)
+        held = Held(self, self._request(arguments, env, None, 1e6), limit)
+        try:
+            yield held
+        finally:
+            held.end()
+            self.control.hold = self.control.still = 0
+
+    def logged(self, run: Callable[[], Outcome]) -> tuple[Outcome, list[Call]]:
+        """Run something, and give its calls that change files."""
+        self.control.log = 1
+        outcome = run()
+        self.control.log = 0
+        logged = self.control.logged[: outcome.count]
+        return outcome, [Call(CALLS[each.call], each.path.decode(), each.open, each.others) for each in logged]
+
+    def _set(self, fault: Fault, memory: tuple[int, int] = (0, 0), clock: float = 0.0) -> None:
         control = self.control
         control.kind, control.at, control.error = fault
         control.count = control.fired = control.memory_count = 0
         control.calls[:] = [0] * len(CALLS)
         control.memory_at, control.memory_least = memory
         control.clock, control.still = round(1e9 * clock), 0 if clock else STILL
-        request = {
+
+    def _request(
+        self, arguments: Sequence[str], env: Mapping[str, str] | None, below: Path | None, limit: float
+    ) -> dict[str, Any]:
+        return {
             "arguments": list(map(str, arguments)),
             "cwd": str(self.folder),
             "env": dict(env or {}),
@@ -170,8 +233,9 @@ class Injector:
             "shared": str(self._shared),
             "limit": limit,
         }
-        code = self._asked(request)["code"]
-        control.memory_least = control.still = 0
+
+    def _outcome(self, code: int) -> Outcome:
+        control = self.control
         out, err = ((self._scratch / name).read_text(encoding="utf-8", errors="replace") for name in ("out", "err"))
         struck = CALLS[control.struck] if control.fired else ""
         calls = dict(zip(CALLS, control.calls, strict=True))
@@ -184,9 +248,68 @@ class Injector:
         return outcome
 
     def _asked(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        self._ask(request)
+        return self._answer()
+
+    def _ask(self, request: Mapping[str, Any]) -> None:
         assert self._server.stdin is not None
-        assert self._server.stdout is not None
         self._server.stdin.write(json.dumps(request) + "\n")
         self._server.stdin.flush()
+
+    def _answered(self) -> bool:
+        return bool(select.select([self._server.stdout], [], [], 0.0)[0])
+
+    def _answer(self) -> dict[str, Any]:
+        assert self._server.stdout is not None
         answer: dict[str, Any] = json.loads(self._server.stdout.readline())
         return answer
+
+
+class Held:
+    """A command that is held before some of its calls, one after the other; see `Injector.held`."""
+
+    def __init__(self, injector: Injector, request: Mapping[str, Any], limit: float) -> None:
+        self._injector, self._request, self._limit = injector, request, limit
+        self._begun = False
+
+    def before(self, call: int) -> bool:
+        """Go on to a call, by its number, and wait before it; whether the command came to it, and has neither another
+        thread, which forks would be without, nor a file open, which they would share."""
+        control = self._injector.control
+        control.hold, control.held = call, 0
+        if self._begun:
+            self._turn(GO_ON)
+        else:
+            self._injector._ask(self._request)
+            self._begun = True
+        self._wait(lambda: control.held or self._injector._answered())
+        return bool(control.held and control.alone)
+
+    def run(self, fault: Fault = NO_FAULT) -> Outcome:
+        """Let a fork of the command as it is have a fault."""
+        control = self._injector.control
+        control.kind, control.at, control.error = fault
+        control.fired = 0
+        number = self._turn(FORK)
+        self._wait(lambda: control.done == number)
+        control.kind = Kind.NONE
+        return self._injector._outcome(os.waitstatus_to_exitcode(control.status))
+
+    def end(self) -> None:
+        """End the command without what it has not done yet."""
+        if self._begun:
+            if not self._injector._answered():
+                self._turn(END)
+            self._injector._answer()
+
+    def _turn(self, turn: int) -> int:
+        control = self._injector.control
+        control.turn = turn
+        control.go += 1
+        return int(control.go)
+
+    def _wait(self, condition: Callable[[], object]) -> None:
+        end = time.monotonic() + 2.0 * self._limit
+        while not condition():
+            assert time.monotonic() < end, "a command that is held does not answer"
+            time.sleep(LOOK)

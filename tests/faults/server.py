@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import gc
 import importlib
 import json
@@ -14,8 +15,14 @@ from typing import Any
 
 THREADED = ("polars", "_polars")
 """Packages with threads of their own, which no fork of them has: each child imports them itself."""
+PR_SET_PDEATHSIG = 1
 STEP = 0.002
 """Time between two looks at a child [s]."""
+
+
+def end_with_parent() -> None:
+    """Let this process be killed when the one that started it ends."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def wait(child: int, limit: float) -> int:
@@ -37,6 +44,7 @@ def become(request: dict[str, Any]) -> None:
     """Turn this process into one that is about to run a command line."""
     from tests.faults.injector import Control
 
+    end_with_parent()
     os.setsid()
     os.chdir(request["cwd"])
     os.environ.update(request["env"])
@@ -86,6 +94,7 @@ def serve() -> None:
 if __name__ == "__main__":
     from tests.faults.injector import MODULES
 
+    end_with_parent()
     preload(sys.argv[1:])
     serve()
     from stillhook.__main__ import main

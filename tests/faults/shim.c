@@ -2,8 +2,12 @@
 
    Every call that changes a file below a folder is counted; at the n-th, a fault happens. Python, HDF5, SQLite,
    DuckDB and the rest all come through here, because they call libc. Order and meaning of the fields of `struct
-   control` are those of injector.py, which shares them with all processes through one mapped file. */
+   control` are those of injector.py, which shares them with all processes through one mapped file.
+
+   A command can be held before a call: it waits there, and a fork of it has each fault that is asked for, so that what
+   it computed before is computed once. */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -14,21 +18,36 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 enum kind { NONE, FAIL, FAIL_ON, FULL, KILL, TORN };
 enum call { OPEN, WRITE, SYNC, RENAME, MAKE, REMOVE, CALLS };
+enum turn { FORK, GO_ON, END }; /* what a held command is asked to do */
+enum { LOGGED = 4096, LOOK = 500 }; /* calls in the log; time between two looks [us] */
+
+struct logged {
+    int32_t call, open, others; /* kind; open files; threads beside this one */
+    char path[212];
+};
 
 struct control {
     int64_t kind, at, error, count, fired, struck, calls[CALLS]; /* fault, its call from 1 on, errno; what was counted */
     int64_t memory_at, memory_least, memory_count;       /* allocation that fails from 1 on; those of that size count */
     int64_t clock, still;                                /* added to the wall clock [ns]; all that it shows, or 0 */
+    int64_t hold, held, alone;                           /* call to hold before; whether it waits, and has no other
+                                                            thread and no open file */
+    int64_t go, turn, done, status;                      /* number and kind of what it is asked to do; of what is done
+                                                            the number and exit status */
+    int64_t limit, log;                                  /* longest life of a fork [ms]; whether calls are logged */
     char below[4096];                                    /* folder, with a slash at its end */
+    struct logged logged[LOGGED];
 };
 
 static struct control nothing, *control = &nothing;
@@ -56,6 +75,8 @@ static int path_of(int fd, char *path, size_t size)
     return length > 0;
 }
 
+static __thread char place[8192]; /* path of the last file that was found below the folder */
+
 static int below(int folder, const char *path)
 {
     char whole[8192];
@@ -69,7 +90,10 @@ static int below(int folder, const char *path)
         strncat(whole, path, 4000);
         path = whole;
     }
-    return strncmp(path, control->below, length) == 0;
+    if (strncmp(path, control->below, length))
+        return 0;
+    snprintf(place, sizeof place, "%s", path);
+    return 1;
 }
 
 static int file_below(int fd)
@@ -78,11 +102,100 @@ static int file_below(int fd)
     return control->below[0] && path_of(fd, path, sizeof path) && below(AT_FDCWD, path);
 }
 
+/* Open files, standard streams aside. */
+static int open_files(void)
+{
+    int number = 0;
+    struct stat of;
+    DIR *all = opendir("/proc/self/fd");
+    for (struct dirent *each; all && (each = readdir(all));) {
+        int fd = atoi(each->d_name);
+        number += fd > 2 && fstat(fd, &of) == 0 && S_ISREG(of.st_mode);
+    }
+    if (all)
+        closedir(all);
+    return number;
+}
+
+/* Threads of this process beside this one; one more where it is not the command but a child of it. */
+static int others(void)
+{
+    int number = getpid() != getpgrp();
+    DIR *all = opendir("/proc/self/task");
+    for (struct dirent *each; all && (each = readdir(all));)
+        number += each->d_name[0] != '.';
+    if (all)
+        closedir(all);
+    return number - 1;
+}
+
+/* Exit status of a fork, which is killed after its time, and all that it started with it. */
+static int status_of(pid_t child)
+{
+    int status = 0;
+    int64_t left = 1000 * control->limit;
+    for (; waitpid(child, &status, WNOHANG) == 0; left -= LOOK) {
+        if (left < 0)
+            kill(child, SIGKILL);
+        usleep(LOOK);
+    }
+    kill(-child, SIGKILL);
+    return status;
+}
+
+/* Wait before a call; returns in a fork, which is to have a fault, and in the command when it is to go on. */
+static void wait_here(void)
+{
+    int64_t count = control->count, calls[CALLS], last = control->go;
+    off_t printed[3] = {0, lseek(1, 0, SEEK_CUR), lseek(2, 0, SEEK_CUR)};
+    memcpy(calls, control->calls, sizeof calls);
+    control->alone = !others() && !open_files();
+    __atomic_store_n(&control->held, 1, __ATOMIC_SEQ_CST);
+    for (;;) {
+        while (__atomic_load_n(&control->go, __ATOMIC_SEQ_CST) == last)
+            usleep(LOOK);
+        last = control->go;
+        if (control->turn == END)
+            _exit(0);
+        control->count = count;
+        memcpy(control->calls, calls, sizeof calls);
+        for (int fd = 1; fd < 3; fd++) {
+            syscall(SYS_ftruncate, fd, printed[fd]);
+            lseek(fd, printed[fd], SEEK_SET);
+        }
+        if (control->turn == GO_ON)
+            return;
+        pid_t child = fork();
+        if (child == 0) {
+            prctl(PR_SET_PDEATHSIG, SIGKILL);
+            setpgid(0, 0);
+            return;
+        }
+        control->status = status_of(child);
+        __atomic_store_n(&control->done, last, __ATOMIC_SEQ_CST);
+    }
+}
+
+static void note(enum call call, int64_t number)
+{
+    if (number > LOGGED)
+        return;
+    struct logged *entry = &control->logged[number - 1];
+    snprintf(entry->path, sizeof entry->path, "%s", place + strlen(control->below));
+    entry->call = call;
+    entry->open = open_files();
+    entry->others = others();
+}
+
 /* The fault that a call is to have: 0 none, else an errno, or -1 to write half of it and die. */
 static int fault(enum call call)
 {
+    if (control->hold && control->hold == control->count + 1 && getpid() == getsid(0))
+        wait_here();
     int64_t number = __atomic_add_fetch(&control->count, 1, __ATOMIC_SEQ_CST), kind = control->kind;
     __atomic_add_fetch(&control->calls[call], 1, __ATOMIC_SEQ_CST);
+    if (control->log)
+        note(call, number);
     int on = kind == FAIL_ON || kind == FULL;
     if (kind == NONE || number < control->at || (number > control->at && !on))
         return 0;

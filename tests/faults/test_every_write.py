@@ -14,6 +14,7 @@ from tests.commands import commands
 from tests.faults.bench import Bench, sample
 from tests.faults.commands import COMMANDS, ELSEWHERE, Writes
 from tests.faults.injector import compiled
+from tests.faults.sweep import sweep
 from tests.faults.writers import WRITERS
 
 OUTPUTS = {"out", "save", "store", "reference", "target"}
@@ -48,19 +49,19 @@ def test_every_command_that_writes_is_here():
 @pytest.mark.parametrize("name", WRITERS)
 def test_all_faults_at_all_calls_of_what_writes(bench: Bench, name: str):
     writes = Writes(f"python {name} OUT", over=name != "keys", parts=name in FOLDERS)
-    tried, problems = bench.problems(writes, 12 if name in SLOWER else None)
+    tried, problems = sweep(bench, writes, 12 if name in SLOWER else None)
     assert not problems, f"{len(problems)} of {tried}: {problems[:5]}"
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, writes in COMMANDS.items() if writes.quick])
 def test_quick_commands_survive_faults(bench: Bench, name: str):
-    tried, problems = bench.problems(COMMANDS[name], sample(QUICK))
+    tried, problems = sweep(bench, COMMANDS[name], sample(QUICK))
     assert not problems, f"{len(problems)} of {tried}: {problems[:5]}"
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_survives_faults(bench: Bench, name: str):
-    tried, problems = bench.problems(COMMANDS[name], sample(LONG), seed=2)
+    tried, problems = sweep(bench, COMMANDS[name], sample(LONG), seed=2)
     assert not problems, f"{len(problems)} of {tried}: {problems[:5]}"

@@ -36,7 +36,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
 @pytest.mark.parametrize("name", INSIDE)
 def test_memory_that_runs_out_is_one_line(bench: Bench, name: str):
     writes = INSIDE[name]
-    arguments, _, new = bench.complete(writes)
+    arguments, new = bench.complete(writes)
     bench.reset()
     count = bench.run(arguments, memory=(0, LARGE)).allocations
     assert count > 0
@@ -55,7 +55,7 @@ def test_memory_that_runs_out_is_one_line(bench: Bench, name: str):
 @pytest.mark.parametrize("name", ["run", "response"])
 def test_memory_that_runs_out_leaves_no_half_file(bench: Bench, name: str):
     writes = COMMANDS[name]
-    arguments, _, new = bench.complete(writes)
+    arguments, new = bench.complete(writes)
     bench.reset()
     count = bench.run(arguments, memory=(0, LARGE)).allocations
     for at in range(1, count + 1, 1 + count // MOST):

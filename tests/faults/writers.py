@@ -65,15 +65,27 @@ def keys(out: Path) -> None:
     write_key(key, out / "key.pem", out / "key.pub.pem")
 
 
+def history(out: Path) -> None:
+    """Some rows of a live twin."""
+    import numpy as np
+
+    from stillhook.live.history import History
+
+    with History(out, ("p_a", "F_w")) as of:
+        of.append(1.8e9 + np.arange(50.0), np.arange(100.0).reshape(50, 2))
+
+
 WRITERS: dict[str, Callable[[Path], None]] = {
     each.__name__: each for each in (one_file, one_durable_file, files_together, folder, run_file, stored, keys)
 }
+"""Those that are swept: what they write is the same each time."""
+PREPARING = {"history": history}
 
 
 def write(name: str, out: str) -> None:
     """Call a writer."""
     try:
-        WRITERS[name](Path(out))
+        (WRITERS | PREPARING)[name](Path(out))
     except StillhookError as problem:
         print(f"error: {problem}", file=sys.stderr)
         sys.exit(2)

@@ -124,9 +124,9 @@ def test_a_signal_in_another_unit_is_recognised_and_a_dead_sensor_is_not(
 
 def test_each_row_stands_beside_what_had_come_until_then():
     received = Received(("p_a", "p_b"), timeout=1.0)
-    received.take(10.0, {"p_a": 1.0})
-    received.take(10.5, {"p_a": 2.0, "p_b": 7.0})
+    received.take(10.0, 510.0, {"p_a": 1.0})
+    received.take(10.5, 510.5, {"p_a": 2.0, "p_b": 7.0})
     assert received.passed(9.0)[:2].tolist() == pytest.approx([math.nan] * 2, nan_ok=True)
     assert received.passed(10.2).tolist() == pytest.approx([1.0, math.nan, 0.2, math.nan], nan_ok=True)
     assert received.passed(10.6).tolist() == pytest.approx([2.0, 7.0, 0.1, 0.1])
-    assert received.newest(12.0).tolist() == pytest.approx([math.nan, math.nan, 1.5, 1.5], nan_ok=True)
+    assert received.newest(512.0).tolist() == pytest.approx([math.nan, math.nan, 1.5, 1.5], nan_ok=True)

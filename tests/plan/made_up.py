@@ -412,7 +412,6 @@ def _facts(certificate: bool) -> dict[str, Any]:
             "n": 4200,
             "n_failed": 2,
             "seeds_per_cell": [20, 40],
-            "wall": 81.0,
         },
         "not_covered": ["Wind on crane and payload."],
         "remarks": ["Phases without compensation are the same run for all alternatives."],

@@ -174,11 +174,16 @@ class TestOneSea:
         assert run(["response", lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0 deg"]) == 0
 
     @pytest.mark.thorough
-    def test_the_winch_is_asked_once_and_found_again(self, ship):
+    def test_the_winch_is_asked_once_and_what_is_kept_is_the_same_to_the_bit(self, ship, tmp_path, monkeypatch):
+        monkeypatch.setattr("stillhook.response.winch.identify.cache_root", lambda: tmp_path)
         calls = []
-        for _ in range(2):
-            found = lift_response(ship, Waves(ship.sea), depth="700 m", progress=calls.append)
-        assert not found.made
+        first = lift_response(ship, Waves(ship.sea), depth="700 m", progress=calls.append)
+        number = len(calls)
+        found = lift_response(ship, Waves(ship.sea), depth="700 m", progress=calls.append)
+        assert len(calls) == number
+        assert found.data.identical(first.data)
+        assert np.array_equal(found.residual.C, first.residual.C, equal_nan=True)
+        assert found.residual.C.strides == first.residual.C.strides
         assert 0.5 < float(found.data["eta_sigma_wire"][0]) < 1.0
         assert all(0.0 <= share <= 1.0 for share in calls)
         assert calls == sorted(calls)

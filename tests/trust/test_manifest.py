@@ -17,7 +17,7 @@ from stillhook.trust import comparison, results
 from stillhook.trust.comparison import Comparison, compare, sign_folder
 from stillhook.trust.keys import SigningKey, new_key, write_key
 from stillhook.trust.manifest import IN_ARCHIVE, NAME, Made, Manifest, Part, read_manifest
-from stillhook.trust.results import note_misfit, renew_parts, result_folder
+from stillhook.trust.results import note_misfit, result_folder, with_renewed_parts
 from stillhook.trust.standing import Standing
 from stillhook.trust.trust_list import TrustedKey, TrustList
 
@@ -229,11 +229,14 @@ def test_only_what_is_as_written_is_signed(tmp_path: Path):
 
 def test_a_part_that_is_signed_again_is_entered(tmp_path: Path):
     folder = written(tmp_path / "o")
-    (folder / "plan.nc").write_bytes(b"the same, signed")
-    renew_parts(folder, ["plan.nc", "not there"], KEY)
+    anew = {folder / "plan.nc": b"the same, signed"}
+    for path, data in with_renewed_parts(anew, KEY).items():
+        path.write_bytes(data)
     assert compare(folder, TRUST).holds
-    renew_parts(folder, ["plan.nc"], OTHER)
+    for path, data in with_renewed_parts(anew, OTHER).items():
+        path.write_bytes(data)
     assert compare(folder, TRUST).judgement.standing is Standing.UNSIGNED
+    assert "not there" not in with_renewed_parts({folder / "not there": b""}, KEY)[folder / NAME].decode()
 
 
 def test_reading_a_part_that_does_not_fit_is_noted(tmp_path: Path, caplog: pytest.LogCaptureFixture):

@@ -3,7 +3,6 @@ what a drive is worth in a plan, its crane replaced by it."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -142,7 +141,7 @@ def _planned(
         )
     execution = Execution(store, client, threads, seed)
     expected = {name: EXPECTED[name] for name in PARTS[last]} | {each.NAME: each.EXPECTED for each in ASSESSMENTS}
-    begun, parts = time.perf_counter(), Parts(progress, expected)
+    parts = Parts(progress, expected)
     crane = checked(lift_plan.crane, recompute=True, progress=parts("preparation"))
     lift_plan = replace(lift_plan, crane=crane)
     table, records = read_alpha_table(alpha or lift_plan.forecast_factors or DEFAULT), weather
@@ -202,7 +201,6 @@ def _planned(
     facts |= {name: each for name, each in assessed.items() if each is not None}
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
     facts["limits"] = rows_of(of, forecast, max(lift_plan.environment.Hs))
-    facts["runs"] |= {"wall": time.perf_counter() - begun}
     parts.at(1.0)
     data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
     facts["remarks"] = [*failures.remarks, *facts["remarks"]]

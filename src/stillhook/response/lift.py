@@ -19,7 +19,6 @@ from stillhook.base.arrays import FloatArray, fill
 from stillhook.base.progress import Progress, begin
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import LiftFile
-from stillhook.kernels.cache import cache_root
 from stillhook.response.forcing import (
     Forcing,
     filtered_forcing,
@@ -125,7 +124,6 @@ class LiftResponse:
     forcing: Forcing = field(repr=False)  # by the waves
     load: SuspendedLoad = field(repr=False)
     residual: Residual = field(repr=False)  # of the winch
-    made: bool  # whether the residual was identified on the twin now; else it was read from disk
     T_wire: FloatArray  # natural periods, top held [s]
     depth: float  # of the payload's underside below still water; negative: above [m]
     mode: Mode  # of the winch
@@ -216,13 +214,12 @@ def lift_response(
     at = file.at.x, file.at.y
     forcing = filtered_forcing(lambda vessel: forcing_of_waves(waves, vessel, *at), file.vessel, file.unit)
     begin(progress, "winch residual")
-    steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
-    residual = identify_residual(file.crane, duty, mode, progress=steps)
+    residual = identify_residual(file.crane, duty, mode, progress=Steps(progress))
     data = frequency_response(forcing, load, residual, duration=lasts)
     data = _with_flags(_labelled(data, waves), load, residual, file.crane.SWL)
     T_wire = natural_periods(load.rod, load.end, PERIODS)
-    return LiftResponse(data, forcing, load, residual, steps.calls > 0, T_wire, below, mode)
+    return LiftResponse(data, forcing, load, residual, T_wire, below, mode)
 
 
 def check_place(file: LiftFile) -> None:
@@ -378,9 +375,7 @@ def _doubts(file: LiftFile) -> tuple[str, ...]:
 
 def notes_of(response: LiftResponse, file: LiftFile) -> list[str]:
     """Notes on the origin and validity of the numbers."""
-    now = f"identified now from runs of the twin, kept in {cache_root() / 'residuals'}"
-    origin = now if response.made else "identified before from runs of the twin"
-    notes = [*_doubts(file), f"winch: {response.residual.about}; {origin}"]
+    notes = [*_doubts(file), f"winch: {response.residual.about}; identified from runs of the twin"]
     clear, load = file.lift.depth - response.depth, file.lift.payload
     if response.depth > 0.0 and clear < load.height:
         notes.append(f"{show(clear, 'length')} above the seabed: added mass and drag grow there, which is left out")

@@ -58,16 +58,17 @@ def added_to(folder: Path, made: Made, parts: Mapping[str, Part], key: SigningKe
     return made_of.signed(key)
 
 
-def renew_parts(folder: Path, names: Iterable[str], key: SigningKey) -> None:
-    """Enter parts that were written anew on purpose into the manifest of their folder, if there is one and it has
-    them. It stays signed where this key signed it; a damaged one stays as it is, with a line on standard error."""
+def with_renewed_parts(contents: Mapping[Path, bytes], key: SigningKey) -> dict[Path, bytes]:
+    """Files of one folder that are to be written anew on purpose, and its manifest with them, if it has one and they
+    are parts of it. It stays signed where this key signed it; a damaged one stays as it is, with a line on standard
+    error."""
+    folder = next(iter(contents)).parent
     if (before := _manifest_in(folder)) is None:
-        return
-    now = {name: Part.of_file(folder / name) for name in names if name in before.parts}
+        return dict(contents)
+    now = {path.name: Part.of(data) for path, data in contents.items()}
     sets = {made: {name: now.get(name, part) for name, part in of.items()} for made, of in before.sets.items()}
     made = Manifest(sets).signed(key if before.signed_by(key) else None)
-    with atomic_file(folder / NAME) as part:
-        part.write_text(made.text(), encoding="utf-8", newline="\n")
+    return {**contents, folder / NAME: made.text().encode()}
 
 
 def own_key() -> SigningKey | None:

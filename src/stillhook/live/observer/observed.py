@@ -151,7 +151,7 @@ class ObservedTwin:
 
     def observations(self) -> dict[str, float]:
         """Measured values (NaN once they are stale) with their ages, and the numbers of the observer."""
-        numbers = [*self._received.newest(time.time()).tolist(), *self._shown.values()]
+        numbers = [*self._received.newest(time.monotonic()).tolist(), *self._shown.values()]
         return dict(zip(names_of(self.settings), numbers, strict=True))
 
     def passed(self, utc: float) -> FloatArray:
@@ -177,7 +177,7 @@ class ObservedTwin:
                 taken[name] = value
         if taken and self._may():
             now = time.time()
-            self._received.take(now, taken)
+            self._received.take(now, time.monotonic(), taken)
             row = [now, stamp, *(taken.get(name, math.nan) for name in message_names(self._task))]
             self._panel.messages.publish(padded(row, self._panel.messages.width))
 

@@ -16,8 +16,11 @@ from stillhook.live.runtime.sink import event
 
 LOOK = 0.2
 """Time between two looks at rows and messages [s]."""
-JUMP = 1.0
-"""Step of the wall clock against the monotonic one that is a jump [s]; a disciplined clock drifts by less in a look."""
+JUMP, SLEW = 1.0, 0.1
+"""What the wall clock may be off the monotonic one before it jumped or stands still [s], and how fast it may be moved
+to the right time [s/s]: chrony does by 0.083."""
+TOLD = 60.0
+"""Time between two events of a clock that stands still, which is a jump of `JUMP` again and again [s]."""
 POLITE = 5
 """Priority that it gives up: kernel and servers come first."""
 
@@ -39,11 +42,12 @@ def _loop(task: Task, board: Board, own: Panel) -> None:
     observer = Observer(task, time.time(), tell)
     names, signals = shown_names(task.settings), message_names(task)
     row, message, parent = board.rows.count, own.messages.count, os.getppid()
-    offset = time.time() - time.monotonic()
+    wall, told = WallClock(time.time(), time.monotonic()), -math.inf
     while not own.stopping and os.getppid() == parent:
-        jump, offset = time.time() - time.monotonic() - offset, time.time() - time.monotonic()
-        if abs(jump) > JUMP:
-            tell("clock", f"The clock of this machine jumped by {jump:.6g} s; the comparison begins again.", jump)
+        if jump := wall.jump(time.time(), now := time.monotonic()):
+            if abs(jump) > 2.0 * JUMP or now - told > TOLD:
+                tell("clock", f"The clock of this machine jumped by {jump:.6g} s; the comparison begins again.", jump)
+                told = now
             observer = Observer(task, time.time(), tell)
             row, message = board.rows.count, own.messages.count
         first, rows, lost = board.rows.since(row)
@@ -64,6 +68,23 @@ def _loop(task: Task, board: Board, own: Panel) -> None:
         own.values.publish(padded([observer.values[name] for name in names], own.values.width))
         own.proposals.add(observer.proposal._replace(time=time.monotonic()).to_json())
         time.sleep(LOOK)
+
+
+class WallClock:
+    """The wall clock of this machine beside the monotonic one. Parameters: what both show [s]."""
+
+    def __init__(self, wall: float, steady: float) -> None:
+        self._offset, self._steady = wall - steady, steady
+
+    def jump(self, wall: float, steady: float) -> float:
+        """By how much it was set, or stood still, since it last did; 0 where it keeps time or is moved slowly [s]."""
+        off, most = wall - steady - self._offset, SLEW * (steady - self._steady)
+        self._steady = steady
+        if abs(off) > JUMP:
+            self._offset += off
+            return off
+        self._offset += min(max(off, -most), most)
+        return 0.0
 
 
 def message_names(task: Task) -> tuple[str, ...]:

@@ -18,15 +18,20 @@ MOST = 2000
 
 
 class _State(NamedTuple):
-    """From a time on [s]: newest value of each signal, and when it came (n,)."""
+    """From a time on [s]: newest value of each signal, and when it came by the wall clock and the monotonic one (n,)."""
 
     since: float
     values: FloatArray
     arrivals: FloatArray
+    steady: FloatArray
 
 
 class Received:
-    """Newest values of signals over time. Parameters: names; timeout [s]: older values are unknown."""
+    """Newest values of signals over time. Parameters: names; timeout [s]: older values are unknown.
+
+    Rows of the twin have the time of the wall clock, so values are beside them by that; what is too old now is so by
+    the monotonic clock, which nobody sets.
+    """
 
     def __init__(self, names: Sequence[str], timeout: float) -> None:
         self._place = {name: i for i, name in enumerate(names)}
@@ -37,18 +42,20 @@ class Received:
     def _begin(self) -> None:
         nothing = np.full(len(self._place), np.nan)
         self._states.clear()
-        self._states.append(_State(-math.inf, nothing, nothing))
+        self._states.append(_State(-math.inf, nothing, nothing, nothing))
 
-    def take(self, now: float, values: Mapping[str, float]) -> None:
-        """Values that came in now [s]. Where the clock was set back, what came before is forgotten."""
+    def take(self, now: float, steady: float, values: Mapping[str, float]) -> None:
+        """Values that came in now, by the wall clock and the monotonic one [s]. Where the former was set back, what
+        came before is forgotten."""
         if now < self._states[-1].since - BACK:
             self._begin()
-        _, known, arrivals = self._states[-1]
-        known, arrivals = known.copy(), arrivals.copy()
+        _, *known = self._states[-1]
+        state = _State(now, *(of.copy() for of in known))
         for name, value in values.items():
             if name in self._place:
-                known[self._place[name]], arrivals[self._place[name]] = value, now
-        self._states.append(_State(now, known, arrivals))
+                i = self._place[name]
+                state.values[i], state.arrivals[i], state.steady[i] = value, now, steady
+        self._states.append(state)
 
     def passed(self, now: float) -> FloatArray:
         """Values, then ages [s], at a time of which nothing earlier will be asked any more."""
@@ -56,12 +63,14 @@ class Received:
             self._begin()
         while len(self._states) > 1 and self._states[1].since <= now:
             self._states.popleft()
-        return self._beside(self._states[0], now)
+        first = self._states[0]
+        return self._beside(first, now - first.arrivals)
 
-    def newest(self, now: float) -> FloatArray:
-        """The same of now [s]."""
-        return self._beside(self._states[-1], now)
+    def newest(self, steady: float) -> FloatArray:
+        """The same of now, by the monotonic clock [s]."""
+        last = self._states[-1]
+        return self._beside(last, steady - last.steady)
 
-    def _beside(self, state: _State, now: float) -> FloatArray:
-        ages = np.maximum(now - state.arrivals, 0.0)
+    def _beside(self, state: _State, ages: FloatArray) -> FloatArray:
+        ages = np.maximum(ages, 0.0)
         return np.concatenate([np.where(ages <= self._timeout, state.values, np.nan), ages])

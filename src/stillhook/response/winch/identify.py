@@ -251,10 +251,11 @@ def identify_residual(
     runs = irregular_runs(crane, duty, mode, (motions or excitation.motions)(), threads=threads, progress=progress)
     fast = [run for run in runs if run.motion.T_z == excitation.mean_periods[COMPLIANCE_PERIOD]]
     compliance = identify_compliance(crane, duty, mode, fast, threads=threads, progress=progress)
-    residual = replace(sines, remnant=identify_remnant(runs, sines), compliance=compliance)
+    content = _packed(replace(sines, remnant=identify_remnant(runs, sines), compliance=compliance))
     if cache:
-        _write(file, residual)
-    return residual
+        with contextlib.suppress(StillhookError, OSError):  # a folder that cannot be written to
+            write_checked(file, content)
+    return _unpacked(content)  # what is read the next time: its arrays are in the same order in memory
 
 
 class Winch(NamedTuple):
@@ -294,16 +295,15 @@ def identify_many(
 
 
 class Steps:
-    """Progress of the batches of runs of a residual as one, from 0 to 1; calls: number of reports, 0 where nothing
-    ran."""
+    """Progress of the batches of runs of a residual as one, from 0 to 1."""
 
     def __init__(self, progress: Progress | None) -> None:
-        self.progress, self.calls, self.batch, self.share = progress, 0, 0, 0.0
+        self.progress, self.batch, self.share = progress, 0, 0.0
 
     def __call__(self, share: float) -> None:
         if share < self.share:
             self.batch = min(self.batch + 1, BATCHES - 1)
-        self.calls, self.share = self.calls + 1, share
+        self.share = share
         if self.progress is not None:
             self.progress((self.batch + share) / BATCHES)
 
@@ -375,18 +375,14 @@ def _read(file: Path) -> Residual | None:
     if content is None:
         return None
     try:
-        data = read_arrays(content)
-        fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
-        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
-        compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
-        return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
+        return _unpacked(content)
     except Exception:  # of what another program wrote, many kinds come
         note(file, OTHER, Kept.RESIDUAL)
         return None
 
 
-def _write(file: Path, residual: Residual) -> None:
-    """Keep a table; a folder that cannot be written to is not a reason to fail."""
+def _packed(residual: Residual) -> bytes:
+    """A table as bytes."""
     arrays = {name: getattr(residual, name) for name in TABLES}
     arrays |= {name: table for name in OF_CIRCUIT if (table := getattr(residual, name)) is not None}
     arrays |= {f"remnant_{name}": getattr(residual.remnant, name) for name in REMNANT}
@@ -395,8 +391,16 @@ def _write(file: Path, residual: Residual) -> None:
         "about": np.array(residual.about),
         "lasts": np.array(residual.remnant.lasts if residual.remnant is not None else math.nan),
     }
-    with contextlib.suppress(StillhookError, OSError):
-        write_checked(file, packed(arrays))
+    return packed(arrays)
+
+
+def _unpacked(content: bytes) -> Residual:
+    """The table that `_packed` was given. Errors: many kinds, of what another program wrote."""
+    data = read_arrays(content)
+    fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
+    remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
+    compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
+    return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
 
 
 def mixed(a: Residual, b: Residual, share: float) -> Residual:

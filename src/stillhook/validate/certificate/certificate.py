@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook._version import __version__
-from stillhook.base.atomic import atomic_file, check_folder
+from stillhook.base.atomic import atomic_files, check_folder
 from stillhook.base.gateway import access
 from stillhook.base.gateway.parse import json_file
 from stillhook.base.kept.sealed import SIGNATURE, canonical, digest_of
@@ -41,7 +41,7 @@ from stillhook.spec.crane import Crane, content, identity
 from stillhook.spec.sub_models import levels_of
 from stillhook.spec.validity import Certified
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.results import renew_parts, result_folder
+from stillhook.trust.results import result_folder, with_renewed_parts
 from stillhook.trust.signature import Signed, sign
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList, users_trust
@@ -491,8 +491,8 @@ def sign_certificate(path: str | Path, key: SigningKey) -> Certificate:
     content = {file: made.text().encode()}
     if beside.exists() and can_set():
         content[beside] = made.pdf()
-    for target, data in content.items():
-        with atomic_file(target) as part:
+    content = with_renewed_parts(content, key)
+    with atomic_files(*content) as parts:
+        for part, data in zip(parts, content.values(), strict=True):
             part.write_bytes(data)
-    renew_parts(file.parent, [target.name for target in content], key)
     return made
