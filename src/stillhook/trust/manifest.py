@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 from stillhook._version import __version__
 from stillhook.base.extensions import extension_sources
 from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import StillhookError, TrustError
 from stillhook.trust.keys import SigningKey
 from stillhook.trust.signature import Signature, Signed, sign, signature_of
@@ -32,8 +33,6 @@ FORMAT = "stillhook manifest 1"
 """First words of a manifest; the number changes with the meaning of its contents."""
 MOST_PARTS = 200_000
 LONGEST_NAME = 400
-PACKAGE = Path(__file__).resolve().parents[1]
-SOURCES = (".py", ".toml", ".csv", ".typ", ".html", ".c", ".h")
 ADVICE = "Get the folder or file from its maker again, or write it again."
 _HEX = re.compile(r"[0-9a-f]+")
 _BLOCK = 1 << 20
@@ -69,14 +68,8 @@ class Part:
 
 @functools.cache
 def package_hash() -> str:
-    """Hash of every source of the package and of the user's own modules: of all that makes a result."""
-    digest = hashlib.sha256()
-    sources = {p.relative_to(PACKAGE).as_posix(): p for p in PACKAGE.rglob("*") if p.suffix in SOURCES}
-    for name, path in sorted(sources.items()):
-        digest.update(name.encode() + b"\0" + path.read_bytes())
-    for path in extension_sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    """Hash of every file of the package and of the user's own modules: of all that makes a result."""
+    return PACKAGE.hash(PACKAGE.names, others=extension_sources())[:16]
 
 
 @dataclass(frozen=True, order=True)
