@@ -25,7 +25,7 @@ OF_PACKAGE = ("__file__", "files(", "FOLDER", "DATA", "HERE", "LIBRARY", "LIMITS
 """What a call mentions that reads a file of Stillhook itself."""
 SAID = {
     "base/atomic.py": "handles that are waited for until a file is on the disk",
-    "trust/comparison.py": "members of an archive that the gateway opened, up to a size unpacked",
+    "trust/archive.py": "members of an archive that the gateway opened, up to a size unpacked",
     "trust/manifest.py": "parts of a folder, for their hash",
     "base/extensions.py": "modules of the user, which are run as code anyway",
     "cli/parser.py": "the package's own modules",
@@ -60,7 +60,6 @@ SAID = {
     "live/history/budget.py": "own database",
     "live/history/columns.py": "own database",
     "live/history/events.py": "own database; a line of the twin's own process",
-    "live/history/hours.py": "own hours, for their hash",
     "live/history/journal.py": "own database",
     "live/history/writer.py": "own database",
     "analysis/uncertainty/report.py": "attributes of a result in memory",

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 
 from stillhook._version import __version__
 from stillhook.base.extensions import extension_sources
-from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed
+from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed, unsealed
 from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import StillhookError, TrustError
 from stillhook.trust.keys import SigningKey
@@ -155,12 +155,20 @@ class Manifest:
 
 def read_manifest(path: Path) -> Manifest:
     """The manifest in a file. Errors: TrustError, one line."""
-    data = read_sealed(path, FORMAT, "a manifest", ADVICE, TrustError)
+    return _checked(read_sealed(path, FORMAT, "a manifest", ADVICE, TrustError), path.name)
+
+
+def manifest_of(content: bytes, label: str) -> Manifest:
+    """The manifest that the bytes of a file are; label: of the file. Errors: as `read_manifest`."""
+    return _checked(unsealed(content, label, FORMAT, "a manifest", ADVICE, TrustError), label)
+
+
+def _checked(data: Mapping[str, Any], label: str) -> Manifest:
     try:
         return _manifest(data)
     except (ValueError, TypeError, KeyError, AttributeError, StillhookError) as problem:
         reason = " ".join(str(problem).split())[:120]
-        raise TrustError(f"{path.name}: not a manifest ({reason}). {ADVICE}") from None
+        raise TrustError(f"{label}: not a manifest ({reason}). {ADVICE}") from None
 
 
 def _manifest(data: Mapping[str, Any]) -> Manifest:

@@ -92,11 +92,8 @@ def first_bytes(path: str | os.PathLike[str], size: int, noun: str, error: type[
 
 def sha256_of(path: str | os.PathLike[str], error: type[StillhookError]) -> str:
     """Hash of a file of any size. Errors: as `opened`."""
-    digest = hashlib.sha256()
     with opened(path, "file", error) as stream:
-        while block := stream.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def refuse_foreign(name: str, head: bytes, error: type[StillhookError], instead: str) -> None:

@@ -49,8 +49,7 @@ def _answer(path: Path, result: Comparison) -> Answer:
     lines += [_made(of, len(parts)) for of, parts in sorted(result.manifest.sets.items())]
     step = "" if result.holds else "get it from its maker again, or write it again"
     if result.complete and result.judgement.standing is Standing.UNSIGNED:
-        sign = f"stillhook certificate sign {path}" if path.is_dir() else "write it again with a key of your own"
-        step = f"{sign}, if it is yours"
+        step = f"stillhook certificate sign {path}, if it is yours"
     elif result.complete and result.judgement.standing is Standing.UNKNOWN:
         step = "stillhook certificate key trust PUBLIC.pem, after its owner has confirmed the id"
     return Answer(f"{path}: {counted(len(result.manifest.parts), 'part')}, {whole}{signed}", lines, step)
