@@ -158,6 +158,13 @@ def test_a_name_outside_the_folder_is_refused_in_one_line(tmp_path: Path, name: 
         lambda data: data["sets"][0]["parts"].update(x={"size": True, "sha256": "0" * 64}),
         lambda data: data["sets"][0]["parts"].update(x={"size": 1, "sha256": "0"}),
         lambda data: data["sets"][0]["parts"].update(x=None),
+        lambda data: data["sets"][0].update(more=1),
+        lambda data: data["sets"][0].pop("code"),
+        lambda data: data["sets"][0].update(inputs=[]),
+        lambda data: data["sets"][0].update(inputs={"a.toml": "0" * 64}),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a.toml", "sha256": "0"}]),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a\nb", "sha256": "0" * 64}]),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a", "sha256": "0" * 64}] * 2),
         lambda data: data.update(signature={}),
     ],
 )

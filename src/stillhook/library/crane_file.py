@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.inputs import note_input
 from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import certified_of, read_certificate
@@ -221,6 +222,7 @@ def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | 
         data = read_certificate(of)
         record = certified_of(data, Path(name).name)
         if condition is not None or file.exists():
+            note_input(file)
             record = record.followed(condition_of(file, data))
         record = record.judged(users_trust(), str(of))
     except StillhookError as problem:

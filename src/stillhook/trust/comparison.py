@@ -39,10 +39,7 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data for JSON."""
-        made = [
-            {"what": of.what, "version": of.version, "code": of.code, "cranes": dict(of.cranes), "parts": len(parts)}
-            for of, parts in sorted(self.manifest.sets.items())
-        ]
+        made = [{**of.to_dict(), "parts": len(parts)} for of, parts in sorted(self.manifest.sets.items())]
         return {
             "holds": self.holds,
             "complete": self.complete,

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.gateway.inputs import inputs
 from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
@@ -28,13 +29,14 @@ def result_folder(target: Path, what: str, cranes: Cranes = (), *, key: SigningK
     """`stillhook.base.atomic.atomic_folder` with a manifest, which appears with the files.
 
     Parameters: what: subject of the files, such as "plan"; cranes: those that they follow from; key: signs the
-    manifest, by default the user's own where it can be used without asking for a passphrase.
+    manifest, by default the user's own where it can be used without asking for a passphrase. Of a command the
+    manifest names the files that it follows from (`stillhook.base.gateway.inputs`).
     """
     with atomic_folder(target) as part:
         yield part
         files = sorted(path for path in part.rglob("*") if path.is_file())
         parts = {path.relative_to(part).as_posix(): Part.of_file(path) for path in files if path.name != NAME}
-        text = added_to(target, Made.of(what, cranes), parts, key or own_key()).text()
+        text = added_to(target, Made.of(what, cranes, inputs()), parts, key or own_key()).text()
         (part / NAME).write_text(text, encoding="utf-8", newline="\n")
 
 

@@ -63,6 +63,6 @@ def _names(names: tuple[str, ...]) -> str:
 
 def _made(of: Made, parts: int) -> str:
     cranes = ", ".join(f"{name} ({digest[:16]})" for name, digest in of.cranes)
-    return f"{of.what}: {counted(parts, 'part')} by Stillhook {of.version}, code {of.code}" + (
-        f", crane {cranes}" if cranes else ""
-    )
+    inputs = _names(tuple(name for name, _ in of.inputs))
+    made = f"{of.what}: {counted(parts, 'part')} by Stillhook {of.version}, code {of.code}"
+    return f"{made}{f', crane {cranes}' if cranes else ''}{f', of {inputs}' if inputs else ''}"
