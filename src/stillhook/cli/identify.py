@@ -4,7 +4,6 @@ fro in steps."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -162,10 +161,8 @@ def component(
     check_out(out, COMPONENT_FILES)
     with progress_bar(data.name) as bar:
         result = identify_component(kind, data, mapping=mapping, columns=column, progress=bar)
-    crane, base = base_crane(result.settings), result.settings.base or ""
-    if base.endswith(".toml") and out is not None:
-        base = Path(os.path.relpath(base, out)).as_posix()
-    text = "" if crane is None or not result.usable else crane_file(result, crane, base)
+    crane = base_crane(result.settings)
+    text = "" if crane is None or not result.usable else crane_file(result, crane)
     document = report(result, {})
     numbers = "; ".join(
         f"{p.name} {value} ({low} to {high})" for p in result.parameters for value, low, high in [interval(p)]

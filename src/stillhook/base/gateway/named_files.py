@@ -50,8 +50,8 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
 def _leads_out(end: Path, how: str) -> str:
     folder = str(end.parent)
     return (
-        f"{how} out of the folder of this file. Copy it there, or allow its folder in the environment:"
-        f" {VARIABLE}={folder if folder.isprintable() else quote(folder)}."
+        f"{how} out of the folder of this file. Copy it there, or allow its folder, or that of the whole project, in"
+        f" the environment: {VARIABLE}={folder if folder.isprintable() else quote(folder)}."
     )
 
 
