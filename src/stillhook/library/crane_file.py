@@ -220,11 +220,11 @@ def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | 
     of = beside(path, "certificate", name)
     try:
         data = read_certificate(of)
-        record = certified_of(data, Path(name).name)
+        record, trust = certified_of(data, Path(name).name), users_trust()
         if condition is not None or file.exists():
             note_input(file)
-            record = record.followed(condition_of(file, data))
-        record = record.judged(users_trust(), str(of))
+            record = record.followed(condition_of(file, data, trust))
+        record = record.judged(trust, str(of))
     except StillhookError as problem:
         raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))

@@ -97,7 +97,7 @@ def sign(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="certificate.json; or a folder of results or an FMU, whose manifest is signed."
+            metavar="FILE", help="certificate.json, the state of a condition; or of a folder or an FMU its manifest."
         ),
     ],
     key: Annotated[Path | None, typer.Option(help=KEY_HELP)] = None,
@@ -106,18 +106,27 @@ def sign(
     """Sign a certificate with a private key, in place of any signature before; its PDF is set again and names the
     signer. Signed twice it has the same bytes. "stillhook validate --out" signs where the user has a key.
 
-    Of a folder of results, an FMU or a system of FMUs the manifest is signed, if every part of it is as it was written.
+    Of a folder of results, an FMU or a system of FMUs the manifest is signed, if every part of it is as it was written;
+    of a crane that is followed (stillhook condition) its state.
 
     Example: stillhook certificate sign validation/certificate.json
 
     Example: stillhook certificate sign results
     """
+    from stillhook.library.condition import is_state, sign_state
     from stillhook.trust.comparison import has_manifest
     from stillhook.trust.trust_list import users_trust
     from stillhook.validate.certificate.certificate import sign_certificate
 
     if has_manifest(file):
         _sign_parts(file, signing_key(key), json=json)
+        return
+    if is_state(file):
+        made_state = sign_state(file, signing_key(key))
+        judgement = made_state.judged(users_trust())
+        line = f"Signature: {judgement.sentence}."
+        state = {"state": made_state.digest, "signature": judgement.to_dict()}
+        present(state, brief=lambda: Answer(f"{file}: state of {made_state.crane}", [line]), json=json)
         return
     made = sign_certificate(file, signing_key(key))
     judgement = made.judged(users_trust())
