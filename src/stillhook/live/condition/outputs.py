@@ -135,14 +135,13 @@ def to_dict(condition: Condition) -> dict[str, Any]:
     """Everything as plain data, numbers in SI; values relative to the first campaign's crane file."""
     c, entry = condition, condition.standing.entry
     state = c.standing.state
+    stated = None if state is None else state.model_dump(mode="json", exclude={SIGNATURE}) | {"digest": state.digest}
     return {
         "crane": c.reference.name,
         "campaigns": [m.campaign.date.isoformat() for m in c.measured],
         "valid": None if entry is None else entry.state == "valid",
         "statement": statement(c.standing),
-        "state": None
-        if state is None
-        else {**state.model_dump(mode="json", exclude={SIGNATURE}), "digest": state.digest},
+        "state": stated,
         "numbers": {n.of.name: _number(c, n) for n in c.numbers},
         "not_followed": dict(c.absent),
         "cranes": [
