@@ -63,12 +63,15 @@ def test_the_line_names_what_the_user_sets_to_allow_it(project: Path, monkeypatc
     with pytest.raises(SpecError) as refused:
         stillhook.load_crane(project / "own.toml")
     assert str(refused.value) == (
-        'own.toml: base = "../up.toml": leads out of the folder of this file. Copy it there, or allow its folder in the'
-        f" environment: {VARIABLE}={project.parent}."
+        'own.toml: base = "../up.toml": leads out of the folder of this file. Copy it there, or allow its folder, or'
+        f" that of the whole project, in the environment: {VARIABLE}={project.parent}."
     )
     variable, _, folder = str(refused.value).rpartition(": ")[2].rstrip(".").partition("=")
     monkeypatch.setenv(variable, folder)
     assert stillhook.load_crane(project / "own.toml").SWL == stillhook.load_crane("nov-250t").SWL
+    monkeypatch.chdir(project.parent)
+    monkeypatch.setenv(variable, ".")
+    assert stillhook.load_crane("case/own.toml").SWL == stillhook.load_crane("nov-250t").SWL
 
 
 def test_a_folder_that_is_allowed_does_not_allow_those_above_it(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ import pytest
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
+from stillhook.base.kept.sources import PACKAGE, Sources
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.kernels import build
@@ -27,6 +28,7 @@ VECTOR_SHARE = 10
 INTERPRETED = 1.0e-9
 """Relative: `exp` of the library against our polynomial, 1e-14 a call, over two seconds with feedback."""
 
+FOLDER = PACKAGE.folder
 MODES = ("ns", "hs", "ssc", "ssc-cubic", "manual", "level-1", "level-2")
 FAMILIES = {
     "active-passive": ("nov-250t", "nov-150t"),
@@ -112,22 +114,26 @@ def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone
 @pytest.mark.slow
 def test_no_edit_of_a_kernel_is_overlooked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for folder in KERNEL_FOLDERS:
-        shutil.copytree(build.PACKAGE / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(FOLDER / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def hash_now() -> str:
+        monkeypatch.setattr(build, "PACKAGE", Sources(tmp_path))
+        return kernel_hash.__wrapped__()
+
     true = kernel_hash.__wrapped__()
-    monkeypatch.setattr(build, "PACKAGE", tmp_path)
-    assert kernel_hash.__wrapped__() == true
+    assert hash_now() == true
     for source in sorted(tmp_path.rglob("*.py")):
         text = source.read_bytes()
         source.write_bytes(text + b"\n")
-        assert kernel_hash.__wrapped__() != true, f"{source.name} can change without a new compilation"
+        assert hash_now() != true, f"{source.name} can change without a new compilation"
         source.write_bytes(text)
-    assert kernel_hash.__wrapped__() == true
+    assert hash_now() == true
 
 
 def test_the_engine_holds_no_kernels():
     makes = re.compile(r"^@scalar|\bnjit\(|= access\(|= replace\(|\bkept\(", re.M)
     assert [
-        path.name for path in (build.PACKAGE / "engine").rglob("*.py") if makes.search(path.read_text(encoding="utf-8"))
+        path.name for path in (FOLDER / "engine").rglob("*.py") if makes.search(path.read_text(encoding="utf-8"))
     ] == []
 
 
@@ -147,7 +153,7 @@ for name in ("nov-250t", "nov-100t-pure-active"):
 def test_without_compiling_the_same_run_gives_the_same_numbers():
     found = {}
     for jit in ("0", "1"):
-        env = {**os.environ, "NUMBA_DISABLE_JIT": jit, "PYTHONPATH": str(build.PACKAGE.parent)}
+        env = {**os.environ, "NUMBA_DISABLE_JIT": jit, "PYTHONPATH": str(FOLDER.parent)}
         done = subprocess.run([sys.executable, "-c", TWO_SECONDS], env=env, capture_output=True, text=True, check=True)
         found[jit] = [np.array(json.loads(line)) for line in done.stdout.splitlines()]
     for compiled, interpreted in zip(found["0"], found["1"], strict=True):

@@ -8,10 +8,11 @@ from shutil import copytree, ignore_patterns
 import pytest
 from tests.commands import run as command
 from tests.live.conditions import DATES, campaign, certified, fits, fits_in, worn
+from tests.signers import KEY, trusted, with_key
 
 from stillhook import load_crane, load_run, save_run, simulate
 from stillhook.base.gateway.named_files import VARIABLE
-from stillhook.base.kept.sealed import sealed
+from stillhook.base.kept.sealed import digest_of, sealed
 from stillhook.engine.certificate import objections, twin_line
 from stillhook.errors import LiveError, SpecError
 from stillhook.library.condition import read_state, state_file
@@ -20,6 +21,12 @@ from stillhook.live.condition.outputs import to_dict
 from stillhook.live.history.journal import lock
 from stillhook.plan.definition.lift_plan import Alternative
 from stillhook.plan.table import _against
+from stillhook.trust.comparison import compare
+from stillhook.trust.home import VARIABLE as SETTINGS
+from stillhook.trust.keys import new_key
+from stillhook.trust.signature import Signed, sign
+from stillhook.trust.standing import Standing as Signature
+from stillhook.trust.trust_list import users_trust
 
 __all__ = ["fits"]
 
@@ -97,6 +104,11 @@ def test_a_stored_run_keeps_the_state_that_it_was_made_under(crane: Path, tmp_pa
     assert "withdrawn" in str(load_run(tmp_path / "run.nc").attrs)
 
 
+def of_manifest(data: dict) -> dict[str, str]:
+    """A signature over the same digest, as of a manifest."""
+    return sign(Signed.MANIFEST, digest_of(data), KEY).to_dict()
+
+
 def broken(text: str) -> dict[str, str]:
     """A state's text, changed in many ways."""
     data = json.loads(text)
@@ -110,6 +122,9 @@ def broken(text: str) -> dict[str, str]:
         "first entry cut off, with a new digest": sealed(dropped),
         "date that is none, with a new digest": sealed(dates),
         "no history": sealed({**data, "history": []}),
+        "with half a signature": sealed({**data, "signature": {"signer": "Rig team"}}),
+        "with the signature of another": sealed({**data, "signature": sign(Signed.CONDITION, "0" * 64, KEY).to_dict()}),
+        "with one of another kind": sealed({**data, "signature": of_manifest(data)}),
         "half of it": text[: len(text) // 2],
         "empty": "",
         "a list": "[]",
@@ -131,6 +146,57 @@ def test_a_state_that_was_changed_is_refused_in_one_line(crane: Path, how: str):
     assert "\n" not in line
     assert line.startswith('crane.toml: certificate = "certificate.json": crane.condition.json: ')
     assert line.endswith("Restore the file that stillhook condition wrote, or validate again into another folder.")
+
+
+@pytest.fixture
+def own_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The user has a key, in settings of his own."""
+    monkeypatch.setenv(SETTINGS, str(tmp_path / "settings"))
+    trusted()
+    with_key()
+
+
+def test_a_state_is_signed_afterwards_and_an_edit_of_a_signed_one_is_refused(
+    crane: Path, own_key: None, capsys: pytest.CaptureFixture[str]
+):
+    file = state_file(crane)
+    assert load_crane(crane).certified.condition.judgement.standing is Signature.UNSIGNED
+    assert command(["certificate", "sign", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["signature"]["standing"] == "signed and trusted"
+    once = file.read_bytes()
+    assert command(["certificate", "sign", str(file)]) == 0
+    capsys.readouterr()
+    assert file.read_bytes() == once
+    assert load_crane(crane).certified.condition.judgement.trusted
+    data = json.loads(once)
+    data["checked"] = "2027-12-31"
+    file.write_text(sealed(data))
+    with pytest.raises(SpecError, match="history or signature does not fit"):
+        load_crane(crane)
+
+
+@pytest.mark.slow
+def test_state_and_folder_are_signed_as_they_are_written_and_by_nobody_for_another(
+    tmp_path: Path, fits, own_key: None, caplog: pytest.LogCaptureFixture
+):
+    files, out = worn(tmp_path, (0.0, 0.01, -0.01)), tmp_path / "out"
+    file = state_file(tmp_path / "certified" / "crane.toml")
+    for until in (1, 2):
+        save_condition(follow_condition(files[:until], out), out)
+        assert read_state(file).judged(users_trust()).trusted
+    result = compare(out, users_trust())
+    evidence = {f"campaigns/{path.name}" for path in (out / "campaigns").iterdir()}
+    assert result.holds
+    assert not result.added
+    assert len(evidence) == 2
+    assert evidence | {"report.html", "condition.json"} < {*result.manifest.parts}
+    next((out / "campaigns").iterdir()).write_text("{}")
+    assert compare(out, users_trust()).changed
+
+    with_key(new_key("Somebody"))
+    save_condition(follow_condition(files, out), out)
+    assert read_state(file).signature is None
+    assert f"{file}: not signed, as what it was before is not signed by Somebody." in caplog.text
 
 
 def test_a_changed_state_is_not_written_over(crane: Path, tmp_path: Path):

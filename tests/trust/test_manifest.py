@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from stillhook.base.kept.sealed import sealed
 from stillhook.errors import TrustError
-from stillhook.trust import comparison, results
-from stillhook.trust.comparison import Comparison, compare, sign_folder
+from stillhook.trust import results
+from stillhook.trust.comparison import Comparison, compare, sign_parts
 from stillhook.trust.keys import SigningKey, new_key, write_key
 from stillhook.trust.manifest import IN_ARCHIVE, NAME, Made, Manifest, Part, read_manifest
 from stillhook.trust.results import note_misfit, result_folder, with_renewed_parts
@@ -51,7 +53,7 @@ def test_written_twice_and_signed_twice_it_has_the_same_bytes(tmp_path: Path):
     first = (written(tmp_path / "a") / NAME).read_bytes()
     assert (written(tmp_path / "b") / NAME).read_bytes() == first
     assert (written(tmp_path / "a") / NAME).read_bytes() == first
-    sign_folder(tmp_path / "a", KEY)
+    sign_parts(tmp_path / "a", KEY)
     assert (tmp_path / "a" / NAME).read_bytes() == first
 
 
@@ -156,6 +158,13 @@ def test_a_name_outside_the_folder_is_refused_in_one_line(tmp_path: Path, name: 
         lambda data: data["sets"][0]["parts"].update(x={"size": True, "sha256": "0" * 64}),
         lambda data: data["sets"][0]["parts"].update(x={"size": 1, "sha256": "0"}),
         lambda data: data["sets"][0]["parts"].update(x=None),
+        lambda data: data["sets"][0].update(more=1),
+        lambda data: data["sets"][0].pop("code"),
+        lambda data: data["sets"][0].update(inputs=[]),
+        lambda data: data["sets"][0].update(inputs={"a.toml": "0" * 64}),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a.toml", "sha256": "0"}]),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a\nb", "sha256": "0" * 64}]),
+        lambda data: data["sets"][0].update(inputs=[{"name": "a", "sha256": "0" * 64}] * 2),
         lambda data: data.update(signature={}),
     ],
 )
@@ -224,7 +233,7 @@ def test_only_what_is_as_written_is_signed(tmp_path: Path):
     folder = written(tmp_path / "o", None)
     (folder / "plan.nc").write_bytes(b"better numbers")
     with pytest.raises(TrustError, match=r"plan\.nc is not what the manifest says"):
-        sign_folder(folder, KEY)
+        sign_parts(folder, KEY)
 
 
 def test_a_part_that_is_signed_again_is_entered(tmp_path: Path):
@@ -274,14 +283,18 @@ def test_a_failed_write_leaves_folder_and_manifest_as_they_were(tmp_path: Path):
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
+def of_archive(key: SigningKey | None) -> bytes:
+    """Its manifest."""
+    parts = {name: Part.of(data) for name, data in PARTS.items()}
+    return Manifest({Made.of("FMU"): parts}).signed(key).text().encode()
+
+
 @pytest.fixture
 def archive(tmp_path: Path) -> Callable[..., Path]:
     """A zip file with its manifest, and members written besides."""
 
     def make(more: dict[str, bytes] | None = None, without: str = "", twice: str = "") -> Path:
-        parts = {name: Part.of(data) for name, data in PARTS.items()}
-        text = Manifest({Made.of("FMU"): parts}).signed(KEY).text().encode()
-        members = {**PARTS, IN_ARCHIVE: text, **(more or {})}
+        members = {**PARTS, IN_ARCHIVE: of_archive(KEY), **(more or {})}
         with zipfile.ZipFile(tmp_path / "a.fmu", "w") as out:
             for name, data in members.items():
                 if name != without:
@@ -312,8 +325,32 @@ def test_an_archive_without_its_one_manifest_is_one_line(archive: Callable[..., 
             compare(tmp_path / path, TRUST)
 
 
+def test_an_archive_is_signed_afterwards_with_the_bytes_that_it_has_signed_at_once(archive: Callable[..., Path]):
+    signed = archive({"note.txt": b"added"}).read_bytes()
+    file = archive({"note.txt": b"added", IN_ARCHIVE: of_archive(None)})
+    assert compare(file, TRUST).judgement.standing is Standing.UNSIGNED
+    sign_parts(file, KEY)
+    assert [(each.filename, each.CRC, each.date_time) for each in zipfile.ZipFile(file).infolist()] == [
+        (each.filename, each.CRC, each.date_time) for each in zipfile.ZipFile(io.BytesIO(signed)).infolist()
+    ]
+    assert lines(compare(file, TRUST)) == ((), (), ("note.txt",))
+    assert compare(file, TRUST).judgement.trusted
+    once = file.read_bytes()
+    sign_parts(file, KEY)
+    assert file.read_bytes() == once
+
+
+@pytest.mark.parametrize("odd", [{"more": {"plan.nc": b"NUMBERS"}}, {"twice": "plan.nc"}, {"without": "plan.nc"}])
+def test_an_archive_of_other_parts_is_not_signed_and_stays_as_it_is(archive: Callable[..., Path], odd: dict[str, Any]):
+    file = archive(**odd)
+    before = file.read_bytes()
+    with pytest.raises(TrustError, match=r"^[^\n]*plan\.nc is not what the manifest says[^\n]*$"):
+        sign_parts(file, OTHER)
+    assert file.read_bytes() == before
+
+
 def test_an_archive_that_unpacks_to_too_much_is_refused(archive: Callable[..., Path], monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(comparison, "LARGEST", 1000)
+    monkeypatch.setattr("stillhook.trust.archive.LARGEST", 1000)
     with pytest.raises(TrustError, match="unpacked larger"):
         compare(archive({"big": bytes(2000)}), TRUST)
 

@@ -9,16 +9,15 @@ import functools
 import hashlib
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import model_hash, results_hash
 from stillhook.kernels.cache import SHIPPED, cache_root
 from stillhook.spec.crane import Crane, content, rounded
 
-PACKAGE = Path(__file__).resolve().parents[1]
 ROOM = "analysis"
 FOLDER = "capacities"
 """Folder of the answers, in the cache and in what a wheel is made with."""
@@ -30,10 +29,7 @@ Question = tuple[float | str, ...]
 @functools.cache
 def code(rooms: tuple[str, ...]) -> str:
     """Hash of the code of some rooms that an answer follows from, on top of what every run follows from."""
-    digest = hashlib.sha256()
-    for path in (path for room in rooms for path in sorted((PACKAGE / room).rglob("*.py"))):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
+    return PACKAGE.hash(PACKAGE.inside(rooms, (".py",)))
 
 
 def kept(

@@ -184,7 +184,7 @@ def plc_export(
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
     language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML next to it.")] = "st",
-    out: Annotated[Path, typer.Option("--out", help="Folder for the files.")] = Path(),
+    out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default CRANE-plc).")] = None,
     json: Json = False,
 ) -> None:
     """Write a controller for a PLC: text, PLCopen XML, settings, and a test sequence with its expected outputs.
@@ -208,17 +208,18 @@ def plc_export(
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
     stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
+    target = out or Path(re.sub(r"[^\w.-]+", "-", f"{machine.name}-plc"))
     tip = None
     if isinstance(motion, VesselTip):
         tip = structured_text(tip_block(lengths(motion.boom, motion.unit.at, motion.unit.exact)))
     names: tuple[str, ...] = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
     names += () if tip is None else (f"{machine.name}-tip.st",)
-    check_out(out, names)
+    check_out(target, names)
     text = structured_text(block)
     facts = settings(block, text)
     contents = (text, plcopen_xml(block), facts, sequence_csv(block), *(() if tip is None else (tip,)))
-    write_out(out, dict(zip(names, contents, strict=True)), quiet=json, cranes=[machine])
-    data = {**facts, "files": [str(out / name) for name in names]}
+    write_out(target, dict(zip(names, contents, strict=True)), quiet=json, cranes=[machine])
+    data = {**facts, "files": [str(target / name) for name in names]}
     title = f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s"
     say_lines(data, title, [f"SHA-256 {facts['sha256']}"], json=json)
 

@@ -19,6 +19,7 @@ import typer.main
 from typer.core import TyperCommand, TyperGroup
 from typer.models import ArgumentInfo, OptionInfo
 
+from stillhook.base.gateway.inputs import collecting
 from stillhook.errors import CommandError
 
 FOLDER = Path(__file__).parent
@@ -52,7 +53,8 @@ def with_verbose(function: Callable[..., Any], words: str) -> Callable[..., Any]
         VERBOSE.set(verbose)
         WORDS.set(words)
         WRITES.set(options.get("out") is not None)
-        return function(**options)
+        with collecting(options):
+            return function(**options)
 
     hints = get_type_hints(function, include_extras=True) | {"verbose": VERBOSE_OPTION}
     own = inspect.signature(function).parameters

@@ -4,7 +4,6 @@ fro in steps."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -162,10 +161,8 @@ def component(
     check_out(out, COMPONENT_FILES)
     with progress_bar(data.name) as bar:
         result = identify_component(kind, data, mapping=mapping, columns=column, progress=bar)
-    crane, base = base_crane(result.settings), result.settings.base or ""
-    if base.endswith(".toml") and out is not None:
-        base = Path(os.path.relpath(base, out)).as_posix()
-    text = "" if crane is None or not result.usable else crane_file(result, crane, base)
+    crane = base_crane(result.settings)
+    text = "" if crane is None or not result.usable else crane_file(result, crane)
     document = report(result, {})
     numbers = "; ".join(
         f"{p.name} {value} ({low} to {high})" for p in result.parameters for value, low, high in [interval(p)]
@@ -174,7 +171,7 @@ def component(
     brief = lambda: answer_of(document, step, "held-out data, notes, what the twin does with it", [f"{numbers}."])
     present(to_dict(result), brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
-        write_out(out, _component_files(result, text), quiet=json)
+        write_out(out, _component_files(result, text), quiet=json, cranes=[] if crane is None else [crane])
         say_left_out()
     raise typer.Exit(0 if result.usable else 1)
 
@@ -246,7 +243,7 @@ def friction(
     if not (verify and json):
         present(answer, brief=brief, json=json, show=lambda: print_document(document))
     if out is not None:
-        write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
+        write_out(out, dict(sorted(_friction_files(result).items())), quiet=json, cranes=[tests.crane])
         say_left_out()
     exceeded = _verified(tests, result, answer, out, json=json) if verify else 0
     raise typer.Exit(exceeded if result.usable else 1)
@@ -269,7 +266,8 @@ def _verified(tests: Campaign, result: Friction | None, answer: dict[str, Any], 
         pictures = draw_if_possible(lambda: pngs(report.verification_figures(verified), LOG_DPI))
         page = html(report.verification_report(verified, pictures))
         table = csv_of(report.stretches_table(verified))
-        write_out(out, dict(zip(VERIFY_FILES, (page, numbers, table), strict=True)), quiet=json)
+        files = dict(zip(VERIFY_FILES, (page, numbers, table), strict=True))
+        write_out(out, files, quiet=json, cranes=[tests.crane])
     return 0 if verified.passed else 1
 
 

@@ -15,13 +15,14 @@ import importlib.util
 import os
 import re
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from stillhook.base.extensions import extension_sources
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.registry import CONTROLLERS
 from stillhook.errors import SimulationError
@@ -40,7 +41,6 @@ from stillhook.winches.registry import WINCH_TYPES
 
 PLANTS: dict[str, ModuleType] = {name: each.module for name, each in WINCH_TYPES.items()}
 """Module of every winch type. A plant from outside the package may be added under another name (`trials`)."""
-PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""
 LOCK = threading.RLock()
@@ -83,15 +83,7 @@ def kernel_hash() -> str:
     """Hash of every source that a kernel can inline, and of the codes of the controllers that every kernel holds: they
     move where a user's own one is listed before them."""
     codes = [f"{law.name} {law.code}" for law in CONTROLLERS.values() if law.in_every_kernel]
-    digest = hashlib.sha256(" ".join(codes).encode())
-    _add(digest, (path for folder in KERNEL_FOLDERS for path in (PACKAGE / folder).rglob("*.py")))
-    return digest.hexdigest()[:16]
-
-
-def _add(digest: Any, paths: Iterable[Path]) -> None:
-    """Sources of the package to a hash, in the same order on every system."""
-    for name, path in sorted((path.relative_to(PACKAGE).as_posix(), path) for path in paths):
-        digest.update(name.encode() + b"\0" + path.read_bytes())
+    return PACKAGE.hash(PACKAGE.inside(KERNEL_FOLDERS, (".py",)), before=" ".join(codes))[:16]
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "tables", "library")
@@ -109,12 +101,8 @@ def results_hash() -> str:
 @functools.cache
 def model_hash() -> str:
     """Hash of every source that a result follows from: kernels, motions, tables of the library."""
-    digest = hashlib.sha256(kernel_hash().encode())
-    inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
-    _add(digest, [*inside, *(PACKAGE / name for name in RESULT_FILES)])
-    for path in extension_sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    names = [*PACKAGE.inside(RESULT_FOLDERS, (".py", ".toml")), *RESULT_FILES]
+    return PACKAGE.hash(names, before=kernel_hash(), others=extension_sources())[:16]
 
 
 def cache_folder(plant: str, lanes: int) -> Path:
@@ -127,7 +115,7 @@ def _folder(plant: str, setup: Setup, extra_controllers: tuple[str, ...], prefix
     of_user = extension_sources()
     files = [Path(str(module.__file__)) for module in (PLANTS[plant], *(ELEMENTS[name] for name in setup.path))]
     if not any(file in of_user for file in files):
-        of_user = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
+        of_user = [] if files[0].is_relative_to(PACKAGE.folder) else sorted(files[0].parent.glob("*.py"))
     sources = b"\0".join(path.read_bytes() for path in of_user)
     digest = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
     modules = control_laws.label(extra_controllers) + control_laws.sensors_label(setup.sensors)

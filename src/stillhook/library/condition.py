@@ -1,8 +1,8 @@
 """The state of a crane's condition, next to its file: whether its certificate counts for planning, and its history.
 
 `stillhook condition` writes it; whoever reads a crane reads it. Every change is an entry: who, when, why, with hashes
-of crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, no
-signature.
+of crane, certificate and logs, and of the entry before. The file carries a checksum as a certificate does, and a
+signature where its writer has a key.
 """
 
 from __future__ import annotations
@@ -16,11 +16,16 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
+from stillhook.base.atomic import durable_file
 from stillhook.base.gateway.guard import reader
-from stillhook.base.kept.sealed import digest_of, read_sealed, sealed
+from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed
 from stillhook.errors import SpecError
 from stillhook.spec.validity import SHORT, Condition
 from stillhook.tables.table import Spec, Text
+from stillhook.trust.keys import SigningKey
+from stillhook.trust.signature import Signed, sign, signature_of
+from stillhook.trust.standing import Judgement, judge
+from stillhook.trust.trust_list import TrustList
 
 FORMAT = "stillhook condition 1"
 _DO = "Restore the file that stillhook condition wrote, or validate again into another folder."
@@ -48,26 +53,51 @@ class Entry(Spec):
 
 
 class State(Spec):
-    """Contents of the file. checked: date of the last campaign that was read; history: oldest first."""
+    """Contents of the file. checked: date of the last campaign that was read; history: oldest first; signature: of all
+    else, as `stillhook.trust.signature.Signature.to_dict`, None for none."""
 
     format: Text = FORMAT
     crane: Text
     checked: Text
     history: tuple[Entry, ...]
+    signature: Mapping[str, str] | None = None
 
     @property
     def digest(self) -> str:
-        """Checksum of the contents."""
+        """Checksum of the contents without the signature."""
         return digest_of(self.model_dump(mode="json"))
 
     def text(self) -> str:
         """As the file has it."""
-        return sealed(self.model_dump(mode="json"))
+        without = {SIGNATURE} if self.signature is None else None
+        return sealed(self.model_dump(mode="json", exclude=without))
+
+    def signed(self, key: SigningKey | None) -> State:
+        """With a signature of this key in place of any before; of no key without one."""
+        made = None if key is None else sign(Signed.CONDITION, self.digest, key).to_dict()
+        return self.model_copy(update={"signature": made})
+
+    def signed_by(self, key: SigningKey) -> bool:
+        """Whether its signature, which fits, is one of this key."""
+        return self.signature is not None and self.signature["public"] == key.public.raw
+
+    def judged(self, trust: TrustList) -> Judgement:
+        """How its signature stands with a trust list."""
+        return judge(signature_of(self.signature), Signed.CONDITION, self.digest, trust)
+
+
+ENDING = ".condition.json"
+"""Of the name of a state."""
 
 
 def state_file(crane_file: Path) -> Path:
     """Place of the state of a crane file: next to it."""
-    return crane_file.with_suffix(".condition.json")
+    return crane_file.with_suffix(ENDING)
+
+
+def is_state(path: Path) -> bool:
+    """Whether a file is a state by its name."""
+    return path.name.endswith(ENDING)
 
 
 @reader(SpecError)
@@ -77,11 +107,22 @@ def read_state(path: Path) -> State:
     data = read_sealed(path, FORMAT, "a condition's state", _DO, SpecError, absent=absent)
     try:
         state = State.model_validate({name: value for name, value in data.items() if name != "digest"})
-        if all(_chained(state.history)):
+        signature = signature_of(state.signature)
+        fits = signature is None or signature.fits(Signed.CONDITION, state.digest)
+        if fits and all(_chained(state.history)):
             return state
     except (ValidationError, ValueError, RecursionError):
         pass
-    raise SpecError(f"{path.name}: was changed after it was written: its history does not fit. {_DO}")
+    raise SpecError(f"{path.name}: was changed after it was written: history or signature does not fit. {_DO}")
+
+
+def sign_state(path: Path, key: SigningKey) -> State:
+    """Sign the state in a file in place of any signature before. Gives it as it is signed now. Errors: as `read_state`;
+    SimulationError where it cannot be written."""
+    made = read_state(path).signed(key)
+    with durable_file(path) as part:
+        part.write_text(made.text(), encoding="utf-8")
+    return made
 
 
 def _chained(history: Sequence[Entry]) -> Iterator[bool]:
@@ -92,13 +133,16 @@ def _chained(history: Sequence[Entry]) -> Iterator[bool]:
         datetime.date.fromisoformat(entry.date)
 
 
-def condition_of(path: Path, certificate: Mapping[str, Any]) -> Condition:
-    """What the state in a file says of a certificate (contents of its file). Errors: SpecError of one line."""
+def condition_of(path: Path, certificate: Mapping[str, Any], trust: TrustList) -> Condition:
+    """What the state in a file says of a certificate (contents of its file), and who vouches for it. Errors: SpecError
+    of one line."""
     state = read_state(path)
     last = state.history[-1]
     if last.state == "valid" or not (against := stands(last, certificate)):
-        return Condition(valid=True, date=state.checked, digest=state.digest)
-    return Condition(valid=False, date=last.date, reason=against, digest=state.digest)
+        condition = Condition(valid=True, date=state.checked, digest=state.digest)
+    else:
+        condition = Condition(valid=False, date=last.date, reason=against, digest=state.digest)
+    return condition.judged(state.judged(trust))
 
 
 def stands(withdrawal: Entry, certificate: Mapping[str, Any]) -> str:

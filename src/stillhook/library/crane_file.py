@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.inputs import note_input
 from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import certified_of, read_certificate
@@ -219,10 +220,11 @@ def _certified(fields: Tree, certificate: Leaf | Tree, condition: Leaf | Tree | 
     of = beside(path, "certificate", name)
     try:
         data = read_certificate(of)
-        record = certified_of(data, Path(name).name)
+        record, trust = certified_of(data, Path(name).name), users_trust()
         if condition is not None or file.exists():
-            record = record.followed(condition_of(file, data))
-        record = record.judged(users_trust(), str(of))
+            note_input(file)
+            record = record.followed(condition_of(file, data, trust))
+        record = record.judged(trust, str(of))
     except StillhookError as problem:
         raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))

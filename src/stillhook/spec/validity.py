@@ -119,6 +119,22 @@ class Condition(Spec):
     date: Text
     digest: Text
     reason: Text | None = None
+    _judgement: Judgement = PrivateAttr(default=UNSIGNED)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal in all that a file has; who vouches for it is not in a file."""
+        return isinstance(other, Condition) and self.__dict__ == other.__dict__
+
+    def judged(self, judgement: Judgement) -> Self:
+        """The same with who vouches for the state's file."""
+        condition = self.model_copy()
+        condition._judgement = judgement
+        return condition
+
+    @property
+    def judgement(self) -> Judgement:
+        """Who vouches for the state's file; unsigned where it was not asked. It is reported, and decides nothing."""
+        return self._judgement
 
     @property
     def statement(self) -> str:

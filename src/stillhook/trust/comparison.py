@@ -4,25 +4,17 @@ signed."""
 from __future__ import annotations
 
 import os
-import tempfile
-import zipfile
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from stillhook.base.atomic import atomic_file
-from stillhook.base.gateway.access import opened
-from stillhook.base.gateway.budget import JSON
 from stillhook.errors import TrustError
+from stillhook.trust.archive import ENDINGS, in_archive, put_manifest
 from stillhook.trust.keys import SigningKey
-from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, NAME, Manifest, Part, read_manifest
+from stillhook.trust.manifest import ADVICE, MOST_PARTS, NAME, Manifest, Part, read_manifest
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList
-
-ARCHIVES = (".fmu", ".ssp")
-LARGEST = 4_000_000_000
-"""Bytes of an archive's members together, unpacked."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +39,7 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data for JSON."""
-        made = [
-            {"what": of.what, "version": of.version, "code": of.code, "cranes": dict(of.cranes), "parts": len(parts)}
-            for of, parts in sorted(self.manifest.sets.items())
-        ]
+        made = [{**of.to_dict(), "parts": len(parts)} for of, parts in sorted(self.manifest.sets.items())]
         return {
             "holds": self.holds,
             "complete": self.complete,
@@ -64,17 +53,23 @@ class Comparison:
         }
 
 
-def sign_folder(path: Path, key: SigningKey) -> Manifest:
-    """Sign the manifest of a folder in place of any signature before. Gives it as it is signed now. Errors: TrustError
-    where a part is missing or changed, and as of `compare`."""
-    folder = path.parent if path.name == NAME else path
-    result = compare(folder, TrustList(folder))
+def has_manifest(path: Path) -> bool:
+    """Whether a path is of what carries a manifest: a folder, the manifest in one, an FMU or a system of FMUs."""
+    return path.is_dir() or path.name == NAME or path.suffix.lower() in ENDINGS
+
+
+def sign_parts(path: Path, key: SigningKey) -> Manifest:
+    """Sign the manifest of a folder, an FMU or a system in place of any signature before. Gives it as it is signed now.
+    Errors: TrustError where a part is missing or changed, and as of `compare`."""
+    place = path.parent if path.name == NAME else path
+    result = compare(place, TrustList(place))
     if odd := (*result.missing, *result.changed):
-        raise TrustError(
-            f"{folder}: {odd[0]} is not what the manifest says, so it is not signed. Write the folder again."
-        )
+        raise TrustError(f"{place}: {odd[0]} is not what the manifest says, so it is not signed. Write it again.")
     made = result.manifest.signed(key)
-    with atomic_file(folder / NAME) as part:
+    if not place.is_dir():
+        put_manifest(place, made)
+        return made
+    with atomic_file(place / NAME) as part:
         part.write_text(made.text(), encoding="utf-8", newline="\n")
     return made
 
@@ -89,10 +84,11 @@ def compare(path: Path, trust: TrustList) -> Comparison:
             raise TrustError(f"{path}: no {NAME} in it, so that nothing says what belongs to it. {ADVICE}")
         manifest = read_manifest(path / NAME)
         return _compared(manifest, trust, *_in_folder(path, manifest))
-    if path.suffix.lower() in ARCHIVES:
-        return _archive(path, trust)
     if not path.exists():
         raise TrustError(f"{path}: no such file or folder. Give a folder that a command wrote, or an FMU.")
+    if path.suffix.lower() in ENDINGS:
+        manifest, there, others = in_archive(path)
+        return _compared(manifest, trust, there, others)
     raise TrustError(f"{path.name}: neither a folder nor an FMU. Give the folder that a command wrote, or an FMU.")
 
 
@@ -136,45 +132,4 @@ def _part(path: Path, of: Part) -> Part | None:
     try:
         return Part.of_file(path) if path.stat().st_size == of.size else None
     except OSError:
-        return None
-
-
-def _archive(path: Path, trust: TrustList) -> Comparison:
-    """The same of a zip file."""
-    try:
-        with opened(path, "FMU", TrustError) as stream, zipfile.ZipFile(stream) as archive:
-            members = [each for each in archive.infolist() if not each.is_dir()]
-            count = Counter(each.filename for each in members)
-            if sum(each.file_size for each in members) > LARGEST or len(members) > MOST_PARTS:
-                raise ValueError(f"unpacked larger than {LARGEST // 1_000_000_000} GB, or of too many members")
-            if count[IN_ARCHIVE] != 1:
-                reason = "twice" if count[IN_ARCHIVE] else "no"
-                raise TrustError(f"{path.name}: {reason} {IN_ARCHIVE} in it. {ADVICE}")
-            if archive.getinfo(IN_ARCHIVE).file_size > JSON.size:
-                raise ValueError(f"its manifest is larger than {JSON.size // 1_000_000} MB")
-            with tempfile.TemporaryDirectory() as folder:
-                (Path(folder) / NAME).write_bytes(archive.read(IN_ARCHIVE))
-                manifest = read_manifest(Path(folder) / NAME)
-            there: dict[str, Part | None] = {}
-            for each in members:
-                of = manifest.parts.get(each.filename)
-                if of is not None:
-                    alone = count[each.filename] == 1 and each.file_size == of.size
-                    there[each.filename] = _member(archive, each) if alone else None
-    except FileNotFoundError:
-        raise TrustError(f"{path}: no such file. Give a folder that a command wrote, or an FMU.") from None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as problem:
-        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())[:120]
-        raise TrustError(f"{path.name}: not an FMU or a system of FMUs ({reason}). {ADVICE}") from None
-    return _compared(manifest, trust, there, {*count} - {IN_ARCHIVE} - manifest.parts.keys())
-
-
-def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Part | None:
-    """What a member is, None where it is damaged."""
-    import zlib
-
-    try:
-        with archive.open(member) as stream:
-            return Part.of_stream(stream)  # type: ignore[arg-type]
-    except (zipfile.BadZipFile, zlib.error, EOFError):
         return None

@@ -17,7 +17,9 @@ from typing import Any, BinaryIO
 
 from stillhook._version import __version__
 from stillhook.base.extensions import extension_sources
-from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed
+from stillhook.base.gateway.access import sha256_of
+from stillhook.base.kept.sealed import SIGNATURE, digest_of, read_sealed, sealed, unsealed
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import StillhookError, TrustError
 from stillhook.trust.keys import SigningKey
 from stillhook.trust.signature import Signature, Signed, sign, signature_of
@@ -32,8 +34,6 @@ FORMAT = "stillhook manifest 1"
 """First words of a manifest; the number changes with the meaning of its contents."""
 MOST_PARTS = 200_000
 LONGEST_NAME = 400
-PACKAGE = Path(__file__).resolve().parents[1]
-SOURCES = (".py", ".toml", ".csv", ".typ", ".html", ".c", ".h")
 ADVICE = "Get the folder or file from its maker again, or write it again."
 _HEX = re.compile(r"[0-9a-f]+")
 _BLOCK = 1 << 20
@@ -69,30 +69,34 @@ class Part:
 
 @functools.cache
 def package_hash() -> str:
-    """Hash of every source of the package and of the user's own modules: of all that makes a result."""
-    digest = hashlib.sha256()
-    sources = {p.relative_to(PACKAGE).as_posix(): p for p in PACKAGE.rglob("*") if p.suffix in SOURCES}
-    for name, path in sorted(sources.items()):
-        digest.update(name.encode() + b"\0" + path.read_bytes())
-    for path in extension_sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    """Hash of every file of the package and of the user's own modules: of all that makes a result."""
+    return PACKAGE.hash(PACKAGE.names, others=extension_sources())[:16]
 
 
 @dataclass(frozen=True, order=True)
 class Made:
     """What made a set of parts. what: its subject, such as "plan"; cranes: name and hash of the contents of each;
-    version and code: of the package."""
+    version and code: of the package; inputs: name and SHA-256 of each file that it follows from."""
 
     what: str
     cranes: tuple[tuple[str, str], ...] = ()
     version: str = __version__
     code: str = field(default_factory=package_hash)
+    inputs: tuple[tuple[str, str], ...] = ()
 
     @classmethod
-    def of(cls, what: str, cranes: Iterable[tuple[str, str]] = ()) -> Made:
-        """By this version. cranes: name and hash of each (`stillhook.spec.crane.identity`)."""
-        return cls(_plain(what), tuple(sorted({_plain(name): _plain(of) for name, of in cranes}.items())))
+    def of(cls, what: str, cranes: Iterable[tuple[str, str]] = (), inputs: Iterable[Path] = ()) -> Made:
+        """By this version. cranes: name and hash of each (`stillhook.spec.crane.identity`); inputs: files. Errors:
+        TrustError for one that cannot be read."""
+        of = sorted({_plain(name): _plain(digest) for name, digest in cranes}.items())
+        read = sorted({(_plain(path.name), sha256_of(path, TrustError)) for path in inputs})
+        return cls(_plain(what), tuple(of), inputs=tuple(read))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; inputs only where there are some."""
+        inputs = [{"name": name, "sha256": digest} for name, digest in self.inputs]
+        of = {"what": self.what, "cranes": dict(self.cranes), "version": self.version, "code": self.code}
+        return {**of, "inputs": inputs} if inputs else of
 
 
 Sets = Mapping[Made, Mapping[str, Part]]
@@ -120,10 +124,7 @@ class Manifest:
             "format": FORMAT,
             "sets": [
                 {
-                    "what": made.what,
-                    "cranes": dict(made.cranes),
-                    "version": made.version,
-                    "code": made.code,
+                    **made.to_dict(),
                     "parts": {name: {"size": part.size, "sha256": part.sha256} for name, part in parts.items()},
                 }
                 for made, parts in sorted(self.sets.items())
@@ -162,12 +163,20 @@ class Manifest:
 
 def read_manifest(path: Path) -> Manifest:
     """The manifest in a file. Errors: TrustError, one line."""
-    data = read_sealed(path, FORMAT, "a manifest", ADVICE, TrustError)
+    return _checked(read_sealed(path, FORMAT, "a manifest", ADVICE, TrustError), path.name)
+
+
+def manifest_of(content: bytes, label: str) -> Manifest:
+    """The manifest that the bytes of a file are; label: of the file. Errors: as `read_manifest`."""
+    return _checked(unsealed(content, label, FORMAT, "a manifest", ADVICE, TrustError), label)
+
+
+def _checked(data: Mapping[str, Any], label: str) -> Manifest:
     try:
         return _manifest(data)
     except (ValueError, TypeError, KeyError, AttributeError, StillhookError) as problem:
         reason = " ".join(str(problem).split())[:120]
-        raise TrustError(f"{path.name}: not a manifest ({reason}). {ADVICE}") from None
+        raise TrustError(f"{label}: not a manifest ({reason}). {ADVICE}") from None
 
 
 def _manifest(data: Mapping[str, Any]) -> Manifest:
@@ -177,10 +186,11 @@ def _manifest(data: Mapping[str, Any]) -> Manifest:
     sets: dict[Made, dict[str, Part]] = {}
     names: set[str] = set()
     for row in data["sets"]:
-        if {*row} != {"what", "cranes", "version", "code", "parts"}:
-            raise ValueError("a set of other fields")
         cranes = tuple(sorted((_line(name), _line(of)) for name, of in row["cranes"].items()))
-        made = Made(_line(row["what"]), cranes, _line(row["version"]), _line(row["code"]))
+        inputs = tuple(sorted({*map(_input, row.get("inputs", ()))}))
+        made = Made(_line(row["what"]), cranes, _line(row["version"]), _line(row["code"]), inputs)
+        if row != {**made.to_dict(), "parts": row["parts"]}:
+            raise ValueError("a set of other fields, or in another order")
         if made in sets:
             raise ValueError("a set twice")
         parts = sets[made] = {checked_name(name): _part(of) for name, of in row["parts"].items()}
@@ -215,9 +225,19 @@ def _line(text: Any) -> str:
 
 
 def _part(of: Any) -> Part:
-    size, digest = of["size"], of["sha256"]
+    size = of["size"]
     if {*of} != {"size", "sha256"} or type(size) is not int or size < 0:
         raise ValueError("a part of other fields than size and sha256")
-    if not isinstance(digest, str) or len(digest) != 64 or not _HEX.fullmatch(digest):
+    return Part(size, _sha256(of["sha256"]))
+
+
+def _input(of: Any) -> tuple[str, str]:
+    if {*of} != {"name", "sha256"}:
+        raise ValueError("an input of other fields than name and sha256")
+    return _line(of["name"]), _sha256(of["sha256"])
+
+
+def _sha256(digits: Any) -> str:
+    if not isinstance(digits, str) or len(digits) != 64 or not _HEX.fullmatch(digits):
         raise ValueError("a SHA-256 that is not 64 hexadecimal digits")
-    return Part(size, digest)
+    return digits

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_file, atomic_folder
+from stillhook.base.gateway.inputs import inputs
 from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
@@ -24,17 +25,22 @@ Cranes = Iterable[tuple[str, str]]
 
 
 @contextmanager
-def result_folder(target: Path, what: str, cranes: Cranes = (), *, key: SigningKey | None = None) -> Iterator[Path]:
+def result_folder(
+    target: Path, what: str, cranes: Cranes = (), *, key: SigningKey | None = None, kept: Iterable[str] = ()
+) -> Iterator[Path]:
     """`stillhook.base.atomic.atomic_folder` with a manifest, which appears with the files.
 
-    Parameters: what: subject of the files, such as "plan"; cranes: those that they follow from; key: signs the
-    manifest, by default the user's own where it can be used without asking for a passphrase.
+    Parameters: what: subject of the files, such as "plan"; cranes: those that they follow from; kept: names of further
+    parts, which are in the folder already; key: signs the manifest, by default the user's own where it can be used
+    without asking for a passphrase. Of a command the manifest names the files that it follows from
+    (`stillhook.base.gateway.inputs`).
     """
     with atomic_folder(target) as part:
         yield part
         files = sorted(path for path in part.rglob("*") if path.is_file())
         parts = {path.relative_to(part).as_posix(): Part.of_file(path) for path in files if path.name != NAME}
-        text = added_to(target, Made.of(what, cranes), parts, key or own_key()).text()
+        parts |= {name: Part.of_file(target / name) for name in kept}
+        text = added_to(target, Made.of(what, cranes, inputs()), parts, key or own_key()).text()
         (part / NAME).write_text(text, encoding="utf-8", newline="\n")
 
 

@@ -23,6 +23,7 @@ class Signed(StrEnum):
 
     CERTIFICATE = "certificate"
     MANIFEST = "manifest"
+    CONDITION = "condition"
 
 
 @dataclass(frozen=True)

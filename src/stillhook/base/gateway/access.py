@@ -13,8 +13,8 @@ import stat
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from stillhook.base.gateway.budget import Budget
 from stillhook.errors import StillhookError
@@ -38,7 +38,7 @@ SEPARATORS = (b",", b";", b"\t")
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], noun: str, error: type[StillhookError]) -> Iterator[BinaryIO]:
+def opened(path: str | os.PathLike[str], noun: str, error: type[StillhookError]) -> Iterator[BufferedReader]:
     """A file to read from; noun: what it should be, for messages.
 
     Errors: one line for what is not there, is a folder, a pipe or a device, or may not be read.
@@ -50,7 +50,7 @@ def opened(path: str | os.PathLike[str], noun: str, error: type[StillhookError])
             raise _unreadable(path, problem, error) from None
 
 
-def _open(path: str | os.PathLike[str], noun: str, error: type[StillhookError]) -> BinaryIO:
+def _open(path: str | os.PathLike[str], noun: str, error: type[StillhookError]) -> BufferedReader:
     try:
         file = Path(path)
         _refuse_other(file, file.stat().st_mode, noun, error)
@@ -92,11 +92,8 @@ def first_bytes(path: str | os.PathLike[str], size: int, noun: str, error: type[
 
 def sha256_of(path: str | os.PathLike[str], error: type[StillhookError]) -> str:
     """Hash of a file of any size. Errors: as `opened`."""
-    digest = hashlib.sha256()
     with opened(path, "file", error) as stream:
-        while block := stream.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def refuse_foreign(name: str, head: bytes, error: type[StillhookError], instead: str) -> None:

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
+from stillhook.base.gateway.inputs import note_input
 from stillhook.errors import StillhookError
 from stillhook.units import quote
 
@@ -42,14 +43,15 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
     except (OSError, RuntimeError, ValueError) as problem:  # a zero byte in the name, a loop of links
         reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
         raise wrong(f"not a path that can be followed ({reason}). Correct it.") from None
+    note_input(path)
     return path
 
 
 def _leads_out(end: Path, how: str) -> str:
     folder = str(end.parent)
     return (
-        f"{how} out of the folder of this file. Copy it there, or allow its folder in the environment:"
-        f" {VARIABLE}={folder if folder.isprintable() else quote(folder)}."
+        f"{how} out of the folder of this file. Copy it there, or allow its folder, or that of the whole project, in"
+        f" the environment: {VARIABLE}={folder if folder.isprintable() else quote(folder)}."
     )
 
 

@@ -59,27 +59,42 @@ def read_sealed(
     absent: str = "",
     digits: int = DIGITS,
 ) -> dict[str, Any]:
-    """Contents of a sealed file, unchanged; `error` of one line for any other. A file that says the same in another
-    text (a key twice, more digits than were summed) counts as changed: its readers could see different things.
-
-    Parameters: form: its "format", with a number at the end; noun: what it is, with an article; advice: what to do
-    without it, a sentence; absent: more about a file that is not there.
-    """
+    """Contents of a sealed file, as `unsealed` has them; absent: more about a file that is not there."""
     if not os.path.lexists(path):
         raise error(f"{quote(str(path))}: no such file{absent}. {advice}")
     content = read_bytes(path, noun.partition(" ")[2], error, JSON)
+    return unsealed(content, path.name, form, noun, advice, error, digits=digits)
+
+
+def unsealed(
+    content: bytes,
+    label: str,
+    form: str,
+    noun: str,
+    advice: str,
+    error: type[StillhookError],
+    *,
+    digits: int = DIGITS,
+) -> dict[str, Any]:
+    """Contents of the bytes of a sealed file, unchanged; `error` of one line for any other. A file that says the same
+    in another text (a key twice, more digits than were summed) counts as changed: its readers could see different
+    things.
+
+    Parameters: label: of the file, for errors; form: its "format", with a number at the end; noun: what it is, with an
+    article; advice: what to do without it, a sentence.
+    """
     try:
         data = from_json(written := content.decode("utf-8").replace("\r\n", "\n"))
     except (UnreadableError, UnicodeDecodeError) as problem:
-        raise error(f"{path.name}: not {noun} ({problem}). {advice}") from None
+        raise error(f"{label}: not {noun} ({problem}). {advice}") from None
     digest = digest_of(data, digits) if isinstance(data, dict) else ""
     came = data.get("format") if isinstance(data, dict) else None
     if not str(came).startswith(form.rpartition(" ")[0]):
-        raise error(f"{path.name}: JSON, but not {noun}. {advice}")
+        raise error(f"{label}: JSON, but not {noun}. {advice}")
     if came != form:
-        raise error(f"{path.name}: format {quote(came)}: this Stillhook reads {quote(form)}. {advice}")
+        raise error(f"{label}: format {quote(came)}: this Stillhook reads {quote(form)}. {advice}")
     if data.get("digest") != digest:
-        raise error(f"{path.name}: was changed after it was written: its digest does not fit. {advice}")
+        raise error(f"{label}: was changed after it was written: its digest does not fit. {advice}")
     if written != canonical(data, digits):
-        raise error(f"{path.name}: was changed after it was written: not in the one form that is written. {advice}")
+        raise error(f"{label}: was changed after it was written: not in the one form that is written. {advice}")
     return dict(data)

@@ -95,7 +95,10 @@ def _answer_of_check(file: Path, result: Check) -> Answer:
 
 def sign(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="certificate.json, or a folder of results, whose manifest is signed.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="certificate.json, the state of a condition; or of a folder or an FMU its manifest."
+        ),
     ],
     key: Annotated[Path | None, typer.Option(help=KEY_HELP)] = None,
     json: Json = False,
@@ -103,16 +106,27 @@ def sign(
     """Sign a certificate with a private key, in place of any signature before; its PDF is set again and names the
     signer. Signed twice it has the same bytes. "stillhook validate --out" signs where the user has a key.
 
-    Of a folder of results the manifest is signed, if every part of it is as it was written.
+    Of a folder of results, an FMU or a system of FMUs the manifest is signed, if every part of it is as it was written;
+    of a crane that is followed (stillhook condition) its state.
 
     Example: stillhook certificate sign validation/certificate.json
+
+    Example: stillhook certificate sign results
     """
-    from stillhook.trust import manifest
+    from stillhook.library.condition import is_state, sign_state
+    from stillhook.trust.comparison import has_manifest
     from stillhook.trust.trust_list import users_trust
     from stillhook.validate.certificate.certificate import sign_certificate
 
-    if file.is_dir() or file.name == manifest.NAME:
-        _sign_folder(file, signing_key(key), json=json)
+    if has_manifest(file):
+        _sign_parts(file, signing_key(key), json=json)
+        return
+    if is_state(file):
+        made_state = sign_state(file, signing_key(key))
+        judgement = made_state.judged(users_trust())
+        line = f"Signature: {judgement.sentence}."
+        state = {"state": made_state.digest, "signature": judgement.to_dict()}
+        present(state, brief=lambda: Answer(f"{file}: state of {made_state.crane}", [line]), json=json)
         return
     made = sign_certificate(file, signing_key(key))
     judgement = made.judged(users_trust())
@@ -128,15 +142,15 @@ def sign(
     present(data, brief=lambda: answer, json=json)
 
 
-def _sign_folder(folder: Path, key: SigningKey, *, json: bool) -> None:
-    """Sign the manifest of a folder, and say so."""
-    from stillhook.trust.comparison import sign_folder
+def _sign_parts(place: Path, key: SigningKey, *, json: bool) -> None:
+    """Sign the manifest of a folder or an FMU, and say so."""
+    from stillhook.trust.comparison import sign_parts
     from stillhook.trust.trust_list import users_trust
 
-    made = sign_folder(folder, key)
+    made = sign_parts(place, key)
     judgement = made.judged(users_trust())
     lines: list[Line] = [f"Signature: {judgement.sentence}."]
-    answer = Answer(f"{folder}: manifest of {len(made.parts)} parts", lines, f"stillhook manifest {folder}")
+    answer = Answer(f"{place}: manifest of {len(made.parts)} parts", lines, f"stillhook manifest {place}")
     present({"manifest": made.digest, "signature": judgement.to_dict()}, brief=lambda: answer, json=json)
 
 

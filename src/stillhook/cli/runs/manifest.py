@@ -49,8 +49,7 @@ def _answer(path: Path, result: Comparison) -> Answer:
     lines += [_made(of, len(parts)) for of, parts in sorted(result.manifest.sets.items())]
     step = "" if result.holds else "get it from its maker again, or write it again"
     if result.complete and result.judgement.standing is Standing.UNSIGNED:
-        sign = f"stillhook certificate sign {path}" if path.is_dir() else "write it again with a key of your own"
-        step = f"{sign}, if it is yours"
+        step = f"stillhook certificate sign {path}, if it is yours"
     elif result.complete and result.judgement.standing is Standing.UNKNOWN:
         step = "stillhook certificate key trust PUBLIC.pem, after its owner has confirmed the id"
     return Answer(f"{path}: {counted(len(result.manifest.parts), 'part')}, {whole}{signed}", lines, step)
@@ -64,6 +63,6 @@ def _names(names: tuple[str, ...]) -> str:
 
 def _made(of: Made, parts: int) -> str:
     cranes = ", ".join(f"{name} ({digest[:16]})" for name, digest in of.cranes)
-    return f"{of.what}: {counted(parts, 'part')} by Stillhook {of.version}, code {of.code}" + (
-        f", crane {cranes}" if cranes else ""
-    )
+    inputs = _names(tuple(name for name, _ in of.inputs))
+    made = f"{of.what}: {counted(parts, 'part')} by Stillhook {of.version}, code {of.code}"
+    return f"{made}{f', crane {cranes}' if cranes else ''}{f', of {inputs}' if inputs else ''}"

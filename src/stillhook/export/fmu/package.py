@@ -15,6 +15,7 @@ import numpy as np
 from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_files
+from stillhook.base.gateway.inputs import inputs
 from stillhook.base.kept.leftovers import temporary_folder
 from stillhook.engine.certificate import envelope_line, objections, twin_line
 from stillhook.engine.inputs import CycleInputs
@@ -105,7 +106,7 @@ def fmu_members(export: Export, *, fmi: str, platforms: Sequence[str]) -> dict[s
 def with_manifest(members: Mapping[str, bytes], what: str, export: Export) -> dict[str, bytes]:
     """Members of an archive with their manifest, which has a hash of every other."""
     parts = {name: Part.of(data) for name, data in members.items()}
-    manifest = Manifest({Made.of(what, [identity(export.crane)]): parts}).signed(own_key())
+    manifest = Manifest({Made.of(what, [identity(export.crane)], inputs()): parts}).signed(own_key())
     return {**members, IN_ARCHIVE: manifest.text().encode()}
 
 

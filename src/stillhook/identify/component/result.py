@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError
 from stillhook import units as u
 from stillhook.base.gateway.named_files import named_path
 from stillhook.errors import IdentifyError
-from stillhook.library import load_crane
+from stillhook.library import crane_toml, cranes, load_crane
 from stillhook.library.crane_file import changed
 from stillhook.library.leakage import stated_leak
 from stillhook.library.toml.file import explain
@@ -188,11 +188,13 @@ def _tree(result: Component, changes: Mapping[str, Change]) -> dict[str, Any]:
     return out
 
 
-def crane_file(result: Component, crane: Crane, base: str) -> str:
-    """A crane file that takes the result: its base, and what differs. Errors: as `crane_with`."""
-    changes = all_changes(result, crane)
-    changed(crane, _tree(result, changes))
-    tables: dict[str, list[str]] = {"": [f"base = {toml_value(base)}"]}
+def crane_file(result: Component, crane: Crane) -> str:
+    """A crane file that takes the result, and is read wherever it is: of a crane of the library its name, and what
+    differs; of a user's crane file all of it. Errors: as `crane_with`."""
+    made, changes = crane_with(result, crane), all_changes(result, crane)
+    if result.settings.base not in cranes():
+        return crane_toml(made)
+    tables: dict[str, list[str]] = {"": [f"base = {toml_value(result.settings.base)}"]}
     for path, (value, kind) in changes.items():
         table, _, name = path.rpartition(".")
         tables.setdefault(table, []).append(f"{name} = {toml_value(_leaf(result, value, kind))}")

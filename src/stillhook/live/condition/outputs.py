@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.atomic import atomic_file, check_folder
+from stillhook.base.atomic import check_folder
+from stillhook.base.kept.sealed import SIGNATURE
 from stillhook.formats.results import to_json
 from stillhook.live.condition.drift import FALSE_A_YEAR, HORIZON
-from stillhook.live.condition.follow import Condition, NumberCondition, crane_text
+from stillhook.live.condition.follow import EVIDENCE, Condition, NumberCondition, crane_text
 from stillhook.live.condition.state import statement, write_state
 from stillhook.live.condition.walk import YEAR
 from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text
@@ -20,7 +21,9 @@ from stillhook.report.formatting import percent
 from stillhook.report.html import html
 from stillhook.report.kit import axis, band, draw_if_possible, legend, panels, pngs, threshold
 from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.spec.crane import identity
 from stillhook.statistics.estimate import NORMAL_95, Estimate
+from stillhook.trust.results import result_folder
 from stillhook.trust.standing import MEANING
 from stillhook.validate.criteria.results import plain
 
@@ -132,12 +135,13 @@ def to_dict(condition: Condition) -> dict[str, Any]:
     """Everything as plain data, numbers in SI; values relative to the first campaign's crane file."""
     c, entry = condition, condition.standing.entry
     state = c.standing.state
+    stated = None if state is None else state.model_dump(mode="json", exclude={SIGNATURE}) | {"digest": state.digest}
     return {
         "crane": c.reference.name,
         "campaigns": [m.campaign.date.isoformat() for m in c.measured],
         "valid": None if entry is None else entry.state == "valid",
         "statement": statement(c.standing),
-        "state": None if state is None else {**state.model_dump(mode="json"), "digest": state.digest},
+        "state": stated,
         "numbers": {n.of.name: _number(c, n) for n in c.numbers},
         "not_followed": dict(c.absent),
         "cranes": [
@@ -233,8 +237,8 @@ def check_out(out: Path) -> None:
 
 
 def save_condition(condition: Condition, out: str | Path) -> tuple[str, ...]:
-    """Write everything into a folder, each file whole, and the state beside the crane file at the end: what is
-    interrupted is complete after the next run.
+    """Write everything into a folder, all of it or none, with its manifest, which has the evidence of each campaign
+    too; and the state beside the crane file at the end: what is interrupted is complete after the next run.
 
     Returns the names of the files. Errors: SimulationError where something cannot be written.
     """
@@ -243,8 +247,9 @@ def save_condition(condition: Condition, out: str | Path) -> tuple[str, ...]:
     content: dict[str, bytes] = {d.name: crane_text(d).encode() for d in condition.cranes}
     content |= images | {REPORT: html(document(condition, images)).encode()}
     content |= {NUMBERS: f"{to_json(to_dict(condition))}\n".encode()}
-    for name, data in content.items():
-        with atomic_file(folder / name) as part:
-            part.write_bytes(data)
+    evidence = [f"{EVIDENCE}/{m.name}" for m in condition.measured if (folder / EVIDENCE / m.name).is_file()]
+    with result_folder(folder, "condition", [identity(condition.reference)], kept=evidence) as part:
+        for name, data in content.items():
+            (part / name).write_bytes(data)
     write_state(condition.standing)
     return tuple(content)

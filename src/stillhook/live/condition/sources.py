@@ -13,6 +13,7 @@ from pydantic import Field, field_validator
 
 from stillhook.base.gateway.access import read_text
 from stillhook.base.gateway.budget import TOML
+from stillhook.base.gateway.inputs import note_input
 from stillhook.base.gateway.named_files import allowing
 from stillhook.base.gateway.parse import from_toml
 from stillhook.errors import LiveError, StillhookError, UnreadableError
@@ -86,11 +87,13 @@ def gather(sources: Sequence[str | Path], *, out: Path | None = None, vanished: 
                     continue
                 raise LiveError(f"{source}: no such campaign file or folder. Check the path.")
             if (source / EVENTS).is_file():
+                note_input(source / EVENTS)
                 events += _events(source / EVENTS)
             for file in _campaigns_in(source, out):
                 if reason := _incomplete(file):
                     waiting.append(f"{file}: {reason}")
                     continue
+                note_input(file)
                 try:
                     campaigns.append(load_campaign(file))
                 except StillhookError as problem:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import getpass
+import logging
 import socket
 from collections.abc import Iterable, Sequence
 from contextlib import closing
@@ -20,7 +21,10 @@ from stillhook.live.condition.measured import Measured, hash_of
 from stillhook.live.history.journal import lock
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import SHORT
+from stillhook.trust.results import own_key
 from stillhook.validate.data_set.campaign import Campaign
+
+LOG = logging.getLogger("stillhook")
 
 
 @dataclass(frozen=True)
@@ -138,15 +142,29 @@ def write_state(standing: Standing) -> None:
     """Write the state where it says something new. Errors: LiveError where another process writes it, or has written it
     since it was read; SimulationError where it cannot be written."""
     file, state = standing.file, standing.state
-    if file is None or state is None or state == standing.before:
+    if file is None or state is None or (standing.before is not None and state.digest == standing.before.digest):
         return
     if (held := lock(file.parent, file.with_suffix(".lock").name)) is not None:
         with closing(held):
             if (read_state(file) if file.exists() else None) == standing.before:
                 with durable_file(file) as part:
-                    part.write_text(state.text(), encoding="utf-8")
+                    part.write_text(_signed(state, standing.before, file).text(), encoding="utf-8")
                 return
     raise LiveError(f"{file}: another process writes it, or has since it was read. Run stillhook condition again.")
+
+
+def _signed(state: State, before: State | None, file: Path) -> State:
+    """A state signed by the user's own key, where that signed what was known before as well: nobody signs for what he
+    has not written."""
+    key = own_key()
+    if key is not None and before is not None and not before.signed_by(key):
+        file = file.resolve()
+        LOG.warning(
+            f"{file}: not signed, as what it was before is not signed by {key.name}. Check it, then sign: stillhook"
+            f" certificate sign {file}"
+        )
+        key = None
+    return state.signed(key)
 
 
 def statement(standing: Standing) -> str:

@@ -6,7 +6,6 @@ before that transaction, the file counts for nothing and is written again; after
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sqlite3
 from collections.abc import Sequence
@@ -37,13 +36,14 @@ from stillhook.live.history.journal import (
     transaction,
     unpacked,
 )
+from stillhook.trust.manifest import Part
 
 HOUR = 3600
 MEMORY = "1GB"
 """That DuckDB may take in an archiver."""
 
 
-class Part(NamedTuple):
+class HourRows(NamedTuple):
     """Rows of one run out of the journal: rows (n,), and time, status and values (2 + columns, n); lines on batches
     that are damaged and left out."""
 
@@ -123,7 +123,8 @@ def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> list
     del batches  # as large as what was made of them
     target = folder / HOURS / f"{datetime.fromtimestamp(hour * HOUR, UTC):%Y-%m-%dT%HZ}-{part.first:012d}.parquet"
     sound = len(part.rows) > 0
-    stored = (target.name, *_write(part, target)) if sound else ("", 0, "")
+    written = _write(part, target) if sound else None
+    stored = ("", 0, "") if written is None else (target.name, written.size, written.sha256)
     events = [
         Event(EventKind.DAMAGED, f"rows {first} to {last} are damaged in the journal: left out")
         for first, last in part.damaged
@@ -138,7 +139,7 @@ def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> list
     return [target] if sound else []
 
 
-def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Variable, ...]) -> Part:
+def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Variable, ...]) -> HourRows:
     """Batches of equal columns, each with its first and last row, checksum and bytes, put together."""
     rows, numbers, damaged = [], [], []
     for first, last, crc, data in batches:
@@ -148,7 +149,7 @@ def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Varia
         else:
             rows.append(np.arange(first, last + 1))
             numbers.append(batch)
-    return Part(
+    return HourRows(
         batches[0][0],
         batches[-1][1],
         columns,
@@ -158,7 +159,7 @@ def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Varia
     )
 
 
-def table_of(part: Part) -> dict[str, Any]:
+def table_of(part: HourRows) -> dict[str, Any]:
     """Columns by heading."""
     return {
         ROW: part.rows,
@@ -168,27 +169,21 @@ def table_of(part: Part) -> dict[str, Any]:
     }
 
 
-def _write(part: Part, target: Path) -> tuple[int, str]:
-    """Write a file, and wait for the disk. Returns its size [bytes] and SHA-256. Errors: LiveError."""
+def _write(rows: HourRows, target: Path) -> Part:
+    """Write a file, and wait for the disk. Returns what it is. Errors: LiveError."""
     import duckdb
 
-    facts = json.dumps({"history": VERSION, "columns": [list(column) for column in part.columns]})
+    facts = json.dumps({"history": VERSION, "columns": [list(column) for column in rows.columns]})
     try:
         with durable_file(target) as file, closing(open_duckdb(threads=1, memory=MEMORY)) as connection:
-            connection.register("part", table_of(part))
+            connection.register("part", table_of(rows))
             connection.execute(
                 f"COPY (SELECT * FROM part) TO {sql_text(str(file))}"
                 f" (FORMAT parquet, COMPRESSION zstd, USE_TMP_FILE false, KV_METADATA {{stillhook: {sql_text(facts)}}})"
             )
-            return file.stat().st_size, sha256_of(file)
+            return Part.of_file(file)
     except (duckdb.Error, SimulationError) as problem:
         reason = " ".join(str(problem).partition("{")[0].split())[:200].rstrip(".: ")
         raise LiveError(
             f"{target}: cannot be written ({reason}). Free some space: its rows stay in the journal."
         ) from None
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 from stillhook.base.variable import Variable
 from stillhook.errors import LiveError
 from stillhook.live.history.columns import ROW, STATUS, TIME, from_text, heading
-from stillhook.live.history.hours import part_of, sha256_of, table_of
+from stillhook.live.history.hours import part_of, table_of
 from stillhook.live.history.journal import HOURS, JOURNAL, connect, in_one_line, snapshot
 from stillhook.live.history.moments import show_moment
+from stillhook.trust.manifest import Part
 from stillhook.units import quote
 
 MOST_IN_JOURNAL = 1_000_000_000
@@ -111,7 +112,7 @@ def damage(folder: Path, file: str, size: int, sha256: str, *, again: bool = Fal
         if stat.st_size != size:
             return f"{HOURS}/{file} has {stat.st_size} bytes in place of {size}"
         if again or _SOUND.get(path) != (size, stat.st_mtime_ns):
-            if sha256_of(path) != sha256:
+            if Part.of_file(path).sha256 != sha256:
                 return f"{HOURS}/{file} has another SHA-256"
             _SOUND[path] = size, stat.st_mtime_ns
     except FileNotFoundError:

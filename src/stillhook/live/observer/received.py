@@ -18,7 +18,7 @@ MOST = 2000
 
 
 class _State(NamedTuple):
-    """From a time on [s]: newest value of each signal, and when it came by the wall clock and the monotonic one (n,)."""
+    """From a time on [s]: newest value of each signal, and when it came by the wall clock and the monotonic (n,)."""
 
     since: float
     values: FloatArray

@@ -3,7 +3,6 @@ and a checksum."""
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -16,6 +15,7 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.guard import reader
 from stillhook.base.kept.sealed import EXACT, digest_of, read_sealed, sealed
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import LiveError
 from stillhook.kernels.build import results_hash
 from stillhook.live.residual.fit import HALF, Fitted, HeldOut, LearningLog, choose, hold_out, interval, learn, ratio_of
@@ -61,12 +61,15 @@ class Model(NamedTuple):
         )
 
 
+FOLDERS = ("live/estimate", "live/residual")
+"""Of the package: code that a model belongs to, besides the twin's."""
+
+
 @cache
 def code() -> str:
     """Hash of the code that a model belongs to: twin, estimator and what is learned."""
-    here = Path(__file__).parent
-    files = [*sorted((here.parent / "estimate").glob("*.py")), *sorted(here.glob("*.py"))]
-    return hashlib.sha256(results_hash().encode() + b"".join(f.read_bytes() for f in files)).hexdigest()[:16]
+    names = [name for name in PACKAGE.inside(FOLDERS, (".py",)) if name.rpartition("/")[0] in FOLDERS]
+    return PACKAGE.hash(names, before=results_hash())[:16]
 
 
 def train(crane: Crane, logs: Sequence[LearningLog]) -> tuple[Model, list[HeldOut]]:

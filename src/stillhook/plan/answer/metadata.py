@@ -32,7 +32,7 @@ from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.report.payload_sheet import payload_rows
 from stillhook.spec.crane import Crane, identity
 from stillhook.spec.lift.phase import PhaseKind
-from stillhook.spec.validity import CAP
+from stillhook.spec.validity import CAP, Condition
 from stillhook.units import show
 from stillhook.weather.alpha import TEXTS, AlphaTable
 from stillhook.weather.series import Weather
@@ -90,10 +90,14 @@ def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
             "assumed": assumed,
             "signature": c.judgement.to_dict(),
             "objections": list(objections(crane)),
-            "condition": None if c.condition is None else {**c.condition.model_dump(), "text": c.condition.statement},
+            "condition": None if c.condition is None else _condition(c.condition),
         }
     more = {"digest": identity(crane)[1], "twin": twin_line(crane), "certificate": certificate}
     return picked(crane, "name", "title", "SWL") | more
+
+
+def _condition(c: Condition) -> dict[str, Any]:
+    return {**c.model_dump(), "text": c.statement, "signature": c.judgement.to_dict()}
 
 
 def _digest(text: str) -> str:

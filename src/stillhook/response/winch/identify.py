@@ -18,6 +18,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.kept.arrays import packed, read_arrays
 from stillhook.base.kept.checked import OTHER, Kept, note, read_checked, write_checked
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.pack.shaft import wire_EA
 from stillhook.engine.scenario.summary import ScenarioRun
@@ -187,7 +188,7 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; complete waves over which the answer is taken."""
 SINE_SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-FOLDER = Path(__file__).resolve().parent
+FOLDER = "response/winch"
 """Folder of the files that a table depends on, in addition to crane, duty and `model_hash`."""
 DIGITS = 9
 """Digits of a number that count in the key of a table: machines round the last ones differently."""
@@ -365,8 +366,7 @@ def _key(crane: Crane, duty: Duty, mode: Mode, excitation: ExcitationGrid) -> st
 @functools.cache
 def _code() -> str:
     """Hash of the code of this folder."""
-    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py"), key=lambda path: path.name))
-    return hashlib.sha256(source).hexdigest()
+    return PACKAGE.hash(PACKAGE.inside((FOLDER,), (".py",)))
 
 
 def _read(file: Path) -> Residual | None:

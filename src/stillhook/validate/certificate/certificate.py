@@ -25,10 +25,11 @@ from stillhook.base.atomic import atomic_files, check_folder
 from stillhook.base.gateway import access
 from stillhook.base.gateway.parse import json_file
 from stillhook.base.kept.sealed import SIGNATURE, canonical, digest_of
+from stillhook.base.kept.sources import PACKAGE
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
 from stillhook.formats.table.cells import csv_of
-from stillhook.kernels.build import PACKAGE, results_hash
+from stillhook.kernels.build import results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, certified_of, read_certificate
 from stillhook.library.toml.kinds import FileKind
@@ -132,14 +133,8 @@ def versions() -> dict[str, Any]:
 @functools.cache
 def method_hash(without: str = "") -> str:
     """Hash of the code by which logs are read, compared and judged; without the files of that name."""
-    digest = hashlib.sha256()
-    files = [
-        p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")
-    ]
-    inside = [p for p in files if p.name != without]
-    for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+    names = [*PACKAGE.inside(METHOD_FOLDERS, (".py", ".toml", ".typ")), *METHOD_FILES]
+    return PACKAGE.hash(name for name in names if name.rpartition("/")[2] != without)[:16]
 
 
 def sha256_of(path: Path) -> str:
