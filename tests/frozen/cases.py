@@ -9,12 +9,14 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import platformdirs
 import xarray
+from tests.frozen.answers import ANSWERS
 from tests.frozen.inputs import (
     CASES_TOML,
     CRANES_TOML,
@@ -26,6 +28,7 @@ from tests.frozen.inputs import (
     staircase,
     weather_csv,
 )
+from tests.frozen.printed import texts
 from tests.frozen.record import condensed, normalised
 from trials.campaigns import write_campaign
 from trials.campaigns.friction import campaign_plan
@@ -56,6 +59,7 @@ def result(name: str) -> Any:
     with tempfile.TemporaryDirectory(prefix="frozen-") as folder, contextlib.chdir(folder):
         value = CASES[name]()
         replaced = {str(Path(folder).resolve()): "<folder>", folder: "<folder>", stillhook.__version__: "<version>"}
+        replaced[date.today().isoformat()] = "<date>"
         return condensed(normalised(value, replaced))
 
 
@@ -424,7 +428,7 @@ def uncertainty() -> Any:
 @case
 def identify_motor() -> Any:
     write_map(synthetic_map("A6VM170", seed=2), "map.csv")
-    return cli("identify", "motor", "map.csv")
+    return [cli("identify", "motor", "map.csv", "--out", "out"), texts("out", ".html", ".toml")]
 
 
 @case
@@ -487,7 +491,7 @@ def plan_quick() -> Any:
         .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
     )
     write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
-    return cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1")
+    return [cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1", "--out", "out"), texts("out", ".html")]
 
 
 @case
@@ -518,3 +522,9 @@ def weather_lift() -> Any:
     write(plan=PLAN)
     Path("spectra.txt").write_text(SPECTRA, encoding="utf-8")
     return cli("weather", "lift", "plan.toml", "spectra.txt", "--heading", "180 deg", "--alternative", "cap-80")
+
+
+# What people read
+
+for _function in ANSWERS:
+    case(_function)
