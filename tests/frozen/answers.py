@@ -3,9 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase, weather_csv
 from tests.frozen.printed import printed, texts
 from trials.campaigns.motor_map import synthetic_map, write_map
+
+import stillhook
+from stillhook.live.demo import with_friction
 
 SINE = ("--motion", "sine 2 m 12 s", "--duration", "40 s")
 SEA = "jonswap Hs=2 m Tp=8 s gamma=3.3"
@@ -82,6 +86,19 @@ def printed_logs() -> Any:
     return every("identify|curve|log.csv|--mapping|mapping.toml", "inspect|map.csv", "inspect|log.csv")
 
 
+def printed_parameters() -> Any:
+    """Of a winch that loses a fifth more than its file says."""
+    names = ("s_tip", "s_w", "omega_m", "p_a", "p_b", "p_hp", "alpha_m", "alpha_pm", "alpha_p", "F_w")
+    units = {"s_tip": "m", "s_w": "m", "omega_m": "rad/s", "p_a": "Pa", "p_b": "Pa", "p_hp": "Pa", "F_w": "N"}
+    crane = with_friction(stillhook.load_crane("nov-250t"), 1.2)
+    case = stillhook.Scenario(load="60 t", s_w="800 m", mode="ssc", tip="sine 0.8 m 9 s", duration="90 s")
+    data = stillhook.simulate(crane, case, every="0.02 s", threads=1)
+    head = ",".join(["time [s]", *(f"{name} [{units.get(name, '1')}]" for name in names)])
+    columns = np.column_stack([data.time, *(data[name] for name in names)])
+    np.savetxt("log.csv", columns, fmt="%.9g", delimiter=",", header=head, comments="")
+    return every("live|parameters|log.csv|--crane|nov-250t|--load|60 t", "inspect|log.csv")
+
+
 def printed_lowering() -> Any:
     Path("lid.toml").write_text(LID.replace("180 s", "60 s"), encoding="utf-8")
     return [printed("lower", "lid.toml"), printed("lower", "anchor-to-3000m", "--duration", "60 s")]
@@ -105,5 +122,5 @@ def printed_thesis() -> Any:
 
 ANSWERS = (
     *(printed_library, printed_starters, printed_sea, printed_analysis, printed_weather),
-    *(printed_logs, printed_lowering, printed_plan, printed_export, printed_thesis),
+    *(printed_logs, printed_parameters, printed_lowering, printed_plan, printed_export, printed_thesis),
 )

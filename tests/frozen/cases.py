@@ -436,7 +436,7 @@ def identify_friction() -> Any:
     write_friction_tests(campaign_plan("crane-2"), "tests", duration="3 min")
     with Path("tests/campaign.toml").open("a", encoding="utf-8") as campaign:
         campaign.write("[fit]\nloops = 1\nproposals = 1\n")
-    return cli("identify", "friction", "tests/campaign.toml")
+    return [cli("identify", "friction", "tests/campaign.toml", "--out", "out"), texts("out", ".html", ".toml")]
 
 
 @case
@@ -451,7 +451,8 @@ def identify_curve() -> Any:
 
 @case
 def validate() -> Any:
-    return cli("validate", trials("1", "limits", "dynamics"), "--steps", "0,1,2,3,5,6")
+    found = cli("validate", trials("1", "limits", "dynamics"), "--steps", "0,1,2,3,5,6", "--out", "out")
+    return [found, texts("out", ".html")]
 
 
 @case

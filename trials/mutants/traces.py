@@ -7,18 +7,19 @@ rest of the record right; a wrong entry costs time and changes no verdict, as it
 from __future__ import annotations
 
 import ast
+import contextlib
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
-import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import CodeType, FrameType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 import pytest
 
@@ -26,6 +27,10 @@ from trials.mutants.tree import environment
 
 QUICK = "not slow and not thorough"
 """Tests that are traced: all of them take a few minutes."""
+WHOLE = ("tests/frozen/test_frozen.py",)
+"""Files whose slow tests are traced as well: those of stored answers, which run much of the sources."""
+SEEN = 0.3
+"""A test is traced for so long [s of the processor]: what it calls later it has mostly called before."""
 DECIMALS = 3
 """Of the seconds that are kept."""
 EACH = 0.05
@@ -50,16 +55,15 @@ class Traces:
     def update(self, report: Callable[[str], None], workers: int) -> None:
         """Trace the files of tests that are new or have changed since they were traced."""
         files = {p.relative_to(self._root).as_posix(): _digest(p) for p in sorted(_test_files(self._root))}
-        kept = {file: row for file, row in self._read() if files.get(file) == row["digest"]}
+        kept = {file: row for file, row in _rows(self._kept) if files.get(file) == row["digest"]}
         left = [file for file in files if file not in kept]
         if left:
-            report(f"tracing the quick tests of {len(left)} files")
+            report(f"tests are traced: {len(left)} of {len(files)} files")
             parts = [left[i::workers] for i in range(workers) if left[i::workers]]
             running = [self._start(part, number) for number, part in enumerate(parts)]
             for process, out in running:
                 process.wait()
-                found = json.loads(out.read_text(encoding="utf-8")) if out.is_file() else {}
-                kept |= {file: row | {"digest": files[file]} for file, row in found.items() if file in files}
+                kept |= {file: row | {"digest": files[file]} for file, row in _rows(out)}
             temporary = self._kept.with_suffix(".new")
             temporary.write_text("".join(f"{json.dumps([f, row])}\n" for f, row in kept.items()), encoding="utf-8")
             temporary.replace(self._kept)
@@ -88,12 +92,8 @@ class Traces:
             chosen.append(trace.test)
         return chosen
 
-    def _read(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        for line in self._kept.read_text(encoding="utf-8").splitlines() if self._kept.is_file() else ():
-            yield tuple(json.loads(line))
-
     def _start(self, files: Sequence[str], number: int) -> tuple[subprocess.Popen[bytes], Path]:
-        out = self._kept.with_name(f"traces-{number}.json")
+        out = self._kept.with_name(f"traces-{number}.jsonl")
         out.unlink(missing_ok=True)
         variables = os.environ | environment(self._root, self._kept.with_name("cache"))
         command = [sys.executable, "-m", "trials.mutants.traces", str(out), *files]
@@ -102,14 +102,19 @@ class Traces:
 
 
 class Tracer:
-    """A plugin of pytest that notes which functions below a folder of sources each test calls."""
+    """A plugin of pytest that notes which functions below a folder of sources each test calls, file after file."""
 
-    def __init__(self, root: Path) -> None:
-        self._root, self._src = root, str(root / "src") + os.sep
-        self.files: dict[str, dict[str, Any]] = {}
+    def __init__(self, root: Path, out: TextIO) -> None:
+        self._root, self._src, self._out = root, str(root / "src") + os.sep, out
+        self._functions: dict[str, int] = {}
+        self._tests: dict[str, tuple[float, list[int]]] = {}
+        self.files: set[str] = set()
+
+    def pytest_runtestloop(self, session: pytest.Session) -> None:
+        signal.signal(signal.SIGVTALRM, lambda *_: sys.settrace(None))
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+    def pytest_runtest_protocol(self, item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
         calls: dict[int, CodeType] = {}
 
         def note(frame: FrameType, event: str, argument: object) -> None:
@@ -117,25 +122,31 @@ class Tracer:
             if id(code) not in calls:
                 calls[id(code)] = code
 
+        file, name = item.nodeid.split("::", 1)
         begin = time.process_time()
-        threading.settrace(note)
+        signal.setitimer(signal.ITIMER_VIRTUAL, SEEN)
         sys.settrace(note)
         try:
             return (yield)
         finally:
             sys.settrace(None)
-            threading.settrace(None)
-            self._keep(item.nodeid, time.process_time() - begin, calls.values())
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+            self._note(name, time.process_time() - begin, calls.values())
+            if nextitem is None or not nextitem.nodeid.startswith(f"{file}::"):
+                self.write(file)
 
-    def _keep(self, test: str, seconds: float, calls: Any) -> None:
-        file, name = test.split("::", 1)
-        row = self.files.setdefault(file, {"functions": [], "tests": {}})
-        known = {function: i for i, function in enumerate(row["functions"])}
-        functions = {self._name(c) for c in calls if c.co_filename.startswith(self._src) and c.co_name != "<module>"}
-        for function in sorted(functions - known.keys()):
-            known[function] = len(row["functions"])
-            row["functions"].append(function)
-        row["tests"][name] = [round(seconds, DECIMALS), sorted(known[f] for f in functions)]
+    def write(self, file: str) -> None:
+        """The tests of a file that have been traced."""
+        self._out.write(f"{json.dumps([file, {'functions': [*self._functions], 'tests': self._tests}])}\n")
+        self._out.flush()
+        self.files.add(file)
+        self._functions, self._tests = {}, {}
+
+    def _note(self, name: str, seconds: float, calls: Iterable[CodeType]) -> None:
+        found = {self._name(c) for c in calls if c.co_filename.startswith(self._src) and c.co_name != "<module>"}
+        for function in sorted(found):
+            self._functions.setdefault(function, len(self._functions))
+        self._tests[name] = round(seconds, DECIMALS), sorted(self._functions[f] for f in found)
 
     def _name(self, code: CodeType) -> str:
         """File and function; what is nested without a name belongs to the function around it."""
@@ -207,14 +218,25 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+def _rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Traces of a file, a file of tests in each line."""
+    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
+        with contextlib.suppress(ValueError):  # cut short
+            yield tuple(json.loads(line))
+
+
 def trace(out: Path, files: Sequence[str]) -> None:
     """Run the quick tests of these files and write what they call."""
-    tracer = Tracer(Path.cwd())
-    options = ["-q", "-m", QUICK, "--tb=no", "-p", "no:cacheprovider", "-p", "no:xdist"]
-    pytest.main([*options, *files], plugins=[tracer])
-    for file in files:
-        tracer.files.setdefault(file, {"functions": [], "tests": {}})
-    out.write_text(json.dumps(tracer.files), encoding="utf-8")
+    whole = [file for file in files if file in WHOLE]
+    with out.open("w", encoding="utf-8") as kept:
+        tracer = Tracer(Path.cwd(), kept)
+        for part, which in (([f for f in files if f not in whole], QUICK), (whole, "not thorough")):
+            if part:
+                options = ["-q", "--tb=no", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", which]
+                pytest.main([*options, *part], plugins=[tracer])
+        for file in files:
+            if file not in tracer.files:
+                tracer.write(file)
 
 
 if __name__ == "__main__":
