@@ -9,12 +9,14 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import platformdirs
 import xarray
+from tests.frozen.answers import ANSWERS
 from tests.frozen.inputs import (
     CASES_TOML,
     CRANES_TOML,
@@ -26,6 +28,7 @@ from tests.frozen.inputs import (
     staircase,
     weather_csv,
 )
+from tests.frozen.printed import texts
 from tests.frozen.record import condensed, normalised
 from trials.campaigns import write_campaign
 from trials.campaigns.friction import campaign_plan
@@ -56,6 +59,7 @@ def result(name: str) -> Any:
     with tempfile.TemporaryDirectory(prefix="frozen-") as folder, contextlib.chdir(folder):
         value = CASES[name]()
         replaced = {str(Path(folder).resolve()): "<folder>", folder: "<folder>", stillhook.__version__: "<version>"}
+        replaced[date.today().isoformat()] = "<date>"
         return condensed(normalised(value, replaced))
 
 
@@ -424,7 +428,7 @@ def uncertainty() -> Any:
 @case
 def identify_motor() -> Any:
     write_map(synthetic_map("A6VM170", seed=2), "map.csv")
-    return cli("identify", "motor", "map.csv")
+    return [cli("identify", "motor", "map.csv", "--out", "out"), texts("out", ".html", ".toml")]
 
 
 @case
@@ -432,7 +436,7 @@ def identify_friction() -> Any:
     write_friction_tests(campaign_plan("crane-2"), "tests", duration="3 min")
     with Path("tests/campaign.toml").open("a", encoding="utf-8") as campaign:
         campaign.write("[fit]\nloops = 1\nproposals = 1\n")
-    return cli("identify", "friction", "tests/campaign.toml")
+    return [cli("identify", "friction", "tests/campaign.toml", "--out", "out"), texts("out", ".html", ".toml")]
 
 
 @case
@@ -447,7 +451,8 @@ def identify_curve() -> Any:
 
 @case
 def validate() -> Any:
-    return cli("validate", trials("1", "limits", "dynamics"), "--steps", "0,1,2,3,5,6")
+    found = cli("validate", trials("1", "limits", "dynamics"), "--steps", "0,1,2,3,5,6", "--out", "out")
+    return [found, texts("out", ".html")]
 
 
 @case
@@ -487,7 +492,7 @@ def plan_quick() -> Any:
         .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
     )
     write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
-    return cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1")
+    return [cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1", "--out", "out"), texts("out", ".html")]
 
 
 @case
@@ -518,3 +523,9 @@ def weather_lift() -> Any:
     write(plan=PLAN)
     Path("spectra.txt").write_text(SPECTRA, encoding="utf-8")
     return cli("weather", "lift", "plan.toml", "spectra.txt", "--heading", "180 deg", "--alternative", "cap-80")
+
+
+# What people read
+
+for _function in ANSWERS:
+    case(_function)

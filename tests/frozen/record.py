@@ -42,6 +42,8 @@ ABSENT = "(absent)"
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 FOLDER = re.compile(r"[^\s\"']*/frozen-\w+(?:-\w+)*")
 """A temporary folder of a case."""
+NUMBER_OF_PLAN = re.compile(r"No\. (?:[0-9a-f]{4} ?){3}")
+"""The digest of a plan as its pages show it."""
 HEX = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{16,}\b")
 
 
@@ -74,7 +76,7 @@ def normalised(value: object, replaced: Mapping[str, str]) -> Any:
         case str():
             for old, new in replaced.items():
                 value = value.replace(old, new)
-            return HEX.sub("<hash>", FOLDER.sub("<folder>", value))
+            return HEX.sub("<hash>", NUMBER_OF_PLAN.sub("No. <hash>", FOLDER.sub("<folder>", value)))
         case bool() | int() | None:
             return value
         case float():

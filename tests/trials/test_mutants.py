@@ -126,7 +126,7 @@ def test_in_a_small_repository_one_is_killed_one_hangs_and_one_survives(tmp_path
     tree = tmp_path / "trials" / "mutants" / "tree.py"
     tree.write_text(tree.read_text().replace("HANGS = 60.0", "HANGS = 3.0"))
     run = tmp_path / "trials" / "mutants" / "run.py"
-    run.write_text(run.read_text().replace("BUDGET, COMPILING = 20.0", "BUDGET, COMPILING = 1.0"))
+    run.write_text(run.read_text().replace("BUDGET, COMPILING = 45.0", "BUDGET, COMPILING = 1.0"))
     subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
 
     def mutants() -> list[str]:
@@ -145,5 +145,6 @@ def test_in_a_small_repository_one_is_killed_one_hangs_and_one_survives(tmp_path
         "src/stillhook/room/count.py:8: 4 -> 5",
         "src/stillhook/room/count.py:8: 4 -> 3",
     ]
-    assert mutants()[-len(lines) + 8 :] == lines[8:]  # what is kept is not run again
+    assert lines[0] == "tests are traced: 1 of 1 files"
+    assert mutants()[-len(lines) + 9 :] == lines[9:]  # what is kept is neither traced nor run again
     assert (package / "count.py").read_text().startswith("def count(n):\n    while n > 3:")

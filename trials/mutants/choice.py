@@ -15,6 +15,8 @@ IMPORTS, NEXT = 10.0, 0.5
 """Points of a test file that imports the module, and what is left of them for each module in between."""
 NAMES, WORDS = 6.0, 6.0
 """Points, at most, for names of the module in the text, and for words that the paths of both have, rare ones first."""
+RUNS = 6.0
+"""Points, at most, of a test file whose quick tests run the function of the mutant."""
 SHORTEST = 3
 """Letters of a word that says something."""
 READS_SOURCES = ("tests/api/test_language.py", "tests/api/test_public_names.py", "tests/api/test_project.py")
@@ -51,9 +53,10 @@ class Choice:
         self._usage = Counter(name for _, names in self._tests.values() for name in names)
         self._in_paths = Counter(word for test in self._tests for word in _words(test))
 
-    def tests(self, file: str) -> list[str]:
-        """Test files for a source file, the likeliest first; none without points."""
-        points = {test: self._points(file, test) for test in self._tests}
+    def tests(self, file: str, quick: Iterable[str] = ()) -> list[str]:
+        """Test files for a source file, the likeliest first; none without points. quick: tests that run the place."""
+        runs = Counter(test.split("::")[0] for test in quick)
+        points = {test: self._points(file, test) + RUNS * _few(runs[test]) for test in self._tests}
         return sorted((test for test, value in points.items() if value > 0.0), key=lambda test: (-points[test], test))
 
     def _points(self, file: str, test: str) -> float:

@@ -11,14 +11,17 @@ from typing import NamedTuple
 
 from trials.mutants.choice import Choice
 from trials.mutants.sites import Mutant
-from trials.mutants.tree import OVER, PASSED, ROOT, STOPPED, Ended, Tree
+from trials.mutants.traces import Traces
+from trials.mutants.tree import OVER, PASSED, ROOT, STOPPED, Ended, Run, Tree
 
 KERNEL_ROOMS = ("physics", "control", "winches", "kernels")
 """Rooms whose sources are compiled: every change of one compiles the kernels anew."""
-BUDGET, COMPILING = 20.0, 60.0
-"""Tests of a mutant, and what is more where kernels are compiled [s of the processor]: the next test does not begin."""
-MOST = 4
-"""Test files of one mutant."""
+QUICK_FIRST = 15.0
+"""Quick tests that run the function of a mutant, as they were traced [s of the processor]."""
+BUDGET, COMPILING = 45.0, 60.0
+"""All tests of a mutant, and what is more where kernels are compiled [s of the processor]: the next does not begin."""
+MOST = 6
+"""Test files of one mutant, after those."""
 
 
 class Outcome(NamedTuple):
@@ -44,6 +47,8 @@ class Campaign:
         (folder / "cache").mkdir(mode=0o700, exist_ok=True)
         self._report, self._choice = report, Choice(ROOT)
         self._trees = [Tree(folder, number) for number in range(workers)]
+        self._traces = Traces(self._trees[0].root, folder)
+        self._traces.update(report, workers)
 
     def run(self, mutants: Sequence[Mutant], kept: Path) -> list[Outcome]:
         """Outcomes in the order of the mutants; those that the file of kept outcomes holds are not run again. A test
@@ -75,16 +80,24 @@ class Campaign:
 
     def _mutants(self, tree: Tree, jobs: Iterator[Mutant], failing: set[str]) -> Iterator[Outcome | None]:
         for mutant in jobs:
-            tests = self._choice.tests(mutant.file)[:MOST]
+            quick = self._traces.tests(mutant.file, mutant.line, QUICK_FIRST)
+            tests = self._choice.tests(mutant.file, quick)[:MOST]
             compiles = mutant.file.split("/")[2] in KERNEL_ROOMS
             lines = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()
             tree.change(mutant, compiles)
             left_out = [f"--deselect={test}" for test in failing]
-            tree.start([["-x", *left_out, test] for test in tests], BUDGET + COMPILING * compiles)
+            first = Run(["-x", *left_out, *dict.fromkeys(test.split("::")[0] for test in quick)], quick)
+            then = [Run(["-x", *left_out, test]) for test in tests]
+            tree.start([first, *then] if quick else then, BUDGET + COMPILING * compiles)
             while (end := tree.ended()) is None:
                 yield None
             tree.restore(mutant)
-            yield Outcome(mutant, *verdict(end, tests), round(end.cpu, 1), lines[mutant.line - 1].strip())
+            yield Outcome(
+                mutant,
+                *verdict(end, [f"{len(quick)} quick tests", *tests]),
+                round(end.cpu, 1),
+                lines[mutant.line - 1].strip(),
+            )
 
     def _failing(self, killers: Sequence[str]) -> set[str]:
         """Those of the tests that fail in a tree without a mutant."""
@@ -92,7 +105,7 @@ class Campaign:
         if not tests:
             return set()
         tree = self._trees[0]
-        tree.start([tests], 10.0 * BUDGET)
+        tree.start([Run(tests)], 10.0 * BUDGET)
         while (end := tree.ended()) is None:
             time.sleep(0.1)
         return {test for test in tests if test in failed(end.text)}

@@ -46,6 +46,13 @@ class Ended(NamedTuple):
     text: str
 
 
+class Run(NamedTuple):
+    """Arguments of pytest, and the tests that are run of what they collect; () for all."""
+
+    arguments: Sequence[str]
+    only: Sequence[str] = ()
+
+
 class Tree:
     """One copy of the repository, with a folder for what its runs write."""
 
@@ -73,9 +80,8 @@ class Tree:
             shutil.rmtree(self._compiled, ignore_errors=True)
         self._compiled = None
 
-    def start(self, runs: Sequence[Sequence[str]], budget: float) -> None:
-        """Run pytest with these arguments, one run after the other until one fails; no test begins after `budget` [s of
-        the processor]."""
+    def start(self, runs: Sequence[Run], budget: float) -> None:
+        """Run pytest, one run after the other until one fails; no test begins after `budget` [s of the processor]."""
         sys.stdout.flush()
         self._until = time.monotonic() + PATIENCE * (budget + HANGS)
         child = os.fork()
@@ -99,24 +105,20 @@ class Tree:
                 sys.stderr.flush()
             os._exit(code)
 
-    def _test(self, runs: Sequence[Sequence[str]], budget: float) -> int:
+    def _test(self, runs: Sequence[Run], budget: float) -> int:
         import pytest
 
         os.chdir(self.root)
         sys.modules["__main__"] = ModuleType("__main__")  # a process that a test spawns would import this program
-        os.environ |= {
-            "PYTHONPATH": f"{self.root / 'src'}{os.pathsep}{self.root}",
-            "STILLHOOK_CACHE": str(self._compiled or self._cache),
-            "STILLHOOK_SHARED_DATA": os.environ.get("STILLHOOK_SHARED_DATA", str(ROOT.parent / "shared" / "data")),
-            "CI": "1",  # the same examples each time
-        }
+        os.environ |= environment(self.root, self._compiled or self._cache)
         for name in [name for name in sys.modules if name.split(".")[0] in ("trials", "stillhook", "tests")]:
             del sys.modules[name]
         sys.path[:] = [str(self.root / "src"), str(self.root), *(p for p in sys.path if str(ROOT) not in p)]
         options = ["-q", "-m", "not thorough", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist"]
         given = Budget(budget)
-        for arguments in runs:
-            code = int(pytest.main([*options, *arguments], plugins=[given]))
+        for run in runs:
+            plugins = [given, Only(run.only)] if run.only else [given]
+            code = int(pytest.main([*options, *run.arguments], plugins=plugins))
             if code == FAILED or (code not in (PASSED, NO_TESTS) and not given.over):
                 return code
             if given.over:
@@ -162,6 +164,29 @@ class Budget:
     def pytest_runtest_protocol(self, item: Any, nextitem: Any) -> None:
         if self.over:
             item.session.shouldstop = "the time that is given to tests has passed"
+
+
+class Only:
+    """A plugin of pytest that runs these tests alone, in this order, those of a file together."""
+
+    def __init__(self, tests: Sequence[str]) -> None:
+        files = {file: i for i, file in reversed([*enumerate(test.split("::")[0] for test in tests)])}
+        self._order = {test: (files[test.split("::")[0]], i) for i, test in enumerate(tests)}
+
+    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
+        kept = [item for item in items if item.nodeid in self._order]
+        items[:] = sorted(kept, key=lambda item: self._order[item.nodeid])
+
+
+def environment(root: Path, cache: Path) -> dict[str, str]:
+    """Variables of a process that runs the tests of a copy."""
+    return {
+        "PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}",
+        "STILLHOOK_CACHE": str(cache),
+        "STILLHOOK_SHARED_DATA": os.environ.get("STILLHOOK_SHARED_DATA", str(ROOT.parent / "shared" / "data")),
+        "OPENBLAS_NUM_THREADS": "1",
+        "CI": "1",  # the same examples each time
+    }
 
 
 def load_libraries() -> None:

@@ -1,0 +1,33 @@
+"""The row of a mapping file says how a column is read: read again, it means the same."""
+
+import tomllib
+
+import pytest
+
+from stillhook.formats.table.understood import ReadColumn
+
+WRITTEN = {"unit": "", "sign": 1, "scale": 1.0, "offset": 0.0}
+
+
+def meaning(row: ReadColumn) -> tuple[str, str, int, float, float]:
+    """Heading, unit, sign, scale and offset of a row in TOML."""
+    value = tomllib.loads(f"x = {row.row}")["x"]
+    found = WRITTEN | ({"column": value} if isinstance(value, str) else value)
+    return found["column"], found["unit"], found["sign"], found["scale"], found["offset"]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("scale", "offset"), [(0.5, 0.0), (1.0, 2.5), (0.5, 2.5), (-2.0, -1.0)])
+def test_scale_and_offset_come_back_from_the_row(sign, scale, offset):
+    row = ReadColumn("p_a", "P01", "bar", sign, "pressure", scale=scale, offset=offset)
+    assert meaning(row) == ("P01", "bar", sign, scale, offset)
+
+
+@pytest.mark.parametrize(("scale", "offset", "unwritten"), [(0.5, 0.0, "offset"), (1.0, 2.5, "scale")])
+def test_what_changes_nothing_is_left_out(scale, offset, unwritten):
+    assert unwritten not in ReadColumn("p_a", "P01", "bar", 1, "pressure", scale=scale, offset=offset).row
+
+
+def test_a_plain_column_is_its_heading_with_unit_and_direction():
+    assert ReadColumn("s_w", "Wire", "m", -1, "length").row == '"Wire [m] down"'
+    assert ReadColumn("s_w", "Wire [m]", "m", 1, "length").row == '"Wire [m]"'
