@@ -2,6 +2,7 @@
 
 import contextlib
 import gzip
+import inspect
 import json
 import random
 import time
@@ -27,6 +28,7 @@ from stillhook.cli.runs.inspect import READERS
 from stillhook.engine.saved import seal, unseal
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.toml.kinds import FileKind, kind_of
+from stillhook.logs.formats import columnar
 
 TARGETS = targets()
 SEED = 44
@@ -174,6 +176,17 @@ class TestLoop:
         with lines:
             kind_of({"scenario": {}})
         assert (toml_kind, first > 0, lines.seen) == (FileKind.CASE, True, first)
+
+    @pytest.mark.slow
+    def test_lines_of_the_process_that_reads_count_too_and_its_refusals_stay(self, tmp_path):
+        target, lines = TARGETS["log-hdf"], Lines()
+        (data,) = target.seeds()
+        with Guard(target, tmp_path / "room") as guard, lines:
+            kinds = [guard.attempt(each).kind for each in (data, data[:-200])]
+        assert kinds == [Kind.READ, Kind.REFUSED]
+        opening = inspect.getsourcelines(columnar.open_hdf)
+        ran = lines.to_dict()[columnar.__file__]
+        assert set(ran) & set(range(opening[1], opening[1] + len(opening[0])))
 
     def test_sentences_differ_by_words_and_not_by_values(self):
         seen = Sentences()

@@ -145,9 +145,10 @@ def _values(item: object, kind: str, where: str, percent_of: float | None) -> It
         yield value_of(item, kind, where, percent_of)
         return
     a, b, step = (value_of(text, kind, where, percent_of) for text in span.groups())
-    n = round((b - a) / step) if step > 0.0 else -1
-    if n >= MOST:
-        raise ScenarioError(f"{where}: {quote(item)}: {n + 1} values; at most {MOST}. Choose a longer step.")
+    count = (b - a) / step if step > 0.0 else -1.0
+    if count >= MOST:
+        raise ScenarioError(f"{where}: {quote(item)}: {count + 1.0:.6g} values; at most {MOST}. Choose a longer step.")
+    n = round(count)
     if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
         raise ScenarioError(
             f"{where}: {quote(item)}: the range is not a multiple of the step. Change one of the three."

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from stillhook.errors import UnitError
@@ -53,7 +54,7 @@ def _range(numbers: list[str], units: list[str | None], kind: str, most: int) ->
         raise ValueError(f'the range must increase, for example "1 {unit} to 6 {unit} by 1 {unit}".')
     count = (last - first) / step
     if count > most:
-        raise ValueError(f"{count:.0f} steps, and {most} are the most. Take larger steps.")
+        raise ValueError(f"{count:.6g} steps, and {most} are the most. Take larger steps.")
     if abs(count - round(count)) > 1e-6:
         raise ValueError(f"steps of {show(step, kind)} do not meet {show(last, kind)}. Choose a step that does.")
     steps = round(count)
@@ -71,10 +72,11 @@ def _without_step(match: re.Match[str], kind: str) -> str:
 
 def _usual_step(span: float) -> float:
     """A step of 1, 2 or 5 times a power of ten that meets the end, of at most twelve."""
+    span = abs(span)
     for step in (0.25, 0.5, 1.0, 2.0, 5.0, 15.0, 30.0):
         if span / step <= 12.0 and abs(span / step - round(span / step)) < 1e-9:
             return step
-    return abs(span) or 1.0
+    return span if 0.0 < span < math.inf else 1.0
 
 
 def _filled(units: list[str | None], kind: str) -> list[str]:
