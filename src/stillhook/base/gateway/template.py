@@ -146,16 +146,18 @@ def copied(control: socket.socket, serve: Callable[[IO[bytes], IO[bytes]], None]
     while data := (message := socket.recv_fds(control, LONGEST, 2))[0]:
         request = pickle.loads(data)
         if isinstance(request, int):
-            copies.discard(request)
-            _kill(request)
+            if request in copies:  # not yet waited for, so no other process has its number
+                copies.remove(request)
+                _kill(request)
             continue
         for module in request:
             with contextlib.suppress(BaseException):  # a copy did, and this one may not need it
                 importlib.import_module(module)
-        copy = _copy(control, serve, *message[1]) if len(os.listdir("/proc/self/task")) == 1 else 0
-        copies.add(copy)
+        copy = 0
+        if len(os.listdir("/proc/self/task")) == 1:
+            copies.add(copy := _copy(control, serve, *message[1]))
         control.send(pickle.dumps(copy))
-    for copy in copies - {0}:
+    for copy in copies:
         _kill(copy)
 
 

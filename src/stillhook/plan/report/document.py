@@ -3,7 +3,8 @@ terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,26 @@ MISSING = ("not-assessed", FAILED)
 
 
 def document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
-    """The report. figures: by stem, of `stillhook.plan.report.figures.pictures`."""
+    """The report. figures: by stem, of `stillhook.plan.report.figures.pictures`. Errors: PlanError for facts that no
+    plan of this version has."""
+    with _of_facts(result):
+        return _document(result, figures)
+
+
+@contextmanager
+def _of_facts(result: PlanResult) -> Iterator[None]:
+    """Whatever facts of another version, or edited with their hash, make of a page is one line. Errors: PlanError."""
+    try:
+        yield
+    except (StillhookError, OSError):
+        raise
+    except Exception as problem:
+        mark = "has no hash, and " if UNSEALED in result.facts else "is of another version or was edited: "
+        line = f"{FACTS} {mark}a part of it is missing or odd ({reason_of(problem)}). Run the plan again."
+        raise PlanError(f"report of {quote(result.name)}: {line}") from problem
+
+
+def _document(result: PlanResult, figures: Mapping[str, Figure]) -> Document:
     facts, of = result.facts, decision(result)
     sections: dict[
         str, Sequence[Part]
@@ -143,17 +163,11 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     figures: also every figure as a separate picture. The same result gives the same bytes. Without the extra `report`
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
-    try:
+    with _of_facts(result):
         result = for_print(result)
         images = draw_if_possible(lambda: pictures(result))
         report, sheets = document(result, images), {CARD: card(result), DECISION: decision(result)}
         papers = {PDF: report, **_sheets(result, sheets, images, report.made_by)}
-    except (StillhookError, OSError):
-        raise
-    except Exception as problem:  # whatever facts of another version, or edited with their hash, make of a page
-        mark = "has no hash, and " if UNSEALED in result.facts else "is of another version or was edited: "
-        line = f"{FACTS} {mark}a part of it is missing or odd ({reason_of(problem)}). Run the plan again."
-        raise PlanError(f"report of {quote(result.name)}: {line}") from problem
     try:
         content = {name: pdf(each) for name, each in papers.items()} if can_set() else {}
     except Unset as problem:
