@@ -36,7 +36,7 @@ from stillhook.sea.vessel.relative import OtherVessel
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
-from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.lowering import InSea, Lowering, check_length
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode, moves
 from stillhook.units import parse, show
@@ -203,6 +203,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
     run = _run(file, crane, payload)
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(run.programme, run.start_depth, file.water.depth) if length is None else length
+    check_length(length)
     place = place_of(file, table, length, seed, deck) if moving else still_place(file, table)
     current = None if deck is not None else current_of(table)
     chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}

@@ -17,9 +17,8 @@ from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.deck import Deck
-from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.lowering import Lowering, check_length
 from stillhook.spec.lift.phase import Phase, WinchMode, called
-from stillhook.spec.scenario import LONGEST
 from stillhook.units import quote, show
 
 COUPLING = 0.1
@@ -40,8 +39,7 @@ COARSEST = 0.5
 def check_lift(crane: Crane, case: Lowering) -> None:
     """Refuse what no crane of this kind can do, or what is not a lowering, its sea aside. Errors: LiftError,
     SpecError of an unknown winch type, one line."""
-    if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
-        raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
+    check_length(case.duration)
     if case.controller.compensates and (reason := crane.plant.type.mode_refusal(case.controller)):
         raise LiftError(f"controller: {reason}")
     load, unit = case.payload.mass + case.link_mass, "" if case.compensator is None else " with its compensator"

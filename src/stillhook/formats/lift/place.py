@@ -30,6 +30,7 @@ from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotio
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.phase import called
 from stillhook.spec.lift.rigging import Carrier
+from stillhook.spec.scenario import LONGEST
 from stillhook.units import quote, show
 
 SHORTEST_SEA = 60.0
@@ -100,6 +101,8 @@ def _place_of(file: LiftTables, table: TomlTable, length: float, seed: int | Non
     if repeat < length:
         run = show(length, "time")
         raise table.wrong(f"the run takes {run}, and the waves must last as long. Give {run} or more.", "sea", "repeat")
+    if repeat > LONGEST:
+        raise table.wrong(f"waves repeat after {show(LONGEST, 'time')} at most.", "sea", "repeat")
     waves = realise(sea, repeat, seed, amplitudes=file.sea.amplitudes, depth=depth)
     part = "" if file.sea.left == 1.0 else f" ({file.sea.left:.4g} of its motion)"
     words = f"{rao.name}, tip at {where.describe()}{part}, in {sea.describe()}, seed {seed}"

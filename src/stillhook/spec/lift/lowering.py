@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -33,7 +34,7 @@ from stillhook.sea.vessel.relative import DeckMotion, OtherVessel, RelativeMotio
 from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
-from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
+from stillhook.spec.scenario import LONGEST, RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 from stillhook.winches.load_path.interface import JointUnit
 from stillhook.winches.load_path.registry import UNITS, unit_of
 
@@ -189,6 +190,12 @@ class Lowering(Record):
     def link_mass(self) -> float:
         """Mass between hook and slings, that of a compensator [kg]."""
         return 0.0 if self.compensator is None else self.compensator.mass
+
+
+def check_length(duration: float) -> None:
+    """Refuse a run [s] that is longer than any, before waves are made for it. Errors: LiftError."""
+    if not (math.isfinite(duration) and 0.0 < duration <= LONGEST):
+        raise LiftError(f"duration = {duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
 
 
 @dataclass(frozen=True, eq=False)
