@@ -74,21 +74,25 @@ class Sweep:
         self._again: dict[object, tuple[str, Tree]] = {}
 
     def run(self, most: int | None, seed: int, every: bool) -> int:
-        """How many faults were tried. Where the command cannot wait before its first call, each is a whole run."""
+        """How many faults were tried. Those before which the command cannot be held are whole runs."""
         self._start = self.bench.reset(self.state)
+        whole, known = list[Fault](), False
         with self.bench.injector.held(self.arguments, self.bench.environment) as held:
-            if held.before(1):
+            if known := held.before(1):
                 chosen, calls = self._chosen(held.run, most, seed, every)
-                here = self._start
+                self.bench.reset(self.state)
                 for hold, group in itertools.groupby(chosen, functools.partial(_before, calls)):
-                    self.bench.reset(here)
-                    assert hold == 1 or held.before(hold), f"no call {hold} of {self.arguments}, or not alone there"
-                    here = self.bench.tree()
-                    self._each([NO_FAULT, *group], here, held.run)
-                return len(chosen)
+                    if hold == 1 or held.before(hold):
+                        here = self.bench.tree()
+                        self._each([NO_FAULT, *group], here, held.run)
+                        self.bench.reset(here)
+                    else:
+                        whole += group
         self.bench.reset(self.state)
-        chosen, _ = self._chosen(lambda: self.bench.run(self.arguments), most, seed, every)
-        self._each(chosen, self._start, lambda fault: self.bench.run(self.arguments, fault))
+        if not known:
+            chosen, _ = self._chosen(lambda: self.bench.run(self.arguments), most, seed, every)
+            whole = chosen
+        self._each(whole, self._start, lambda fault: self.bench.run(self.arguments, fault))
         return len(chosen)
 
     def _chosen(
