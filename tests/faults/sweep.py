@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from tests.faults.bench import Bench, Tree, is_hidden, is_temporary
 from tests.faults.commands import Writes
-from tests.faults.injector import NO_FAULT, Call, Fault, Kind, Outcome
+from tests.faults.injector import Call, Fault, Kind, Outcome
 
 KINDS = (
     *((Kind.FAIL, error) for error in (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)),
@@ -84,7 +84,7 @@ class Sweep:
                 for hold, group in itertools.groupby(chosen, functools.partial(_before, calls)):
                     if hold == 1 or held.before(hold):
                         here = self.bench.tree()
-                        self._each([NO_FAULT, *group], here, held.run)
+                        self._each([Fault(at=hold), *group], here, held.run)
                         self.bench.reset(here)
                     else:
                         whole += group
