@@ -79,7 +79,9 @@ COMMANDS = {
     "identify curve": Writes("identify curve RAM --mapping RAM-MAPPING --out OUT"),
     "friction compare": Writes('friction compare crane-1 crane-2 --load "30 t" --crane nov-150t --out OUT'),
     "validate": Writes("validate TRIALS/campaign.toml --steps 0,1 --out OUT"),
-    "certificate sign": Writes("certificate sign OUT/certificate.json --key KEYS/key.pem", over=False, given="CERTIFIED"),
+    "certificate sign": Writes(
+        "certificate sign OUT/certificate.json --key KEYS/key.pem", over=False, given="CERTIFIED"
+    ),
     "certificate sign folder": Writes("certificate sign OUT --key KEYS/key.pem", over=False, given="CERTIFIED"),
     "certificate key trust": Writes("certificate key trust KEYS/public.pem", CONFIG, over=False),
     "live history": Writes("live history HISTORY --out OUT", "h.csv"),

@@ -62,7 +62,9 @@ except Unset as problem:
 def script(text: str, *arguments: str, **environment: str) -> str:
     """What a script prints; it ends by itself."""
     env = os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment
-    done = subprocess.run([sys.executable, "-c", text, *arguments], capture_output=True, text=True, env=env, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", text, *arguments], capture_output=True, text=True, env=env, check=False
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

@@ -1,5 +1,5 @@
-"""NetCDF files, which are complete in memory before a byte of them is written: HDF5 survives neither a disk that refuses
-a write nor memory that runs out."""
+"""NetCDF files, which are complete in memory before a byte of them is written: HDF5 survives neither a disk that
+refuses a write nor memory that runs out."""
 
 from __future__ import annotations
 
