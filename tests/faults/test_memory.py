@@ -69,13 +69,13 @@ def script(text: str, *arguments: str, **environment: str) -> str:
     return done.stdout.strip()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
 def test_a_run_is_written_or_refused_however_little_memory_is_left(tmp_path: Path):
     assert script(LIMITED, str(tmp_path / "run.nc")) == "['refused', 'written']"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
 def test_a_pdf_that_lacks_memory_is_one_line():
     line = script(SMALL, STILLHOOK_READ_MEMORY="60 MB")
