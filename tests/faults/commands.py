@@ -28,7 +28,7 @@ PREPARED = {
     "SERIES": "run CASE --out SERIES",
     "TRIALS": "example sea-trials TRIALS",
     "TESTS": "example friction-tests TESTS",
-    "VALID": "validate TRIALS/campaign.toml --steps 0,1 --out VALID",
+    "CERTIFIED": "python certified CERTIFIED",
     "PLANNED": "plan PLAN --tier closed-form --out PLANNED",
     "MAP": "example motor-map MAP/map.csv",
     "KEYS": "certificate key new --name Trials --out KEYS",
@@ -79,8 +79,10 @@ COMMANDS = {
     "identify curve": Writes("identify curve RAM --mapping RAM-MAPPING --out OUT"),
     "friction compare": Writes('friction compare crane-1 crane-2 --load "30 t" --crane nov-150t --out OUT'),
     "validate": Writes("validate TRIALS/campaign.toml --steps 0,1 --out OUT"),
-    "certificate sign": Writes("certificate sign OUT/certificate.json --key KEYS/key.pem", over=False, given="VALID"),
-    "certificate sign folder": Writes("certificate sign OUT --key KEYS/key.pem", over=False, given="VALID"),
+    "certificate sign": Writes(
+        "certificate sign OUT/certificate.json --key KEYS/key.pem", over=False, given="CERTIFIED"
+    ),
+    "certificate sign folder": Writes("certificate sign OUT --key KEYS/key.pem", over=False, given="CERTIFIED"),
     "certificate key trust": Writes("certificate key trust KEYS/public.pem", CONFIG, over=False),
     "live history": Writes("live history HISTORY --out OUT", "h.csv"),
     "plan": Writes("plan PLAN --tier closed-form --out OUT"),

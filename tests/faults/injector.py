@@ -88,7 +88,7 @@ class Control(ctypes.Structure):
 
 
 class Call(NamedTuple):
-    """A call that changes a file: its kind, and path below the folder; open: files that are open meanwhile; others:
+    """A call that changes a file: its kind, and path below the folder; open: files below that are open; others:
     threads beside the one that calls, one more in a process that the command started."""
 
     kind: str
@@ -274,7 +274,7 @@ class Held:
 
     def before(self, call: int) -> bool:
         """Go on to a call, by its number, and wait before it; whether the command came to it, and has neither another
-        thread, which forks would be without, nor a file open, which they would share."""
+        thread, which forks would be without, nor an output open, which they would share."""
         control = self._injector.control
         control.hold, control.held = call, 0
         if self._begun:

@@ -30,10 +30,10 @@
 enum kind { NONE, FAIL, FAIL_ON, FULL, KILL, TORN };
 enum call { OPEN, WRITE, SYNC, RENAME, MAKE, REMOVE, CALLS };
 enum turn { FORK, GO_ON, END }; /* what a held command is asked to do */
-enum { LOGGED = 4096, LOOK = 500 }; /* calls in the log; time between two looks [us] */
+enum { LOGGED = 4096, LOOK = 500, FILES = 1024 }; /* calls in the log; time between two looks [us]; open files */
 
 struct logged {
-    int32_t call, open, others; /* kind; open files; threads beside this one */
+    int32_t call, open, others; /* kind; open files below the folder; threads beside this one */
     char path[212];
 };
 
@@ -42,7 +42,7 @@ struct control {
     int64_t memory_at, memory_least, memory_count;       /* allocation that fails from 1 on; those of that size count */
     int64_t clock, still;                                /* added to the wall clock [ns]; all that it shows, or 0 */
     int64_t hold, held, alone;                           /* call to hold before; whether it waits, and has no other
-                                                            thread and no open file */
+                                                            thread and no open file below the folder */
     int64_t go, turn, done, status;                      /* number and kind of what it is asked to do; of what is done
                                                             the number and exit status */
     int64_t limit, log;                                  /* longest life of a fork [ms]; whether calls are logged */
@@ -99,18 +99,23 @@ static int below(int folder, const char *path)
 static int file_below(int fd)
 {
     char path[4096];
-    return control->below[0] && path_of(fd, path, sizeof path) && below(AT_FDCWD, path);
+    return control->below[0] && path_of(fd, path, sizeof path) && path[0] == '/' && below(AT_FDCWD, path); /* no pipe */
 }
 
-/* Open files, standard streams aside. */
-static int open_files(void)
+/* Open files below the folder. Places in all files are kept or, with `back`, as they were kept: forks share them. */
+static int open_files(off_t *places, int back)
 {
     int number = 0;
-    struct stat of;
     DIR *all = opendir("/proc/self/fd");
     for (struct dirent *each; all && (each = readdir(all));) {
         int fd = atoi(each->d_name);
-        number += fd > 2 && fstat(fd, &of) == 0 && S_ISREG(of.st_mode);
+        if (fd >= FILES || each->d_name[0] == '.')
+            continue;
+        number += file_below(fd);
+        if (places && !back)
+            places[fd] = lseek(fd, 0, SEEK_CUR);
+        else if (places && places[fd] >= 0)
+            lseek(fd, places[fd], SEEK_SET);
     }
     if (all)
         closedir(all);
@@ -147,9 +152,10 @@ static int status_of(pid_t child)
 static void wait_here(void)
 {
     int64_t count = control->count, calls[CALLS], last = control->go;
-    off_t printed[3] = {0, lseek(1, 0, SEEK_CUR), lseek(2, 0, SEEK_CUR)};
+    off_t places[FILES];
+    memset(places, -1, sizeof places);
     memcpy(calls, control->calls, sizeof calls);
-    control->alone = !others() && !open_files();
+    control->alone = !others() && !open_files(places, 0);
     __atomic_store_n(&control->held, 1, __ATOMIC_SEQ_CST);
     for (;;) {
         while (__atomic_load_n(&control->go, __ATOMIC_SEQ_CST) == last)
@@ -159,10 +165,9 @@ static void wait_here(void)
             _exit(0);
         control->count = count;
         memcpy(control->calls, calls, sizeof calls);
-        for (int fd = 1; fd < 3; fd++) {
-            syscall(SYS_ftruncate, fd, printed[fd]);
-            lseek(fd, printed[fd], SEEK_SET);
-        }
+        for (int fd = 1; fd < 3; fd++)
+            syscall(SYS_ftruncate, fd, places[fd]);
+        open_files(places, 1);
         if (control->turn == GO_ON)
             return;
         pid_t child = fork();
@@ -183,7 +188,7 @@ static void note(enum call call, int64_t number)
     struct logged *entry = &control->logged[number - 1];
     snprintf(entry->path, sizeof entry->path, "%s", place + strlen(control->below));
     entry->call = call;
-    entry->open = open_files();
+    entry->open = open_files(NULL, 0);
     entry->others = others();
 }
 

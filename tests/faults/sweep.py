@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from tests.faults.bench import Bench, Tree, is_hidden, is_temporary
 from tests.faults.commands import Writes
-from tests.faults.injector import NO_FAULT, Call, Fault, Kind, Outcome
+from tests.faults.injector import Call, Fault, Kind, Outcome
 
 KINDS = (
     *((Kind.FAIL, error) for error in (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)),
@@ -49,9 +49,9 @@ def faults(numbers: Sequence[int], most: int | None, seed: int) -> list[Fault]:
     return sorted((Fault(kind, chance.choice(numbers), error) for kind, error in kinds), key=lambda fault: fault.at)
 
 
-def sweep(bench: Bench, writes: Writes, most: int | None, seed: int = 1, every: bool = False) -> tuple[int, list[str]]:
-    """Faults that were tried, and what was wrong after each. most: how many, None: all kinds at all calls that differ;
-    every: at all calls."""
+def sweep(bench: Bench, writes: Writes, most: int | None, seed: int = 1) -> tuple[int, list[str]]:
+    """Faults that were tried, and what was wrong after each. most: how many, None: all kinds at all calls that
+    differ."""
     arguments, new = bench.complete(writes)
     old: Tree = {name: content if content is None else b"of an earlier run" for name, content in new.items()}
     number, problems = 0, list[str]()
@@ -59,7 +59,7 @@ def sweep(bench: Bench, writes: Writes, most: int | None, seed: int = 1, every: 
     for state in [given, old] if writes.over else [given]:
         some = most and -(-most // (1 + writes.over))
         one = Sweep(bench, writes, arguments, state, new)
-        number += one.run(some, seed, every)
+        number += one.run(some, seed)
         one.run_again()
         problems += [f"{'over' if state is old else 'new'}: {each}" for each in one.problems]
     return number, problems
@@ -73,31 +73,33 @@ class Sweep:
         self.problems: list[str] = []
         self._again: dict[object, tuple[str, Tree]] = {}
 
-    def run(self, most: int | None, seed: int, every: bool) -> int:
-        """How many faults were tried. Where the command cannot wait before its first call, each is a whole run."""
+    def run(self, most: int | None, seed: int) -> int:
+        """How many faults were tried. Those before which the command cannot be held are whole runs."""
         self._start = self.bench.reset(self.state)
+        whole, known = list[Fault](), False
         with self.bench.injector.held(self.arguments, self.bench.environment) as held:
-            if held.before(1):
-                chosen, calls = self._chosen(held.run, most, seed, every)
-                here = self._start
+            if known := held.before(1):
+                chosen, calls = self._chosen(held.run, most, seed)
+                self.bench.reset(self.state)
                 for hold, group in itertools.groupby(chosen, functools.partial(_before, calls)):
-                    self.bench.reset(here)
-                    assert hold == 1 or held.before(hold), f"no call {hold} of {self.arguments}, or not alone there"
-                    here = self.bench.tree()
-                    self._each([NO_FAULT, *group], here, held.run)
-                return len(chosen)
+                    if hold == 1 or held.before(hold):
+                        here = self.bench.tree()
+                        self._each([Fault(at=hold), *group], here, held.run)
+                        self.bench.reset(here)
+                    else:
+                        whole += group
         self.bench.reset(self.state)
-        chosen, _ = self._chosen(lambda: self.bench.run(self.arguments), most, seed, every)
-        self._each(chosen, self._start, lambda fault: self.bench.run(self.arguments, fault))
+        if not known:
+            chosen, _ = self._chosen(lambda: self.bench.run(self.arguments), most, seed)
+            whole = chosen
+        self._each(whole, self._start, lambda fault: self.bench.run(self.arguments, fault))
         return len(chosen)
 
-    def _chosen(
-        self, run: Callable[[], Outcome], most: int | None, seed: int, every: bool
-    ) -> tuple[list[Fault], list[Call]]:
+    def _chosen(self, run: Callable[[], Outcome], most: int | None, seed: int) -> tuple[list[Fault], list[Call]]:
         """Faults to try, and the calls among which they are."""
         done, calls = self.bench.injector.logged(run)
         assert done.code == self.writes.code, done.err
-        return faults(range(1, len(calls) + 1) if every else distinct(calls), most, seed), calls
+        return faults(distinct(calls), most, seed), calls
 
     def run_again(self) -> None:
         """The command once more after each fault that left something, on what it left: a run sees no more of temporary

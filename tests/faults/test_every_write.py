@@ -1,8 +1,9 @@
 """After a fault at any call that changes a file: the file is the old one or the new one, the command says one line, and
 the same command run again gives the same files.
 
-The calls are those of libc, see shim.c; STILLHOOK_FAULTS_ALL=1 tries every kind of fault at every call of every command,
-which takes hours, and otherwise each is tried at some.
+The calls are those of libc, see shim.c; of those of one kind to one file the first and the last are taken.
+STILLHOOK_FAULTS_ALL=1 tries every kind of fault at all of them in every command, which takes hours, and otherwise each is
+tried at some.
 """
 
 from __future__ import annotations

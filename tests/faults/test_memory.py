@@ -1,25 +1,86 @@
-"""Out of memory at the n-th large allocation: one line, exit code 2, and no file half-written."""
+"""Out of memory at the n-th large allocation, or by a limit: one line, exit code 2, and no file half-written."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from tests.faults.bench import Bench
 from tests.faults.commands import COMMANDS, Writes
-from tests.faults.injector import compiled
+from tests.faults.injector import ROOT, compiled
 
 LARGE = 262_144
 """Least size of an allocation that fails [bytes]: the interpreter's own are smaller."""
 MOST = 20
 """Allocations of a command that fail, spread over all of them."""
 ABORTED = (-6, -11)
-"""HDF5 and Typst end the process where they get no memory; nothing in Python can prevent it."""
+"""Where one of its own allocations fails HDF5 ends the process; what it needs is asked for before it begins."""
 INSIDE = {
     "map": Writes('map nov-250t --controllers ssc --loads "30 t" --speeds "20 m/min"'),
     "convert": COMMANDS["convert csv"],
 }
 """Command lines whose arrays are NumPy's."""
+LIMITED = """
+import resource, sys
+from pathlib import Path
+import numpy, xarray
+from stillhook.formats.table.netcdf import write_netcdf
+
+names = numpy.array([f"case {i}" for i in range(20)], dtype=object)
+data = xarray.Dataset({"a": (("case", "time"), numpy.random.rand(20, 10_000)), "name": ("case", names)})
+write_netcdf(Path(sys.argv[1]), {"": data})
+ends = set()
+for size in range(0, 60_000_000, 2_000_000):
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + size, resource.RLIM_INFINITY))
+    try:
+        write_netcdf(Path(sys.argv[1]), {"": data})
+        ends.add("written")
+    except MemoryError:
+        ends.add("refused")
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+print(sorted(ends))
+"""
+"""Runs that are written with less and less memory left."""
+SMALL = """
+from stillhook.report.document import Document
+from stillhook.report.pdf import Unset, pdf
+
+try:
+    pdf(Document("A title"))
+except Unset as problem:
+    print(problem)
+"""
+"""A PDF with less memory than typst needs."""
+
+
+def script(text: str, *arguments: str, **environment: str) -> str:
+    """What a script prints; it ends by itself."""
+    env = os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment
+    done = subprocess.run(
+        [sys.executable, "-c", text, *arguments], capture_output=True, text=True, env=env, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
+def test_a_run_is_written_or_refused_however_little_memory_is_left(tmp_path: Path):
+    assert script(LIMITED, str(tmp_path / "run.nc")) == "['refused', 'written']"
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
+def test_a_pdf_that_lacks_memory_is_one_line():
+    line = script(SMALL, STILLHOOK_READ_MEMORY="60 MB")
+    assert line.startswith("the document cannot be set (")
+    assert "\n" not in line
 
 
 @pytest.fixture(scope="module")

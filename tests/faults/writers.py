@@ -75,11 +75,25 @@ def history(out: Path) -> None:
         of.append(1.8e9 + np.arange(50.0), np.arange(100.0).reshape(50, 2))
 
 
+def certified(out: Path) -> None:
+    """A certificate with its PDF and manifest, which nobody signed."""
+    from tests.validate.staged_certificate import staged, write
+
+    from stillhook.trust.results import result_folder
+    from stillhook.validate import certificate_of
+
+    made = certificate_of(staged(write(out.with_name("campaign"), synthetic=False)))
+    with result_folder(out, "validation") as part:
+        (part / "certificate.json").write_text(made.text(), encoding="utf-8")
+        (part / "certificate.pdf").write_bytes(made.pdf())
+
+
 WRITERS: dict[str, Callable[[Path], None]] = {
     each.__name__: each for each in (one_file, one_durable_file, files_together, folder, run_file, stored, keys)
 }
-"""Those that are swept: what they write is the same each time."""
-PREPARING = {"history": history}
+"""Those that are swept."""
+PREPARING = {"history": history, "certified": certified}
+"""What else is read by command lines."""
 
 
 def write(name: str, out: str) -> None:

@@ -26,6 +26,8 @@ from stillhook.cli.groups import Entry, Group, Program
 from stillhook.cli.names import modern
 from stillhook.errors import StillhookError, printed
 
+NO_ROOM = "failed to map segment"
+"""What the loader of libraries says where memory is short."""
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
 DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
@@ -191,6 +193,8 @@ def _said(problem: BaseException) -> int:
             return _lost(problem)
         case MemoryError():
             return _exhausted(problem)
+        case ImportError() if NO_ROOM in str(problem):
+            return _exhausted(MemoryError(f"{problem.name or 'a library'} cannot be loaded"))
         case SystemExit():  # the argument parser's answer to a pipe that nobody reads
             if isinstance(problem.__context__, OSError):
                 return _lost(problem.__context__)

@@ -155,12 +155,16 @@ def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
     function: of a module's top level, and its module light to import. Errors: StillhookError as the function raises it;
     UnreadableError for everything else that goes wrong, and where the time limit is passed.
     """
-    limit = time_limit(path)
+    return in_own_process(time_limit(path), function, Path(os.path.abspath(path)), *arguments)
+
+
+def in_own_process(limit: float, function: Callable[..., T], *arguments: Any) -> T:
+    """`function(*arguments)` in that process, within a time limit [s]. Errors: as `read_binary`."""
     with _LOCK:
         reader = _idle() or Reader()
         _IDLE.clear()
         try:
-            value = reader.call(limit, function, Path(os.path.abspath(path)), *arguments)
+            value = reader.call(limit, function, *arguments)
         except BaseException:  # a library may hold on to what it could not read
             reader.close()
             raise

@@ -1,19 +1,24 @@
 """A document as PDF, or as pictures of its pages: set by typst with its own fonts and the document's date, with
-nothing of this machine."""
+nothing of this machine.
+
+Typst runs in a process of its own (`stillhook.formats.binary`): it ends the one that it runs in where memory runs out.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import datetime
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from stillhook.base.extras import installed
 from stillhook.base.kept.leftovers import temporary_folder
-from stillhook.errors import StillhookError
+from stillhook.errors import StillhookError, UnreadableError
+from stillhook.formats.binary import in_own_process
 from stillhook.report.document import (
     Bullets,
     Cell,
@@ -36,6 +41,8 @@ ARCHIVE = "a-2u"
 searched."""
 
 
+LONGEST = 600.0
+"""Time within which a document is set, on a machine that does much else [s]; the longest take some seconds."""
 SHORT = 30
 """Letters of cells that are better not folded."""
 MOST_ROWS, MOST_LETTERS = 9, 1500
@@ -64,20 +71,30 @@ def pages(document: Document, ppi: float = 100.0) -> list[bytes]:
 
 
 def _typeset(document: Document, **options: Any) -> list[bytes]:
-    import typst  # 80 MB: only where a document is wanted
-
+    if not installed("typst"):
+        raise ModuleNotFoundError("typst is not installed", name="typst")
     date = datetime.datetime.combine(datetime.date.fromisoformat(document.date), datetime.time(), datetime.UTC)
     with temporary_folder("report") as name:
         folder = Path(name)
         (folder / TEMPLATE).write_bytes((files("stillhook.report") / TEMPLATE).read_bytes())
         data = typeset(json.dumps(_data(document, folder), ensure_ascii=False))
         (folder / DATA).write_text(data, encoding="utf-8")
-        compiler = typst.Compiler(folder / TEMPLATE, root=folder, ignore_system_fonts=True)
         try:
-            result = compiler.compile(timestamp=date, **options)
-        except typst.TypstError as problem:
-            reason = " ".join(str(problem.message).split())[:200]
-            raise Unset(f"the document cannot be set ({reason}).") from None
+            return in_own_process(LONGEST, _set, folder, date, options)
+        except UnreadableError as problem:
+            raise Unset(f"the document cannot be set ({problem}).") from None
+
+
+def _set(folder: Path, date: datetime.datetime, options: Mapping[str, Any]) -> list[bytes]:
+    """In the process of its own: the file, or the pictures, of the template in a folder."""
+    import typst  # 80 MB: only where a document is wanted
+
+    compiler = typst.Compiler(folder / TEMPLATE, root=folder, ignore_system_fonts=True)
+    try:
+        result = compiler.compile(timestamp=date, **options)
+    except typst.TypstError as problem:
+        reason = " ".join(str(problem.message).split())[:200]
+        raise Unset(f"the document cannot be set ({reason}).") from None
     assert result is not None
     return result if isinstance(result, list) else [result]
 
