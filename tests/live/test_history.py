@@ -33,6 +33,7 @@ from stillhook.live.history import (
     save,
 )
 from stillhook.logs.log import read_log
+from stillhook.trust.manifest import NAME, Part, read_manifest
 
 pytestmark = pytest.mark.slow  # each waits for the disk several times
 
@@ -217,7 +218,9 @@ def test_the_oldest_hours_go_first_and_each_is_an_event(tmp_path: Path, bound: s
         "rows 1 to 60, 2026-11-28T12:00:00Z to 2026-11-28T12:59:00Z: removed, the history is at its budget"
     )
     assert read(tmp_path)["row"].values.tolist() == list(range(301, len(written) + 1))
-    assert len(list((tmp_path / "hours").iterdir())) == 3
+    left = {path.name for path in (tmp_path / "hours").glob("*.parquet")}
+    assert len(left) == 3
+    assert {*read_manifest(tmp_path / "hours" / NAME).parts} == left
     assert (found.first_row, found.removed_rows) == (301, 300)
     assert "300 rows removed" in " ".join(describe(found))
 
@@ -341,6 +344,7 @@ def test_the_journal_says_the_sha256_of_each_file(tmp_path: Path):
         row = history._connection.execute("SELECT file, bytes, sha256 FROM hours").fetchone()
     assert row == (file.name, file.stat().st_size, hashlib.sha256(file.read_bytes()).hexdigest())
     assert check(tmp_path) == []
+    assert read_manifest(file.parent / NAME).parts == {file.name: Part(*row[1:])}
 
 
 EARLY = ("no rows yet", "no history", "its hours are removed as fast as they are read")
@@ -418,5 +422,5 @@ def test_whatever_the_clock_the_restarts_and_the_archives_rows_are_there_once_in
         for i, column in enumerate(COLUMNS):
             assert run[column].values.tobytes() == numbers(1, len(times))[:, i].tobytes()
         found = overview(folder)
-        assert found.files == len(list(folder.glob("hours/*")))
+        assert found.files == len(list(folder.glob("hours/*.parquet")))
         assert found.rows == found.last_row == len(times)

@@ -64,7 +64,7 @@ def test_a_range_goes_to_a_file(folder: Path, tmp_path: Path, capsys: pytest.Cap
 
 
 def test_damage_is_said_with_exit_code_1(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    hour = next((folder / "hours").iterdir())
+    hour = next((folder / "hours").glob("*.parquet"))
     hour.write_bytes(hour.read_bytes()[:-1])
     assert ask(folder, "--check", "--out", tmp_path / "rest.csv") == 1
     said = capsys.readouterr()

@@ -157,7 +157,8 @@ class Manifest:
             kept = {n: p for n, p in of.items() if n not in parts and (before.what != made.what or remains(n))}
             if kept:
                 sets[before] = kept
-        sets[made] = {**sets.get(made, {}), **parts}
+        if parts:
+            sets[made] = {**sets.get(made, {}), **parts}
         return Manifest(sets)
 
 

@@ -67,10 +67,10 @@ def release_pages(connection: sqlite3.Connection) -> None:
         connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
 
-def remove_oldest(connection: sqlite3.Connection, folder: Path) -> None:
+def remove_oldest(connection: sqlite3.Connection, folder: Path) -> int:
     """Remove hours, oldest rows first, until the budget holds: files, then full hours of the journal where no file is
-    left. The journal names a file no more before it is deleted."""
-    budget = budget_of(connection)
+    left. The journal names a file no more before it is deleted. Gives the number of files."""
+    budget, files = budget_of(connection), 0
     while (oldest := _oldest_beyond(connection, budget)) is not None:
         first, last = oldest.first, oldest.last
         with transaction(connection):
@@ -84,7 +84,9 @@ def remove_oldest(connection: sqlite3.Connection, folder: Path) -> None:
             add_events(connection, [Event(EventKind.REMOVED, text, {"first": first, "last": last})], last)
         if oldest.file:
             (folder / HOURS / oldest.file).unlink(missing_ok=True)
+            files += 1
     _remove_events(connection, budget.events)
+    return files
 
 
 def _oldest_beyond(connection: sqlite3.Connection, budget: Budget) -> _Oldest | None:

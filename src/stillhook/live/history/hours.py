@@ -1,4 +1,5 @@
-"""Full hours as Parquet files, each named by the journal with its SHA-256.
+"""Full hours as Parquet files, each named by the journal with its SHA-256, and by the manifest of their folder, which
+is signed where the user has a key: what is written on is the journal's alone.
 
 A file is complete and on the disk before the transaction that names it and deletes its rows from the journal. Killed
 before that transaction, the file counts for nothing and is written again; after it, the rows are in the file alone.
@@ -7,8 +8,9 @@ before that transaction, the file counts for nothing and is written again; after
 from __future__ import annotations
 
 import json
+import logging
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
@@ -36,8 +38,10 @@ from stillhook.live.history.journal import (
     transaction,
     unpacked,
 )
-from stillhook.trust.manifest import Part
+from stillhook.trust.manifest import NAME, Part
+from stillhook.trust.results import add_parts
 
+LOG = logging.getLogger("stillhook")
 HOUR = 3600
 MEMORY = "1GB"
 """That DuckDB may take in an archiver."""
@@ -85,15 +89,28 @@ def archive(folder: str | Path) -> list[Path]:
             raise LiveError(f"{place}: another process archives it. Wait until it is done.")
         with closing(held):
             _remove_leftovers(connection, place)
-            written = []
+            written: dict[Path, Part] = {}
             full = "SELECT DISTINCT run FROM batches WHERE run < (SELECT max(run) FROM batches) ORDER BY run"
             try:
                 for (run,) in connection.execute(full).fetchall():
-                    written += _archive_run(connection, place, run)
+                    written |= _archive_run(connection, place, run)
             finally:
-                remove_oldest(connection, place)
+                removed = remove_oldest(connection, place)
+                _enter(place / HOURS, written, removed)
             release_pages(connection)
     return [file for file in written if file.exists()]
+
+
+def _enter(folder: Path, written: Mapping[Path, Part], removed: int) -> None:
+    """Enter files that were written now into the manifest of their folder, and take out those that the budget removed.
+    An hour is in the history without it: a line on standard error where it cannot be written."""
+    parts = {file.name: part for file, part in written.items() if file.exists()}
+    if not parts and not (removed and (folder / NAME).exists()):
+        return
+    try:
+        add_parts(folder, "history", parts)
+    except SimulationError as problem:
+        LOG.warning(f"{folder}: its manifest is not of all its hours: {problem}")
 
 
 def _remove_leftovers(connection: sqlite3.Connection, folder: Path) -> None:
@@ -110,8 +127,8 @@ def _remove_leftovers(connection: sqlite3.Connection, folder: Path) -> None:
             add_events(connection, [Event(EventKind.DAMAGED, f"{HOURS}/{name} is gone")], 0)
 
 
-def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> list[Path]:
-    """The file of a run, empty where nothing of it can be read."""
+def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> dict[Path, Part]:
+    """The file of a run and what it is, empty where nothing of it can be read."""
     batches = connection.execute(
         "SELECT first, last, crc, data FROM batches WHERE run = ? ORDER BY first", (run,)
     ).fetchall()
@@ -136,7 +153,7 @@ def _archive_run(connection: sqlite3.Connection, folder: Path, run: int) -> list
         )
         connection.execute("DELETE FROM batches WHERE run = ?", (run,))
         add_events(connection, events, part.last)
-    return [target] if sound else []
+    return {} if written is None else {target: written}
 
 
 def part_of(batches: Sequence[tuple[int, int, int, bytes]], columns: tuple[Variable, ...]) -> HourRows:

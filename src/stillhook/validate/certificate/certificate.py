@@ -56,8 +56,20 @@ from stillhook.validate.report.figures import pictures
 from stillhook.validate.report.view import WORDS, limits_of, view_of, without_meaning
 from stillhook.validate.validation import Validation
 
-METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
-METHOD_FILES = ("units.py",)
+METHOD_FOLDERS = (
+    *("formats/table", "logs", "statistics"),
+    *(
+        f"validate/{step}"
+        for step in ("ahc", "controller", "criteria", "data_set", "dynamics", "parameters", "passive")
+    ),
+)
+METHOD_FILES = (
+    *("base/arrays.py", "base/contract.py", "base/extensions.py", "base/gateway/parse.py", "base/variable.py"),
+    *("formats/binary.py", "units.py", "units.toml", "validate/certificate/certificate.py", "validate/report/view.py"),
+    *("validate/speed_limits.py", "validate/validation.py"),
+)
+"""What the numbers of a validation follow from besides the twin (`results_hash`), by the imports of its steps; what
+writes, keeps, signs or words them is none of it (docs/decisions/0037-signed-certificates.md)."""
 LIBRARIES = ("numpy", "pandas", "scipy")
 """Libraries that compute the numbers of a validation in addition to Stillhook."""
 
@@ -133,7 +145,7 @@ def versions() -> dict[str, Any]:
 @functools.cache
 def method_hash(without: str = "") -> str:
     """Hash of the code by which logs are read, compared and judged; without the files of that name."""
-    names = [*PACKAGE.inside(METHOD_FOLDERS, (".py", ".toml", ".typ")), *METHOD_FILES]
+    names = [*PACKAGE.inside(METHOD_FOLDERS, (".py", ".toml")), *METHOD_FILES]
     return PACKAGE.hash(name for name in names if name.rpartition("/")[2] != without)[:16]
 
 
