@@ -17,6 +17,7 @@ from fuzz.mutators.repair import FLOATS
 from fuzz.mutators.values import changed
 from stillhook.formats.binary import read_binary
 
+HDF5 = b"\x89HDF"
 OF_NETCDF = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
 """Attributes with which NetCDF ties variables to dimensions, changed more seldom."""
 
@@ -24,6 +25,8 @@ OF_NETCDF = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid
 def by_netcdf(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
     """One change of a file's contents, in the process that reads: HDF5 may wait for ever on one that was damaged
     before."""
+    if not data.startswith(HDF5):
+        raise ValueError("no NetCDF file any more")
     return read_binary(_changed, Path("changed.nc"), data, r.getrandbits(32))
 
 
