@@ -84,12 +84,13 @@ def chosen(patterns: str) -> list[Target]:
 
 
 def _rounds(of: Sequence[Target], store: Path, seconds: float, longest: float) -> None:
-    """Rounds of all targets until the time is over, each for its share; longest: a slice of share 1 [s]."""
+    """Rounds of all targets until the time is over, each for its share, those with the fewest inputs first; longest: a
+    slice of share 1 [s]."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0.0:
         shares = sum(t.share for t in of)
         scale = min(longest, left / shares)
-        for target in of:
+        for target in sorted(of, key=lambda t: int(_totals(store, t).get("inputs", 0))):
             if time.monotonic() < end:
                 _slice(target, store, max(1.0, target.share * scale))
 

@@ -15,6 +15,10 @@ from stillhook.formats.binary import REFUSED, VALUE, Reader, answer
 _VALUES = re.compile(r'"[^"]*"|\'[^\']*\'|[-+]?\d[\d.,e+-]*')
 NOTHING: frozenset[int] = frozenset()
 
+ALIKE = 30
+"""Requests in a row that show no new line of the process that reads, after which it is not traced any more: there the
+package has some hundred lines."""
+
 Trace = Callable[[FrameType, str, Any], Any]
 
 
@@ -30,6 +34,7 @@ class Lines:
         self.seen = sum(map(len, self._before.values()))
         self._left: dict[CodeType, set[int] | frozenset[int]] = {}
         self._call_reader = Reader.call
+        self._read_alike = 0
 
     def to_dict(self) -> dict[str, list[int]]:
         """Lines that ran, by file."""
@@ -52,10 +57,15 @@ class Lines:
         """`Reader.call` that counts the lines of the process that reads, too."""
 
         def call(reader: Reader, limit: float, function: Callable[..., Any], *arguments: Any) -> Any:
+            if self._read_alike > ALIKE:
+                return self._call_reader(reader, limit, function, *arguments)
+            self._read_alike += 1
             (kind, value), ran = self._call_reader(reader, limit, with_lines, limit, function, arguments)
             for file, lines in ran.items():
                 of = self._before.setdefault(file, set())
-                self.seen += len(lines - of)
+                if new := lines - of:
+                    self.seen += len(new)
+                    self._read_alike = 0
                 of |= lines
             if kind != VALUE:
                 raise value if kind == REFUSED else UnreadableError(str(value))

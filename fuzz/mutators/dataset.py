@@ -6,6 +6,7 @@ import io
 import json
 import random
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import h5py  # type: ignore[import-untyped]
@@ -14,14 +15,23 @@ import numpy as np
 from fuzz.mutators import odd
 from fuzz.mutators.repair import FLOATS
 from fuzz.mutators.values import changed
+from stillhook.formats.binary import read_binary
 
+HDF5 = b"\x89HDF"
 OF_NETCDF = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
 """Attributes with which NetCDF ties variables to dimensions, changed more seldom."""
 
 
 def by_netcdf(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
-    """One change of a file's contents."""
-    stream = io.BytesIO(data)
+    """One change of a file's contents, in the process that reads: HDF5 may wait for ever on one that was damaged
+    before."""
+    if not data.startswith(HDF5):
+        raise ValueError("no NetCDF file any more")
+    return read_binary(_changed, Path("changed.nc"), data, r.getrandbits(32))
+
+
+def _changed(_: Path, data: bytes, seed: int) -> bytes:
+    stream, r = io.BytesIO(data), random.Random(seed)
     with h5py.File(stream, "r+") as file:
         groups = [file, *(each for each in file.values() if isinstance(each, h5py.Group))]
         _change(r, r.choice(groups) if r.random() < 0.3 else file)

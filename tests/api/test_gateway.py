@@ -387,3 +387,10 @@ class TestWhatIsStored:
     )
     def test_lowerings_of_another_shape_are_refused(self, text):
         assert line_of(lambda: stored_lowerings(text)).startswith("stored lowerings: ")
+
+
+@pytest.mark.parametrize("read", [from_toml, from_json])
+def test_a_text_with_bytes_that_were_no_text_is_refused(read):
+    text = b'{"a": "\xf2"}'.decode("utf-8", "surrogateescape")
+    with pytest.raises(UnreadableError, match="is not Unicode text"):
+        read(text if read is from_json else 'a = "\udcf2"')

@@ -35,11 +35,15 @@ _TOML_TOKEN = re.compile(
 _JSON_TOKEN = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[\[\]{}]', re.DOTALL)
 _LONG_WHOLE = re.compile(r"[0-9]{16}")
 _MAYBE_INFINITE = re.compile(r"[eE]\+?[0-9]{3}|[0-9]{300}")
-_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_HALF_SIGN = re.compile("[\\ud800-\\udfff]")
+"""In place of bytes that were no UTF-8, in texts that other libraries decode."""
+_SURROGATE = re.compile(rf"\\u[dD][89a-fA-F]|{_HALF_SIGN.pattern}")
 
 
 def from_toml(text: str) -> dict[str, Any]:
     """The tables of a TOML text. Errors: UnreadableError."""
+    if half := _HALF_SIGN.search(text):
+        raise UnreadableError(f"{quote(half[0])} is not Unicode text")
     deepest, dotted = _toml_depth(text)
     if dotted > TOML.depth:
         raise UnreadableError(f"a key of {dotted} parts, up to {TOML.depth} are read")

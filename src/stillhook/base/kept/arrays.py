@@ -40,7 +40,7 @@ def _arrays(archive: zipfile.ZipFile, members: list[zipfile.ZipInfo]) -> Iterato
             if npy.read_magic(stream) != (1, 0):
                 raise ValueError("an unknown version of arrays")
             shape, _, dtype = npy.read_array_header_1_0(stream)
-            if math.prod(shape) * dtype.itemsize != member.file_size - stream.tell():
+            if not dtype.itemsize or math.prod(shape) * dtype.itemsize != member.file_size - stream.tell():
                 raise ValueError("its header does not fit its size")
         with archive.open(member) as stream:
             yield member.filename.removesuffix(".npy"), npy.read_array(stream, allow_pickle=False)
