@@ -14,6 +14,8 @@ WIDTH = "100"
 """Columns of the terminal."""
 LONGEST = 150
 """Characters of a line as it is stored, so that the numbers of all of it are compared."""
+ONCE = "compiling the winch model"
+"""Begin of a notice that comes where a kernel is not compiled yet."""
 TAG = re.compile(r"<(?:script|style|svg)\b.*?</(?:script|style|svg)>|<[^>]*>", re.DOTALL)
 FRAME, ROOM = re.compile(r"\s*[\u2500-\u257f]+\s*"), re.compile(r"[ \t]+")
 """Lines that tables are drawn with, and what fills their columns."""
@@ -37,7 +39,8 @@ def _run(arguments: Any) -> dict[str, Any]:
     out, error = io.StringIO(), io.StringIO()
     with _columns(), contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
         code = run([*arguments])
-    return {"code": code, "out": lines(out.getvalue()), "error": lines(error.getvalue())}
+    notices = [line for line in error.getvalue().splitlines() if not line.startswith(ONCE)]
+    return {"code": code, "out": lines(out.getvalue()), "error": lines("\n".join(notices))}
 
 
 @contextlib.contextmanager

@@ -16,8 +16,9 @@ from trials.mutants.tree import OVER, PASSED, ROOT, STOPPED, Ended, Run, Tree
 
 KERNEL_ROOMS = ("physics", "control", "winches", "kernels")
 """Rooms whose sources are compiled: every change of one compiles the kernels anew."""
-QUICK_FIRST = 15.0
-"""Quick tests that run the function of a mutant, as they were traced [s of the processor]."""
+QUICK_FIRST = 30.0
+"""Quick tests and stored answers that run the function of a mutant, as they were traced: without a trace they take some
+half as long [s of the processor]."""
 BUDGET, COMPILING = 45.0, 60.0
 """All tests of a mutant, and what is more where kernels are compiled [s of the processor]: the next does not begin."""
 MOST = 6

@@ -28,9 +28,9 @@ from trials.mutants.tree import environment
 QUICK = "not slow and not thorough"
 """Tests that are traced: all of them take a few minutes."""
 WHOLE = ("tests/frozen/test_frozen.py",)
-"""Files whose slow tests are traced as well: those of stored answers, which run much of the sources."""
+"""Files whose slow tests are traced as well, and to their end: stored answers, which run much of the sources."""
 SEEN = 0.3
-"""A test is traced for so long [s of the processor]: what it calls later it has mostly called before."""
+"""Another test is traced for so long [s of the processor]: what it calls later it has mostly called before."""
 DECIMALS = 3
 """Of the seconds that are kept."""
 EACH = 0.05
@@ -86,10 +86,9 @@ class Traces:
             cases[of] += 1
         chosen, left = list[str](), seconds
         for _, _, trace in sorted(ranked, key=lambda r: r[:2]):
-            left -= trace.seconds + EACH
-            if left < 0.0:
-                break
-            chosen.append(trace.test)
+            if trace.seconds + EACH <= left:
+                left -= trace.seconds + EACH
+                chosen.append(trace.test)
         return chosen
 
     def _start(self, files: Sequence[str], number: int) -> tuple[subprocess.Popen[bytes], Path]:
@@ -124,7 +123,7 @@ class Tracer:
 
         file, name = item.nodeid.split("::", 1)
         begin = time.process_time()
-        signal.setitimer(signal.ITIMER_VIRTUAL, SEEN)
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0 if file in WHOLE else SEEN)
         sys.settrace(note)
         try:
             return (yield)
