@@ -154,6 +154,8 @@ def _before(calls: Sequence[Call], fault: Fault) -> int:
 
 def _said(writes: Writes, fault: Fault, done: Outcome) -> Iterator[str]:
     """What is wrong with exit code and lines."""
+    if fault.kind not in (Kind.NONE, Kind.FULL) and not done.fired:  # a full disk still renames
+        yield "did not happen"
     if any(word in done.err for word in ("Traceback", "Exception ignored", "Internal error")):
         yield f"no line: {done.err[-500:]}"
     if fault.kind in DEADLY and done.fired and done.code == -9:

@@ -13,6 +13,10 @@ from tests.faults.bench import Bench
 from tests.faults.commands import COMMANDS, Writes
 from tests.faults.injector import ROOT, compiled
 
+from stillhook.errors import UnreadableError
+from stillhook.report.document import Document
+from stillhook.report.pdf import Unset, pdf
+
 LARGE = 262_144
 """Least size of an allocation that fails [bytes]: the interpreter's own are smaller."""
 MOST = 20
@@ -81,6 +85,16 @@ def test_a_pdf_that_lacks_memory_is_one_line():
     line = script(SMALL, STILLHOOK_READ_MEMORY="60 MB")
     assert line.startswith("the document cannot be set (")
     assert "\n" not in line
+
+
+def test_a_pdf_that_lacks_memory_is_no_other_pdf(monkeypatch: pytest.MonkeyPatch):
+    def ends_once(*of: object) -> list[bytes]:
+        monkeypatch.setattr("stillhook.report.pdf.in_own_process", lambda *of: [b"a PDF that cannot be archived"])
+        raise UnreadableError("its reader broke down")
+
+    monkeypatch.setattr("stillhook.report.pdf.in_own_process", ends_once)
+    with pytest.raises(Unset, match="cannot be set"):
+        pdf(Document("A title"))
 
 
 @pytest.fixture(scope="module")

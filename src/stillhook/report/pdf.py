@@ -53,6 +53,10 @@ class Unset(StillhookError):
     """A document that typst cannot set."""
 
 
+class Lost(Unset):
+    """A document whose setting ended before it was done, as for lack of memory."""
+
+
 def pdf(document: Document) -> bytes:
     """The document as PDF/A where that is possible.
 
@@ -61,6 +65,8 @@ def pdf(document: Document) -> bytes:
     """
     try:
         return _typeset(document, format="pdf", pdf_standards=[ARCHIVE])[0]
+    except Lost:
+        raise
     except Unset:
         return _typeset(document, format="pdf")[0]
 
@@ -82,7 +88,7 @@ def _typeset(document: Document, **options: Any) -> list[bytes]:
         try:
             return in_own_process(LONGEST, _set, folder, date, options)
         except UnreadableError as problem:
-            raise Unset(f"the document cannot be set ({problem}).") from None
+            raise Lost(f"the document cannot be set ({problem}).") from None
 
 
 def _set(folder: Path, date: datetime.datetime, options: Mapping[str, Any]) -> list[bytes]:

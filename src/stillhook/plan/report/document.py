@@ -68,7 +68,7 @@ def _of_facts(result: PlanResult) -> Iterator[None]:
     """Whatever facts of another version, or edited with their hash, make of a page is one line. Errors: PlanError."""
     try:
         yield
-    except (StillhookError, OSError):
+    except (StillhookError, OSError, MemoryError):
         raise
     except Exception as problem:
         mark = "has no hash, and " if UNSEALED in result.facts else "is of another version or was edited: "
