@@ -44,7 +44,9 @@ def module(name: str) -> str | None:
 
 def imports(tree: ast.AST) -> Iterator[str]:
     """Modules of the package that a module imports, at its top or in functions, but not for types alone."""
-    statements = [each for name in ("body", "orelse", "finalbody", "handlers", "cases") for each in getattr(tree, name, [])]
+    statements = [
+        each for name in ("body", "orelse", "finalbody", "handlers", "cases") for each in getattr(tree, name, [])
+    ]
     for node in statements:
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
