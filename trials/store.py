@@ -36,7 +36,7 @@ def write_parts(store: Path, parts: Mapping[str, Any]) -> None:
 
 def judging_code() -> str:
     """The code that computes and judges. The table of detection limits follows from the trials and is no part of it."""
-    from stillhook.validate.certificate.certificate import method_hash, versions  # not for those who only keep a store
+    from stillhook.validate.certificate.content import method_hash, versions  # not for those who only keep a store
     from stillhook.validate.criteria.criteria import LIMITS_FILE
 
     return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}"

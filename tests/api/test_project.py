@@ -165,9 +165,9 @@ def test_no_imports_run_in_a_circle():
 def test_rooms_that_hashes_cover_exist():
     """A hash over a folder that is gone would cover nothing, and say nothing."""
     from stillhook.kernels import build
-    from stillhook.validate.certificate import certificate
+    from stillhook.validate.certificate import content
 
-    folders = (*build.KERNEL_FOLDERS, *build.RESULT_FOLDERS, *certificate.METHOD_FOLDERS)
+    folders = (*build.KERNEL_FOLDERS, *build.RESULT_FOLDERS, *content.METHOD_FOLDERS)
     assert [f for f in folders if not any((SOURCE / f).rglob("*.py"))] == []
 
 

@@ -36,7 +36,6 @@ SAID = {
     "plan/file.py": "example plans of the package",
     "analysis/kept.py": "own cache",
     "engine/store.py": "own store of finished cases",
-    "response/winch/identify.py": "own cache",
     "kernels/build.py": "sources that are compiled",
     "kernels/control_laws.py": "sources that are compiled",
     "kernels/c99/library.py": "own cache of compiled code",

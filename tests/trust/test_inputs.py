@@ -39,8 +39,8 @@ def test_files_that_are_typed_and_that_they_name_are_inputs_with_their_hashes(ca
     def write() -> bytes:
         with collecting({"case": case}):
             load_case(case)
-            with result_folder(tmp_path / "o", "run"):
-                pass
+            with result_folder(tmp_path / "o", "run") as part:
+                (part / "run.nc").write_bytes(b"numbers")
         assert named(tmp_path / "o") == hashes(case, tmp_path / "base.toml", tmp_path / "mine.toml")
         return (tmp_path / "o" / NAME).read_bytes()
 
@@ -53,9 +53,9 @@ def test_files_that_are_typed_and_that_they_name_are_inputs_with_their_hashes(ca
 def test_files_of_the_library_are_covered_by_the_hash_of_the_code(tmp_path: Path):
     with (
         collecting({"crane": LIBRARY / "cranes" / "nov-250t.toml", "wave": "jonswap Hs=2 m"}),
-        result_folder(tmp_path / "o", "run"),
+        result_folder(tmp_path / "o", "run") as part,
     ):
-        pass
+        (part / "run.nc").write_bytes(b"numbers")
     assert named(tmp_path / "o") == {}
     assert '"inputs"' not in (tmp_path / "o" / NAME).read_text()
 
@@ -64,8 +64,8 @@ def test_no_file_is_an_input_outside_of_a_command_or_of_the_command_before(case:
     with collecting({"case": case, "out": case, "key": case}):
         assert [*inputs()] == [case]
     note_input(case)
-    with result_folder(tmp_path / "o", "plan"):
-        pass
+    with result_folder(tmp_path / "o", "plan") as part:
+        (part / "plan.nc").write_bytes(b"numbers")
     assert named(tmp_path / "o") == {}
 
 
@@ -74,8 +74,8 @@ def test_an_input_that_changed_meanwhile_is_not_named_and_costs_no_result(
 ):
     with collecting({"case": case, "more": [tmp_path / "mine.toml"], "none": tmp_path / "gone.toml"}):
         case.write_text("crane = 'another'\n")
-        with result_folder(tmp_path / "o", "plan"):
-            pass
+        with result_folder(tmp_path / "o", "plan") as part:
+            (part / "plan.nc").write_bytes(b"numbers")
     assert named(tmp_path / "o") == hashes(tmp_path / "mine.toml")
     assert "case.toml: changed while the command ran, so that the manifest does not name it." in caplog.text
 

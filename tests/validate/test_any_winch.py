@@ -14,7 +14,7 @@ from stillhook.errors import ValidateError
 from stillhook.library import cranes
 from stillhook.report.pdf import pages
 from stillhook.validate import certificate_of, validate
-from stillhook.validate.certificate.certificate import level_of
+from stillhook.validate.certificate.content import level_of
 from stillhook.validate.certificate.document import document
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge

@@ -21,7 +21,7 @@ from stillhook.report.document import Bullets, Figure, Table, Text
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
-from stillhook.validate.certificate.certificate import content_of
+from stillhook.validate.certificate.content import content_of
 from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.certificate.utilisation import most_used
 from stillhook.validate.criteria.results import StepNumber

@@ -15,7 +15,7 @@ from stillhook.library import crane_toml
 from stillhook.report.document import Text
 from stillhook.trust.standing import MEANING
 from stillhook.validate import certificate_files, load_certificate
-from stillhook.validate.certificate import certificate as certificate_content
+from stillhook.validate.certificate import content as certificate_content
 from stillhook.validate.certificate import recheck as certificate_check
 from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check

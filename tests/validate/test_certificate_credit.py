@@ -14,7 +14,7 @@ from stillhook.errors import ValidateError
 from stillhook.kernels.cache import VARIABLE as CACHE
 from stillhook.library import crane_from_toml, crane_toml
 from stillhook.validate import Certificate, certificate_of, load_certificate
-from stillhook.validate.certificate import certificate as certificate_content
+from stillhook.validate.certificate import content as certificate_content
 from stillhook.validate.certificate import recheck
 from stillhook.validate.certificate.credit import ALONE, checked
 from stillhook.validate.criteria.results import StepNumber

@@ -5,7 +5,7 @@ from trials.campaigns.defects import DEFECTS
 from trials.defects import detection_limits as limits
 from trials.defects import run as trials
 
-from stillhook.validate.certificate.certificate import method_hash
+from stillhook.validate.certificate.content import method_hash
 from stillhook.validate.criteria.criteria import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
 
 

@@ -18,7 +18,7 @@ from stillhook.base.kept.sealed import digest_of, sealed
 from stillhook.errors import LiveError, StillhookError
 from stillhook.live.condition.followed import FOLLOWED, TABLE_HASH, Followed
 from stillhook.spec.crane import Crane, content
-from stillhook.validate.certificate.certificate import sha256_of, versions
+from stillhook.validate.certificate.content import sha256_of, versions
 from stillhook.validate.criteria.results import Measure, Note, has
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.validation import Validation, validate

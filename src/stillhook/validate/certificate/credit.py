@@ -74,7 +74,7 @@ def _against(crane: Crane, recompute: bool, progress: Callable[[float], None] | 
 
 def _place(certificate: Certificate) -> Path:
     """File of the answer for this certificate by this code."""
-    from stillhook.validate.certificate.certificate import versions  # heavy
+    from stillhook.validate.certificate.content import versions  # heavy
 
     key = canonical({"certificate": certificate.digest, **versions()})
     return kernel_folder(FOLDER) / f"{hashlib.sha256(key.encode()).hexdigest()[:32]}.json"

@@ -21,14 +21,8 @@ from stillhook.spec.crane import Crane
 from stillhook.trust.standing import Judgement
 from stillhook.trust.trust_list import TrustList, users_trust
 from stillhook.units import number, quote, show
-from stillhook.validate.certificate.certificate import (
-    Certificate,
-    certificate_of,
-    crane_part,
-    sha256_of,
-    versions,
-    with_its_annex,
-)
+from stillhook.validate.certificate.certificate import Certificate, certificate_of, with_its_annex
+from stillhook.validate.certificate.content import crane_part, sha256_of, versions
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import validate
