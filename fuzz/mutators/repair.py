@@ -82,7 +82,7 @@ def by_zip(r: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
     elif pick == 3:
         members[at] = (r.choice(("../../x", "/x", "", "x" * 300)), inner)
     else:
-        members[at] = (name, by_tokens(r, inner, ()))
+        members[at] = (name, by_tokens(r, inner[:LARGEST], ()))
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, inner in members:
