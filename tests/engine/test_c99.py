@@ -105,6 +105,7 @@ def test_c_holds_every_function_of_the_circuit_and_no_library_exponential(plant)
     source = c_source(plant)
     for name in ("circuit", "rates", "sense", "actuate", "signals", "powers", "stored_energy", "limits"):
         assert f"{plant.replace('-', '_')}_{name}(" in source
+    assert {*re.findall(r"\brun_(\d+)\(", source)} == {"1", "16"}  # one trajectory, and a block of lanes
     assert "scalar_exp(double x)" in source
     assert not re.search(r"(?<![\w])(exp|log|pow|tanh)\(", source)
 

@@ -48,7 +48,6 @@ def printed_sea() -> Any:
     return every(
         *(f"sea|{SEA}", "sea|spectra.txt", "inspect|spectra.txt", "sea|torsethaugen Hs=2 m Tp=8 s"),
         *(f"{tip}|165 deg", f"{tip}|165 deg|--spread|4|--seeds|3", f"{tip}|all"),
-        *("response|anchor-to-3000m|--depth|500 m", "response|template-to-1500m|--depth|200 m"),
     )
 
 

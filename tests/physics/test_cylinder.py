@@ -219,3 +219,13 @@ def test_cushions_never_push_the_rod_and_stops_never_pull_it(v):
         assert phys.cushion_force(x, v, ends) * v <= 0.0
         assert phys.stop_force(x, ends) * (x - 1.5) <= 0.0
     assert phys.cushion_force(0.02, 0.3, ends) == 0.0  # out of the end it moves freely
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.25, 0.5, 1.0, 1.5])
+def test_a_cushion_damps_in_proportion_to_its_depth_and_fully_where_the_rod_meets_the_stop(depth):
+    """Depth over the cushion's length, at either end alike; beyond the stop it stays what it was there."""
+    ends = phys.Ends(x_max=3.0, x_c=0.05, i_x_c=20.0, c=3e6, k=2e9)
+    x, v = ends.x_c * (1.0 - depth), 0.2
+    full = ends.c * v
+    assert phys.cushion_force(x, -v, ends) == pytest.approx(min(depth, 1.0) * full, abs=1e-6 * full)
+    assert phys.cushion_force(ends.x_max - x, v, ends) == pytest.approx(-min(depth, 1.0) * full, abs=1e-6 * full)

@@ -53,6 +53,14 @@ def test_lead_time_is_added_to_what_is_planned(tmp_path):
     assert not any("operation.lead" in note or "T_C" in note for note in made.notes)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("lead", ["0 h", "30 min"])
+def test_a_forecast_may_be_issued_at_the_start_or_shortly_before(tmp_path, lead):
+    made = lift(tmp_path, f'T_POP = "12 h"\nT_C = "12 h"\nlead = "{lead}"')
+    assert made.T_POP == 12 * H + made.lead
+    assert made.lead == {"0 h": 0.0, "30 min": 0.5 * H}[lead]
+
+
 def test_factor_and_window_are_those_of_the_time_from_the_issue(tmp_path):
     result = planned(lift(tmp_path, 'T_POP = "12 h"\nT_C = "12 h"\nlead = "8 h"'), tier="closed-form")
     operation = result.facts["operation"]

@@ -35,8 +35,21 @@ def asked():
 
 
 @pytest.fixture(scope="module")
-def found(asked):
-    return plan(replace(asked, weather=WeatherUse("SYNTHETIC-norwegian-sea")), tier="frequency")
+def shares():
+    """Of the work of `found` that was reported as done."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(asked, shares):
+    weather = WeatherUse("SYNTHETIC-norwegian-sea")
+    return plan(replace(asked, weather=weather), tier="frequency", progress=shares.append)
+
+
+def test_progress_rises_from_nothing_to_all(found, shares):
+    assert found.facts
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
 
 
 @pytest.mark.thorough
