@@ -1,8 +1,8 @@
 """Files that a command follows from: those that the user typed, and those that they name. The manifest of what the
 command writes has their hashes.
 
-Only a command collects them (`collecting`); a program that calls Stillhook states its own. Files of the package are
-left out: the hash of the code covers them.
+Only a command collects them (`collecting`): manifests of what a program writes name none. Files of the package are left
+out: the hash of the code covers them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-PACKAGE = Path(__file__).resolve().parents[2]
+from stillhook.base.kept.sources import PACKAGE
+
 NOT_READ = ("out", "store", "save", "key", "reference", "film")
 """Options that name what is written, or a private key."""
 LOG = logging.getLogger("stillhook")
@@ -41,7 +42,7 @@ def note_input(path: Path) -> None:
     """A file is one of the command's, if it is one: not a folder, and not of the package."""
     if (files := _FILES.get()) is not None and (state := _state(path)) is not None:
         end = Path(os.path.realpath(path))
-        if not end.is_relative_to(PACKAGE):
+        if not end.is_relative_to(PACKAGE.folder):
             files.setdefault(end, state)
 
 

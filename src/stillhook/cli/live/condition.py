@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from stillhook.base.gateway.inputs import collecting
 from stillhook.cli.parser import Json, Out, announce, present, refuse, say_left_out
 from stillhook.errors import CommandError
 from stillhook.report.document import Document, Table, words
@@ -48,7 +49,8 @@ def condition(
         raise CommandError(f"--watch {watch}: look at most once a second, such as 10 min.")
     before: tuple[str, ...] | None = None
     while True:
-        before = _look(campaigns, out, before)
+        with collecting({"campaigns": campaigns}):  # of each look by itself: logs may change between two
+            before = _look(campaigns, out, before)
         time.sleep(every)
 
 
