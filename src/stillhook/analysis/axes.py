@@ -145,7 +145,7 @@ def _values(item: object, kind: str, where: str, percent_of: float | None) -> It
         yield value_of(item, kind, where, percent_of)
         return
     a, b, step = (value_of(text, kind, where, percent_of) for text in span.groups())
-    count = (b - a) / step if step > 0.0 else -1.0
+    count = (b - a) / step if step > 0.0 and b >= a else -1.0
     if count >= MOST:
         raise ScenarioError(f"{where}: {quote(item)}: {count + 1.0:.6g} values; at most {MOST}. Choose a longer step.")
     n = round(count)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import sys
 import zipfile
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -40,10 +41,23 @@ def _arrays(archive: zipfile.ZipFile, members: list[zipfile.ZipInfo]) -> Iterato
             if npy.read_magic(stream) != (1, 0):
                 raise ValueError("an unknown version of arrays")
             shape, _, dtype = npy.read_array_header_1_0(stream)
-            if not dtype.itemsize or math.prod(shape) * dtype.itemsize != member.file_size - stream.tell():
+            if (
+                dtype.names is not None
+                or not dtype.itemsize
+                or math.prod(shape) * dtype.itemsize != member.file_size - stream.tell()
+            ):
                 raise ValueError("its header does not fit its size")
         with archive.open(member) as stream:
-            yield member.filename.removesuffix(".npy"), npy.read_array(stream, allow_pickle=False)
+            array = npy.read_array(stream, allow_pickle=False)
+        if dtype.kind == "U" and not _is_text(array):
+            raise ValueError("holds numbers that are no signs of a text")
+        yield member.filename.removesuffix(".npy"), array
+
+
+def _is_text(array: NDArray[Any]) -> bool:
+    """Whether every sign of an array of texts is one of Unicode: numpy takes any number, and Python fails at it."""
+    codes = array.reshape(-1).view(np.dtype("u4").newbyteorder(array.dtype.byteorder))
+    return not np.any((codes > sys.maxunicode) | ((codes >= 0xD800) & (codes <= 0xDFFF)))
 
 
 def packed(arrays: Mapping[str, Any]) -> bytes:
