@@ -10,8 +10,18 @@ from tests.frozen import record
 from tests.frozen.cases import CASES, result
 
 MOST_PRINTED = 10
-LONG = ("plan_with_the_twin", "response", "validate_dynamics", "certificate", "lower_many_lanes")
+THOROUGH = ("plan_with_the_twin", "response", "validate_dynamics", "certificate", "lower_many_lanes")
 """Cases of many seconds; `freeze.py --check` compares them all."""
+LONG = (
+    *("stability", "tune", "uncertainty", "envelope", "validate", "plan_quick", "weather"),
+    *("identify_friction", "identify_motor", "printed_analysis", "printed_weather", "printed_export"),
+    *("printed_thesis", "printed_library", "printed_parameters", "printed_plan"),
+)
+"""Cases of half a second to some seconds."""
+
+
+def marks(name: str) -> pytest.MarkDecorator:
+    return pytest.mark.thorough if name in THOROUGH else pytest.mark.long if name in LONG else pytest.mark.slow
 
 
 def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
@@ -19,10 +29,7 @@ def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
     assert record.path_of(record.MACHINE).exists()
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.thorough if name in LONG else ()) for name in CASES]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in CASES])
 def test_results_are_those_that_were_stored(name):
     assert record.path_of(name).exists(), f"nothing stored for {name}: python tests/frozen/freeze.py {name}"
     exact = record.same_machine()

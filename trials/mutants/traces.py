@@ -25,7 +25,7 @@ import pytest
 
 from trials.mutants.tree import environment
 
-QUICK = "not slow and not thorough"
+QUICK = "not slow and not long and not thorough"
 """Tests that are traced: all of them take a few minutes."""
 WHOLE = ("tests/frozen/test_frozen.py",)
 """Files whose slow tests are traced as well, and to their end: stored answers, which run much of the sources."""
