@@ -50,7 +50,7 @@ def _arrays(archive: zipfile.ZipFile, members: list[zipfile.ZipInfo]) -> Iterato
         with archive.open(member) as stream:
             array = npy.read_array(stream, allow_pickle=False)
         if dtype.kind == "U" and not _is_text(array):
-            raise ValueError("holds numbers that are no signs of a text")
+            raise ValueError("holds numbers that are not code points of a text")
         yield member.filename.removesuffix(".npy"), array
 
 
