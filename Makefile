@@ -18,7 +18,7 @@ help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
 	@echo "make test        set up, then run the tests (about five minutes)"
 	@echo "make test-fast   set up, then run the tests that take a minute"
-	@echo "make test-long   set up, then run the 220 tests that make test leaves out (ten minutes)"
+	@echo "make test-long   set up, then run what make test leaves out (ten minutes)"
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
 	@echo "make mutants     set up, then draw 100 small changes of the sources and see which the tests notice (an hour on two cores)"
 	@echo "make check       set up, then ruff, import layers and mypy"
@@ -41,7 +41,7 @@ test: $(STAMP)
 test-fast: $(STAMP)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not long and not thorough"
 
-# The 4 % of the tests that take most of the time: continuous integration runs them after `make test`.
+# The few tests that take most of the time: continuous integration runs them after `make test`.
 test-long: $(STAMP_MORE)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "long and not thorough"
 

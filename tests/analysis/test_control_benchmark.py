@@ -89,6 +89,7 @@ def test_the_command_runs_every_controller_and_the_guides_entry(quick):
     assert setting["lead"] in (0.035, 0.05, 0.065)
 
 
+@pytest.mark.long
 def test_ssc_at_its_best_has_less_error_than_with_the_crane_files_settings(quick):
     for sea, scores in quick["entries"][REFERENCE]["scores"].items():
         assert scores["e_c_pp"] < quick["entries"]["ssc-published"]["scores"][sea]["e_c_pp"]
@@ -201,6 +202,7 @@ def test_a_file_that_is_no_controller_is_refused_in_one_line(content, words, tmp
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.long
 def test_two_entries_of_one_name_are_refused(tmp_path: Path):
     with pytest.raises(SpecError, match=r'Two entries are called "ff"'):
         entries_with([exported(tmp_path / "ff.fmu", 0.2, "2")])

@@ -157,6 +157,7 @@ class TestLimits:
                 v = data["v_w_top"]
                 assert bool((v.fillna(0.0) <= v.sel(mode=PHYSICAL) * (1.0 + SAME)).all())
 
+    @pytest.mark.long
     @pytest.mark.parametrize("name", [C150, pytest.param(E250, marks=pytest.mark.thorough), PURE])
     def test_hoisting_gets_slower_with_the_load(self, name):
         v = envelope_of(name)["v_w_top"].sel(direction="hoisting", mode=["ns", "ssc", PHYSICAL])

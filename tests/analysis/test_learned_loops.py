@@ -51,6 +51,7 @@ def limits(name: str, mode: str) -> tuple[float, float | None]:
     return at.gains.high, point.K_p_ms_plc
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "plain"), [("nov-250t", "ns"), ("nov-100t-electric", "position")])
 def test_a_law_that_learns_to_feed_back_twice_as_much_has_half_the_limit(name: str, plain: str, tmp_path: Path) -> None:
     (tmp_path / "doubling.py").write_text(DOUBLING, encoding="utf-8")

@@ -131,7 +131,7 @@ def test_a_run_answers_in_a_dozen_lines_with_its_files(folder: Path, capsys: Any
             assert any(line.startswith(f"written to {words[-1]}: ") for line in lines), words
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_verbose_prints_more_and_json_is_the_same_with_it(folder: Path, capsys: Any) -> None:
     words = ["plan", "template-to-1500m", "--check"]
     run(words)

@@ -428,7 +428,7 @@ class TestCaseFiles:
     def test_odd_arguments_are_one_line(self, capsys, option):
         refusal(capsys, "compare", *option)
 
-    @pytest.mark.slow
+    @pytest.mark.long
     def test_two_cases_of_one_name_stay_two(self, capsys, tmp_path):
         file = save_run(
             simulate(CRANE, [scenario(duration="35 s"), scenario(duration="35 s", load="50 t")]), tmp_path / "two.nc"

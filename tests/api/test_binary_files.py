@@ -232,7 +232,7 @@ def test_the_command_line_gives_such_a_file_up_with_exit_code_2(tmp_path, monkey
     assert error.count("\n") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_path, monkeypatch):
     monkeypatch.setenv("STILLHOOK_READ_TIME", "1 s")
     with pytest.raises(UnreadableError, match=r"^not read within 1 s; for a slow drive"):

@@ -37,6 +37,7 @@ def test_a_profile_from_a_table_is_that_of_lists_in_its_units(tmp_path):
     assert given.velocity(-50.0) == pytest.approx((-1.5 * 1852.0 / 3600.0, 0.0))  # from ahead: 350 to 10 deg
 
 
+@pytest.mark.long
 def test_a_table_of_excel_with_headings_of_its_maker_is_read_by_columns(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

@@ -107,7 +107,7 @@ def test_a_command_leaves_its_pictures_out_with_one_line(core: tuple[Path, dict[
     assert all(name not in answer.out for name in (".png", "Traceback"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pages_have_their_tables_and_are_made_again_without_a_pdf(core: tuple[Path, dict[str, Answer]]) -> None:
     folder, answers = core
     page = (folder / "motor" / "report.html").read_text(encoding="utf-8")

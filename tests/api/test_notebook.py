@@ -111,7 +111,7 @@ def test_a_dataset_draws_the_figure_of_what_it_is(data: Callable[[], Any], words
     assert any(words in ax.get_ylabel() for ax in data().stillhook.plot().axes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("draw", "line"),
     [

@@ -239,7 +239,7 @@ def client():
         yield client
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_slow_store_keeps_every_case_once(client, tmp_path, monkeypatch):
     """A file system that stalls at every file."""
 
@@ -255,7 +255,7 @@ def test_a_slow_store_keeps_every_case_once(client, tmp_path, monkeypatch):
     assert same(found, run_cases(CRANE, cases))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_store_that_cannot_be_written_stops_the_batch_in_one_line(client, tmp_path, monkeypatch):
     written: list[int] = []
 

@@ -141,6 +141,7 @@ def test_without_speed_a_current_changes_no_bit_and_lanes_side_by_side_are_those
     assert len(set(alone)) == 4
 
 
+@pytest.mark.long
 def test_a_lowering_in_a_current_is_stored_runs_again_and_is_written_as_a_file(tmp_path):
     case = landing(Sine(amplitude="1 m", period="8 s"), LANDING[:1], duration="60 s")
     case = case.model_copy(update={"current": current(1.0, 0.4, bottom=60.0)})

@@ -220,6 +220,7 @@ def test_tip_less_deck_is_the_relative_motion_of_the_same_waves():
     assert np.allclose(tip.sample(t)[0] - deck.sample(t)[0], both.sample(t)[0], atol=1e-9)
 
 
+@pytest.mark.long
 def test_runs_of_a_table_have_the_deck_of_the_other_vessel_and_are_stored(tmp_path):
     calm = lift(Deck(height="6 m"), SET_DOWN, start_depth="-9 m", duration="60 s")
     cases = [InSea(calm, sea(1.5), seed, RAO, X, Y, other=OTHER) for seed in (0, 1)]

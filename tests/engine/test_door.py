@@ -348,6 +348,7 @@ def test_a_cluster_gives_the_same_bits(client, batch, tmp_path):
     assert same(run_cases(CRANE, batch.cases, store=tmp_path), batch.expected)
 
 
+@pytest.mark.long
 def test_many_cranes_go_over_a_cluster_as_they_are(client):
     cranes = [changed(CRANE, {"control": {"K_p": f"{k} 1/m"}}) for k in (0.1, 0.16, 0.3)]
     assert same(run_cases(cranes, SCENARIOS[0], client=client), run_cases(cranes, SCENARIOS[0]))

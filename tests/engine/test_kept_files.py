@@ -195,6 +195,7 @@ def test_a_damaged_library_is_compiled_again_and_never_loaded(tmp_path, cache, f
     assert ": damaged (" in line
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("numba")
 @pytest.mark.parametrize("count", [8, pytest.param(80, marks=pytest.mark.thorough)])
 def test_damaged_machine_code_of_numba_is_compiled_again(tmp_path, cache, count):
@@ -256,6 +257,7 @@ doubled(by_zig())
 )
 
 
+@pytest.mark.long
 @needs_zig
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(tmp_path, cache):
@@ -292,6 +294,7 @@ def test_a_library_is_not_linked_with_a_damaged_object_of_zig(tmp_path, caplog):
 # A store
 
 
+@pytest.mark.long
 def test_cases_of_a_damaged_file_are_computed_again_and_the_file_is_replaced(tmp_path, caplog):
     first = run_cases(CRANE, CASES, store=tmp_path)
     (file,) = tmp_path.glob(f"*{SUFFIX}")
@@ -357,6 +360,7 @@ for line in map(repr, run_cases(load_crane("nov-250t"), cases, store=sys.argv[1]
 """
 
 
+@pytest.mark.long
 def test_two_processes_share_a_store(tmp_path):
     store = tmp_path / "store"
     both = [script(tmp_path, STORED, store) for _ in range(2)]

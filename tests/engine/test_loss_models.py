@@ -82,6 +82,7 @@ def map_of_mj4(motor, counts=(10, 20, 9)):
     return {"law": "map", "map": "of MJ4", "T_f": [f"{x!r} N m" for x in T_f], **table}, levels
 
 
+@pytest.mark.long
 def test_a_map_of_mj4_holds_the_pressure_of_mj4_within_the_interpolation_error(interpreted):
     """At a steady speed the lines' pressure carries the loss: D dp = T_w + n T_f(dp), so that an error E of the map of
     one motor moves it by at most n E / (D - n dT_f/dp), whatever else the winch does."""

@@ -60,7 +60,7 @@ def spoil(monkeypatch):
     return lambda tip, cycle, value=math.nan: spoiled.update({id(tip): (cycle, value)})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", LIBRARY)
 def test_a_tip_that_is_no_number_is_noticed_on_every_winch_type_and_spoils_no_other(name, spoil):
     crane = load_crane(name)
@@ -79,7 +79,7 @@ def test_every_winch_type_is_among_them():
     assert {load_crane(name).plant.value for name in LIBRARY} == set(WINCH_TYPES)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=5, deadline=None)
 @given(st.dictionaries(st.integers(0, 18), st.integers(1, 5999), min_size=1, max_size=19), st.integers(0, 2))
 def test_whoever_is_lost_and_when_the_others_have_the_bits_that_they_have_alone(lost, what):

@@ -83,7 +83,7 @@ def test_rarer_statistics_have_the_same_bits_alone_as_side_by_side(truth):
     assert float(alone.F_w_max[0]) == float(several.F_w_max[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_result_of_an_older_version_is_read_with_the_names_of_today(truth, tmp_path):
     old = truth.rename({name: name.replace("phase", "stage") for name in truth.variables if name.startswith("phase")})
     read = load_run(save_run(old, tmp_path / "old.nc"))

@@ -307,6 +307,7 @@ def test_a_law_that_the_step_cannot_follow_is_refused_before_it_runs():
     assert states(session) == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", cranes())
 def test_no_setting_within_its_range_loses_the_numbers(name):
     """Hard driven at every end of every range: it runs on, or says in one line that the step is too long."""
@@ -355,6 +356,7 @@ CALLS = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-cylinder", "nov-100t-electric"])
 def test_no_name_and_no_value_makes_a_session_crash_or_forget(name):
     """Calls at random: a refusal is one line and changes nothing, and what stands after any call is saved and taken

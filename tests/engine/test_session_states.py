@@ -76,6 +76,7 @@ def test_no_damaged_file_is_taken(session, tmp_path):
     refused(session, tmp_path, "is a folder. Give one file that Session.save wrote")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("value", IMPOSSIBLE)
 def test_no_number_may_be_impossible_though_the_checksum_is_right(session, value):
     first, head, numbers = parts(session.save())

@@ -90,6 +90,7 @@ def test_pitch_alone_is_seen_late_by_the_unit_and_before_the_lever():
         assert session.sensed().s_tip == pytest.approx(x * math.sin(theta) + z * (math.cos(theta) - 1.0), abs=1e-10)
 
 
+@pytest.mark.long
 def test_lever_arms_amplify_the_noise_of_angles():
     """sigma_tip^2 = sigma_heave^2 + (x^2 + y^2) sigma_angle^2, of a ship that lies still."""
     heave, angle, n = 0.01, math.radians(0.02), 4000

@@ -103,6 +103,7 @@ def test_a_checkout_holds_no_compiled_kernels():
     assert not native.SHIPPED.exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", cranes())
 @pytest.mark.parametrize("lanes", [1, VL])
 def test_a_wheel_holds_the_kernels_of_every_winch_under_every_mode_of_its_type(name, lanes):

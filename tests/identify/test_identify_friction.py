@@ -98,6 +98,7 @@ def test_noisy_logs_give_intervals_that_hold_the_truth(result):
     assert "Y_2" in result.fit.dropped
 
 
+@pytest.mark.long
 def test_least_squares_and_the_complex_method_agree(result):
     assert result.check.optimum.converged
     assert result.check.agree

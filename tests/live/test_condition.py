@@ -140,6 +140,7 @@ def test_campaigns_in_any_order_say_the_same(root: Path):
     )
 
 
+@pytest.mark.long
 def test_a_folder_that_is_given_allows_its_campaigns_to_name_files_in_it(root: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv(VARIABLE)
     assert not follow_condition([root]).gathered.refused

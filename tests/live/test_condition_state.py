@@ -68,6 +68,7 @@ def test_a_withdrawn_validity_is_an_objection_to_the_certificate(crane: Path):
     assert not of.certified.condition.valid
 
 
+@pytest.mark.long
 def test_a_plan_credits_a_withdrawn_crane_as_one_whose_certificate_does_not_hold(crane: Path):
     from types import SimpleNamespace
 
@@ -175,7 +176,7 @@ def test_a_state_is_signed_afterwards_and_an_edit_of_a_signed_one_is_refused(
         load_crane(crane)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_state_and_folder_are_signed_as_they_are_written_and_by_nobody_for_another(
     tmp_path: Path, fits, own_key: None, caplog: pytest.LogCaptureFixture
 ):

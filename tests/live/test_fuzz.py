@@ -185,6 +185,7 @@ def test_opc_ua_garbage_of_strangers_ends_nothing_and_writes_nothing(servers: Se
     assert all(c.isprintable() for e in servers.served.events for c in e.text)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", list(bombs()))
 def test_a_small_message_that_would_keep_a_reader_busy_is_refused(servers: Servers, name: str):
     r, memory = random.Random(SEED), resident()
@@ -391,6 +392,7 @@ def test_a_stranger_is_logged_where_its_certificate_cannot_be_kept(tmp_path: Pat
     assert not folder.trusts((tmp_path / "trust" / "own" / "certificate.der").read_bytes())
 
 
+@pytest.mark.long
 def test_a_flood_is_told_by_its_number_and_nothing_of_it_is_lost(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("stillhook.live.servers.counted.time", SimpleNamespace(monotonic=lambda: 100.0))
     told: list[int] = []

@@ -77,6 +77,7 @@ def test_a_log_that_rounds_what_the_plc_saw_differs_by_rounding(
     assert "rounding" in verdicts(result).values()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "differ"),
     [

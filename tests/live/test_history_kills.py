@@ -43,6 +43,7 @@ MOST_LIVES, ENOUGH = 60, 100
 """Lives at most, and rows that they have to acknowledge together."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kills", [6, pytest.param(50, marks=pytest.mark.thorough)])
 def test_killed_at_any_moment_nothing_acknowledged_is_lost(tmp_path: Path, kills: int):
     from tests.live.killed import CASE, CRANE
@@ -104,6 +105,7 @@ def killed_at_line(n: int, work: Callable[[], object]) -> bool:
     return os.WIFSIGNALED(status)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [SPACED, pytest.param(CLOSE, marks=pytest.mark.thorough)])
 def test_an_archiver_may_be_killed_at_any_line_of_its_code(tmp_path: Path, every: int):
     source = tmp_path / "source"

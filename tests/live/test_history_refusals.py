@@ -99,6 +99,7 @@ def test_a_batch_with_a_wrong_event_or_state_is_refused_as_a_whole(tmp_path: Pat
     assert len(read(tmp_path).row) == 1
 
 
+@pytest.mark.long
 def test_a_second_writer_is_refused_and_the_lock_ends_with_the_process(tmp_path: Path):
     with History(tmp_path, COLUMNS) as history:
         history.append(START, numbers(1, 1))

@@ -117,6 +117,7 @@ def test_a_row_without_a_time_is_left_out_and_said_and_the_others_are_stored(tmp
     ]
 
 
+@pytest.mark.long
 def test_full_hours_are_archived_in_a_process_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sink_module, "COMMIT", 0.0)
     sink = HistorySink(tmp_path, OWN, every=1)

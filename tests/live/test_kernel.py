@@ -172,6 +172,7 @@ def wait_for_row(twin: LiveTwin, number: int) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.long
 def test_a_stopped_twin_goes_on_with_the_same_bits(resumed: tuple[Path, Ran, Ran]):
     state, first, second = resumed
     session = stillhook.Session(CRANE, CASE)

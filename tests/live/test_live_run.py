@@ -124,7 +124,7 @@ def wait_for(what: Callable[[], bool]) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_twin_is_served_until_sigterm_and_leaves_its_state_and_its_events(tmp_path: Path):
     path = example(tmp_path / "twin")
     begin, rest = path.read_text().split("[opcua]")

@@ -91,6 +91,7 @@ def usual(factor: float) -> Side:
     return Side(certified()).run(factor)
 
 
+@pytest.mark.long
 def test_the_twin_of_a_crane_does_not_deviate_and_has_its_friction():
     of = usual(1.0)
     assert of.events == []
@@ -101,6 +102,7 @@ def test_the_twin_of_a_crane_does_not_deviate_and_has_its_friction():
     assert set(of.of.values) == set(shown_names(ObserverSettings(SIGNALS)))
 
 
+@pytest.mark.long
 def test_a_worn_crane_deviates_and_its_friction_is_found_but_not_applied_without_a_certificate():
     of = Side().run(1.2)
     assert of.most("deviation.p_a") > 3.0 * usual(1.0).most("deviation.p_a")
@@ -110,6 +112,7 @@ def test_a_worn_crane_deviates_and_its_friction_is_found_but_not_applied_without
     assert of.of.proposal.reason == NO_CERTIFICATE
 
 
+@pytest.mark.long
 def test_inside_the_envelope_the_estimate_is_proposed():
     of = usual(1.2)
     assert of.of.proposal.value == of.of.values["estimate.friction_factor"] == pytest.approx(1.2, rel=0.01)
@@ -311,6 +314,7 @@ def held(of: Observer) -> Iterator[int]:
     yield sum(v.size for v in chain.from_iterable(block.values() for block in estimator._pending))
 
 
+@pytest.mark.long
 def test_criteria_and_virtual_sensors_stand_beside_the_deviations():
     sensors = sensors_of(CRANE)
     of = Side(settings=ObserverSettings(SIGNALS, virtual=tuple(s.name for s in sensors))).run(1.0)

@@ -119,7 +119,7 @@ class Measuring(Counting):
     inputs = (*Counting.inputs, "measured.p_a")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_trusted_client_writes_measured_values_with_their_stamp_and_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

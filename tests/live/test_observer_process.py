@@ -77,6 +77,7 @@ def wait(of: ObservedTwin, what: Callable[[Row], bool], each: Callable[[], None]
         time.sleep(0.02)
 
 
+@pytest.mark.long
 def test_measured_values_are_shown_with_their_ages_and_never_move_the_winch(tmp_path: Path):
     """The state at the end is that of a session that nobody told anything, to the bit."""
     with twin(folder=tmp_path) as (of, kept):
@@ -115,6 +116,7 @@ def test_what_no_sensor_shows_is_left_out_and_told_and_the_rest_is_taken(values:
         assert text in kept.told("refused-measured")[0]
 
 
+@pytest.mark.long
 def test_a_flood_is_cut_and_told_and_the_kernel_keeps_time():
     with twin() as (of, kept):
         wait(of, lambda row: row.number > 20)
@@ -126,6 +128,7 @@ def test_a_flood_is_cut_and_told_and_the_kernel_keeps_time():
         assert row.values["missed_cycles"] == 0.0
 
 
+@pytest.mark.long
 def test_a_wrong_input_is_refused_as_without_an_observer():
     with twin() as (of, _):
         with pytest.raises(LiveError, match="not an input"):
@@ -177,6 +180,7 @@ def propose(of: ObservedTwin, proposal: Proposal) -> Callable[[], None]:
 GOOD = Proposal(0.0, known=True, value=1.1, low=1.08, high=1.12)
 
 
+@pytest.mark.long
 def test_the_factor_is_in_the_rows_and_every_change_is_an_event(tmp_path: Path):
     with twin(ADAPTS, tmp_path) as (of, kept):
         say = propose(of, GOOD)
@@ -193,6 +197,7 @@ def test_the_factor_is_in_the_rows_and_every_change_is_an_event(tmp_path: Path):
     assert "from 1.100 to 1.000: withdrawn, outside the validated envelope: load 200 t." in texts[-1]
 
 
+@pytest.mark.long
 def test_a_factor_is_refused_to_clients_while_it_follows_the_crane():
     with twin(ADAPTS) as (of, _):
         assert "friction_factor" not in of.inputs
@@ -226,6 +231,7 @@ def resumed(folder: Path, settings: ObserverSettings, crane: stillhook.Crane = C
         return row.values["friction_factor"], kept
 
 
+@pytest.mark.long
 def test_a_restart_goes_on_with_the_factor_that_it_had(tmp_path: Path):
     factor, kept = resumed(tmp_path, ADAPTS)
     assert factor == 1.1

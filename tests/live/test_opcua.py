@@ -61,6 +61,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
     made.close()
 
 
+@pytest.mark.long
 def test_a_trusted_client_reads_a_hundred_values_of_one_cycle(room: Room):
     async def read(of: Any, node: Any) -> list[float]:
         await room.server.publish()

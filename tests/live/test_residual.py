@@ -29,6 +29,7 @@ SCALES = Scales.of(CRANE)
 SOURCE = Path(stillhook.__file__).parent
 
 
+@pytest.mark.long
 def test_a_curve_over_speed_is_learned_on_campaigns_and_seas_that_were_not_seen():
     model = learned()
     assert model.pays
@@ -192,6 +193,7 @@ def test_few_campaigns_state_less_than_95_percent():
     assert half == 7.0
 
 
+@pytest.mark.long
 def test_a_file_gives_the_same_corrections_to_the_bit(tmp_path):
     write_model(tmp_path / "m.json", learned())
     read, x = read_model(tmp_path / "m.json", CRANE), samples(77)
@@ -236,6 +238,7 @@ def test_a_file_that_is_none_or_was_changed_is_one_line(tmp_path, spoil, line):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "value", "line"),
     [

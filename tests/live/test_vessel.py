@@ -171,6 +171,7 @@ def test_a_twin_without_a_boom_has_no_vessel(tmp_path: Path):
         read_registers(tmp_path / "map.toml", plain.signals, plain.inputs)
 
 
+@pytest.mark.long
 def test_udp_and_opc_ua_take_and_show_the_vessel(twin: InProcess, tmp_path: Path):
     from asyncua import ua
 

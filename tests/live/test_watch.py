@@ -118,6 +118,7 @@ FAULTS: Mapping[str, Callable[[Rows], Rows]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause", list(FAULTS))
 def test_a_reading_that_is_wrong_is_among_the_causes_with_its_evidence(cause: str, twin: Rows):
     _, found = watched(FAULTS[cause](log_of(twin)), twin)

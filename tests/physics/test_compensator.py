@@ -341,7 +341,7 @@ def test_it_works_below_every_winch_of_the_library(name: str) -> None:
     assert load / hook == pytest.approx(1.0 / abs((omega / omega_n) ** 2 - 1.0), rel=10.0 * TRANSFER)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("joint", ["slings", "gas-spring"])
 def test_kernels_of_lowerings_are_translated_to_c(joint: str) -> None:
     """Else they would run by Numba alone, and not where only a C compiler is installed."""

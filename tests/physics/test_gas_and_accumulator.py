@@ -127,6 +127,7 @@ class TestNitrogen:
         p = np.array([gas_pressure(xi, gas_record(acc)) for xi in STROKE])
         assert np.max(np.abs(p / (acc.gas.p_0 * pressure_ratio(acc, STROKE)) - 1.0)) < REAL_GAS
 
+    @pytest.mark.long
     def test_the_pressure_on_the_isentrope_is_the_property_librarys(self):
         from CoolProp.CoolProp import PropsSI
 

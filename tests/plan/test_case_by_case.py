@@ -51,6 +51,7 @@ def low_and_high(result):
     return [r for r in rows if 0.0 < r["Hs_limit"] < 1.0], [r for r in rows if r["Hs_limit"] >= 1.0]
 
 
+@pytest.mark.long
 def test_the_answer_marks_limits_below_the_table_and_gives_no_op_wf(result):
     low, high = low_and_high(result)
     assert low
@@ -88,6 +89,7 @@ def test_a_table_that_reaches_as_low_leaves_nothing_open(lift, tmp_path):
     assert own.facts["operation"]["alpha_table"]["name"] == "own.csv"
 
 
+@pytest.mark.long
 def test_the_command_prints_and_writes_it(tmp_path, capsys):
     (tmp_path / "plan.toml").write_text(PLAN, encoding="utf-8")
     run(["plan", str(tmp_path / "plan.toml"), "--tier", "closed-form", "--json"])

@@ -72,7 +72,7 @@ def used_by(rule, column, h, runs):
     return (np.quantile(runs["x"], (0.0, 0.5, 1.0)) / limit).tolist() if limit > 0.0 else [math.inf] * 3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(("load_pp", "e_c_pp", "F_top_max")),
@@ -179,6 +179,7 @@ def test_a_plan_of_controllers_alone_gets_the_cap(tmp_path):
     assert load_plan(file).alternatives == (Alternative.NONE, Alternative.SSC, Alternative.CAP)
 
 
+@pytest.mark.long
 def test_a_load_that_still_water_is_too_much_for_is_named_before_anything_is_run():
     """240 t on a chart of 235 t: the tension at rest was printed above its limit, without a word."""
     rest = checked(PLAN)

@@ -71,7 +71,7 @@ def plan_of(kind, scale, seed, runs=10):
     return found.value - truth, (found.low <= truth) & (truth <= found.high), 0.5 * (found.high - found.low)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "scale"), [("normal", 0.1), ("two peaks", 0.2), ("heavy", 0.3)])
 def test_intervals_hold_the_limit_whatever_the_shape(kind, scale):
     """Ten runs of a column that say yes or no."""

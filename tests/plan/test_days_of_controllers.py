@@ -26,6 +26,7 @@ def weather(result):
     return Weather(load_plan(PLAN), result["weather"].attrs["window"])
 
 
+@pytest.mark.long
 def test_days_are_the_operability_of_the_plan(result, weather):
     of_cap = result.data["op_wf"].sel(credit="twin", alternative="cap-80").values
     own = float(result["weather"]["operability"].sel(credit="twin", alternative="cap-80", month=0))

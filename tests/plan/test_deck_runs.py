@@ -212,6 +212,7 @@ def test_failures_at_a_lift_off_begin_while_the_load_is_taken_up(tmp_path):
     assert np.nanmax(numbers["v_hit_max"]) > 0.0  # what is stopped over a deck is hit by it
 
 
+@pytest.mark.long
 def test_the_search_runs_a_deck_no_higher_than_what_the_closed_form_alone_judges_and_names_what_runs_judge(tmp_path):
     of = lift(tmp_path, 15.0)
     table = of.environment.table()

@@ -169,6 +169,7 @@ def test_a_payload_that_the_deck_falls_away_from_is_taken_up_again_unless_the_wi
     assert (a["F_top_max"] > b["F_top_max"]).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["off", "on"])
 def test_compensation_against_the_deck_leaves_a_fifth_and_against_the_earth_the_decks_motion(tmp_path, kind):
     def of(how: str) -> tuple[LiftPlan, dict[str, np.ndarray]]:

@@ -87,6 +87,7 @@ def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(as_required
     assert min(row["Hs_from"] for row in deep) == pytest.approx(4.92, abs=0.01)
 
 
+@pytest.mark.long
 def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: 1.73, 1.57, 1.49, 1.44 m at 7 to 10 s
     rows = {row["Tp"]: row for row in as_required["steady"]["touch_down"]["by_period"]}
@@ -104,6 +105,7 @@ def test_the_low_weight_case_is_slack_no_later_than_the_high_one(facts, lift):
             assert row["Hs_from"] <= np.nanmin(high[row["phase"], row["z"]].Hs["slack-sling"])
 
 
+@pytest.mark.long
 def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(facts):
     verdicts = {case["key"]: case["verdict"] for case in facts["cases"]}
     assert all(verdicts[failure.key] == "not-assessed" for failure in FAILURES)
@@ -125,6 +127,7 @@ def test_loads_are_within_limits_up_to_the_lowest_sea_in_which_a_trip_is_not():
     assert page({**made_up, "cases": [trip | {"loads": "ok"}]})["loads_to"] == 4.3
 
 
+@pytest.mark.long
 def test_the_closed_form_alone_assesses_no_failure():
     assert failures.NAME not in plan(replace(load_plan(EXAMPLE), weather=None), tier="closed-form").facts
 

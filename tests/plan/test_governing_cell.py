@@ -330,7 +330,7 @@ def test_without_a_rule_the_one_that_the_waves_use_most_is_said(plan, monkeypatc
     assert (found.rule.rule.key, found.number, found.value) == ("control-error", 2, 0.4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_a_calm_is_beyond_the_run_is_one_in_still_water(plan, tmp_path, monkeypatch):
     monkeypatch.setattr(cell_run, "can_draw", lambda: False)
     of = Governing(Alternative.SSC, Alternative.SSC, plan.phase("landing"), "landing-speed", 0.0, credited=True)

@@ -46,6 +46,7 @@ def found(asked, shares):
     return plan(replace(asked, weather=weather), tier="frequency", progress=shares.append)
 
 
+@pytest.mark.long
 def test_progress_rises_from_nothing_to_all(found, shares):
     assert found.facts
     assert shares == sorted(shares)

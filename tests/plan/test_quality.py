@@ -246,6 +246,7 @@ def test_half_an_hour_in_the_wave_zone_asks_more_than_a_passage():
     assert largest(1.0, 240.0, P90) == pytest.approx(3.93, abs=0.005)
 
 
+@pytest.mark.long
 def test_a_hold_that_is_off_is_assessed_and_printed_as_not_claimed(lift, result):
     assert [phase.name for phase in lift.not_claimed] == ["splash zone, held", "landing, held"]
     assert [phase.name for phase in lift.phases] == ["splash zone", "down", "landing"]

@@ -421,6 +421,7 @@ def test_no_page_but_the_last_is_empty_in_a_third_of_its_height(result):
         assert np.diff([0, *inked, len(body)]).max() < len(body) / 3
 
 
+@pytest.mark.long
 def test_names_in_any_letters_are_set(result):
     facts = {**result.facts, "name": "模板 <b>to</b> 1500 m & more"}
     odd = replace(result, facts=facts)

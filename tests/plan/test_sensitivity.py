@@ -183,7 +183,7 @@ def passage(plan, tmp_path_factory):
     return runs_of(plan, "splash zone", {"slack-sling": 2.1}, "C_A", "C_D", "hold", store=store), store
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_runs_of_a_factor_of_one_give_the_limit_of_the_table_exactly(passage):
     base = passage[0][0]
     same = base.moved(base.runs)
@@ -287,7 +287,7 @@ def test_the_frequency_tier_has_a_tornado_of_every_phase_without_runs(quick, tmp
     assert "not limiting up to Hs 6 m under any of these variations" in words(sensitivity.parts(again.facts))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_assumed_numbers_name_the_hold_that_is_off_and_what_they_move(quick):
     rows = quick.facts[assumed.NAME]["rows"]
     assert 1 < len(rows) <= assumed.MOST
@@ -313,7 +313,7 @@ def test_a_plan_by_the_closed_form_alone_has_no_tornado_and_names_what_is_assume
     assert [row["what"] for row in result.facts[assumed.NAME]["rows"]][:2] == ["hold off", "motion unit"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_plan_without_compensation_has_no_row_of_a_motion_unit_or_a_certificate(plan):
     phases = tuple(plan.phase(name) for name in ("over the side", "splash zone", "upper water"))
     result = make_plan(replace(plan, weather=None, phases=phases, alternatives=(NONE,)), tier="frequency")

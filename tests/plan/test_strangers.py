@@ -124,6 +124,7 @@ def test_fewer_hours_and_longer_waits_with_higher_limits_are_found():
         assert found(checks.more_is_more(wrong)), name
 
 
+@pytest.mark.long
 def test_a_limit_that_falls_with_a_more_lenient_rule_is_found():
     strict = made_up()
     lower = with_numbers(Hs_rule=lambda x: x - 0.01)

@@ -105,7 +105,7 @@ def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
     assert Alternative.SSC not in by  # nothing was predicted that would limit it
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_limit_over_the_seabed_is_below_runs_that_are_well_inside(plan, asked):
     """The motion stays at a third of its limit up to 2 m, and the prediction says 0.6 m."""
     one = replace(plan, alternatives=(Alternative.CAP,))
@@ -153,7 +153,7 @@ def test_a_phase_that_another_one_hides_is_looked_at_no_higher(plan, asked):
     assert not any(np.isfinite(Hs).any() for Hs in limits[deep.name].Hs.values())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_runs_are_added_until_the_interval_is_narrow_enough(plan, asked):
     one = replace(plan, alternatives=(Alternative.NONE,))
     landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)

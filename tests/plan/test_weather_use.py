@@ -54,7 +54,7 @@ def test_what_cannot_be_meant_is_refused_as_the_plan_is_read(plan, old, new, say
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_example_plan_finds_its_weather():
     for name in plans():
         use = load_plan(name).weather

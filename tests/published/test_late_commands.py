@@ -89,7 +89,7 @@ def test_a_longer_lead_of_the_feedforward_alone_gives_back_what_late_commands_ta
     assert e["feedforward"] < e["both"] - 2.0 * COSTS
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_errors_of_late_commands_are_those_of_the_page(answer) -> None:
     page = (DOCS / "explanation" / "control.md").read_text(encoding="utf-8")
     row = next(line for line in page.splitlines() if line.startswith("| nov-150t, 60 t"))

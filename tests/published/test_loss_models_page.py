@@ -43,6 +43,7 @@ def test_the_page_has_every_model_that_a_crane_file_takes():
     assert {name.lower().replace(" ", "-") for name in ROWS} == {str(law.value) for law in LossName}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [n if n in ("map", "MJ6") else pytest.param(n, marks=pytest.mark.thorough) for n in ROWS]
 )

@@ -33,6 +33,7 @@ def test_the_log_gives_a_table_and_figures(results):
     assert (out / "runs.nc").exists()
 
 
+@pytest.mark.long
 def test_the_whole_log_is_run(results):
     _, summary, _ = results
     assert summary["ssc"]["counted_time"] == pytest.approx(682.9, abs=0.1)

@@ -79,6 +79,7 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
     return {name: getattr(found, name)[0] for name in in_time}, in_time
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("payload", "z", "H_s", "T_p"),
     [("manifold-60t", 5.0, 2.0, 9.0), ("manifold-60t", -25.0, 1.0, 9.0), ("suction-anchor-85t", -300.0, 1.0, 9.0)],
@@ -89,6 +90,7 @@ def test_on_the_brake_road_and_time_agree_in_air_near_the_surface_and_below(cran
         assert computed[name] == pytest.approx(in_time[name], rel=LINEAR), name
 
 
+@pytest.mark.long
 def test_on_the_brake_at_resonance_drag_limits_both_alike(crane, vessel):
     computed, in_time = both(crane, vessel, "suction-anchor-85t", -2900.0, 1.0, 9.5, "manual")
     for name in ("load", "top", "sling"):

@@ -191,7 +191,7 @@ def test_a_plc_on_a_soft_wire_knows_the_wire_that_the_crane_has(crane, duty):
     assert plant_parameters(on_soft) == plant_parameters(crane)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_tension_loop_is_identified_on_a_long_wire_and_yields_to_tension():
     """On a spring stiffer than the wire that it is set for it would swing, and nothing could be said of it."""
     deep = load_crane("deep-250t")

@@ -39,6 +39,7 @@ def test_share_and_rate_below_zero_are_those_counted_in_a_long_record(tension):
     assert rate_below_zero(100.0, 60.0, T_z) == pytest.approx(falls, rel=SCATTER)
 
 
+@pytest.mark.long
 def test_period_is_the_mean_time_between_upward_crossings(tension):
     F, rate = tension
     ups = np.count_nonzero((F[:-1] < 100.0) & (F[1:] >= 100.0))

@@ -45,6 +45,7 @@ def moved(waves, left=1.0, unit=UNIT):
     return moved_by(waves, VESSEL, X, Y, water=False, left=left, resolution=Resolution.FINE, unit=unit)[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("unit", "close"), [(UNIT, TURNED), (AT_POINT, SAME)])
 def test_the_plc_is_given_what_a_filter_in_time_makes_of_the_ships_motions(waves, unit, close):
     """Heave, roll and pitch of the same waves through the filter that is integrated in time, and the lever."""

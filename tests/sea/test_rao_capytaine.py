@@ -154,6 +154,7 @@ def described(folder: Path, data: xarray.Dataset, **changes: str) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (-1.5, 0.0, 2.0), (7.0, 0.0, -1.0)])
 def test_mass_and_radii_that_are_stated_are_the_inertia_matrix(
     tmp_path: Path, centre: tuple[float, float, float]

@@ -103,6 +103,7 @@ def test_an_ideal_unit_anywhere_on_the_ship_gives_the_true_motion():
         assert np.abs(true - measured).max() < ROTATION
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("period", "corner", "damping"), [(14.0, 25.0, 0.7), (8.0, 25.0, 0.5), (25.0, 25.0, 0.7), (12.0, 100.0, 1.0)]
 )
@@ -132,6 +133,7 @@ def test_the_filter_passes_roll_and_pitch_and_forgets_a_standing_heave():
     assert deep.sample(350.0)[0] == pytest.approx(2.0)
 
 
+@pytest.mark.long
 def test_what_the_unit_gives_does_not_depend_on_how_it_is_asked():
     unit = MotionUnit(heave_period="25 s", noise_heave="2 cm", noise_angle="0.02 deg", noise_rate="0.001 rad/s", seed=3)
     t = np.arange(0.0, 200.0, 0.01)

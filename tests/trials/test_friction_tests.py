@@ -134,6 +134,7 @@ def test_published_tables_are_as_printed():
 # The logs are right
 
 
+@pytest.mark.long
 def test_steady_pressures_show_the_load_and_the_friction_that_the_crane_has(clean):
     """Torque balance of every steady step: displacement times pressure is load torque plus (hoisting) or less (lowering) all friction."""
     small, written = clean

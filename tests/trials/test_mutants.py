@@ -68,6 +68,7 @@ def test_a_mutant_is_the_source_with_one_change_in_its_line(tmp_path):
         assert differ == [mutant.line]
 
 
+@pytest.mark.long
 def test_a_seed_draws_the_same_places_again_and_another_seed_others():
     first, again, other = draw(ROOT, 1, 20), draw(ROOT, 1, 20), draw(ROOT, 2, 20)
     assert first == again

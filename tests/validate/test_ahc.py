@@ -49,6 +49,7 @@ def own_step() -> Step[AhcEstimates]:
 # --- the twin as its own crane ---------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
     step = own_step()
     for name in ("e_c_pp_deviation", "e_c_max_difference", "e_c_deviation_max"):

@@ -67,6 +67,7 @@ def test_a_sound_electric_winch_passes_the_lines_that_have_a_meaning_for_it(resu
     assert shown >= {"p-lever", "p-load-cell", "3-pump", "3-K_1", "4-speed", "2a", "2b", "2c", "2-signals"}
 
 
+@pytest.mark.long
 def test_the_summary_lists_what_was_not_judged(result):
     section = next(s for s in summary(result).sections if s.title == "not judged")
     text = " ".join(str(part) for part in section.parts)
@@ -89,6 +90,7 @@ def test_a_wrong_twin_is_not_passed(tmp_path, defect, size, key):
     assert lines(result)[key].verdict is Verdict.REFUTED
 
 
+@pytest.mark.long
 def test_a_drive_without_logged_signals_is_not_shown(sound, tmp_path):
     text = sound.read_text(encoding="utf-8")
     own = {row.name for row in load_crane(CRANE).plant.type.rows}

@@ -264,7 +264,7 @@ def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_p
     assert made.pdf().startswith(b"%PDF")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
     made = certificate_of(staged(campaign))

@@ -71,7 +71,7 @@ def test_it_holds_while_nothing_has_changed_and_comes_out_the_same_to_the_byte(f
     assert checked(file, quick=True).holds
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_holds_wherever_the_whole_folder_is_moved(file, tmp_path):
     moved = tmp_path.parent / f"{tmp_path.name}-moved"
     tmp_path.rename(moved)
@@ -182,7 +182,7 @@ def unsigned(file: Path) -> dict:
     return made.data
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("envelope", "told"),
     [
@@ -214,7 +214,7 @@ def test_what_it_rests_on_and_is_not_there_is_named(file, tmp_path, name):
     assert name.rpartition("/")[2] in found.missing[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
     campaign = write(tmp_path)
     files = certificate_files(staged(campaign, e_c_pp_deviation=0.31))

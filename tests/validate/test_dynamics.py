@@ -65,6 +65,7 @@ def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals
         assert found.factor.low < truth < found.factor.high
 
 
+@pytest.mark.long
 def test_a_crane_file_with_half_of_the_leakage_missing_fails_and_the_line_says_by_how_much() -> None:
     assert verdicts(off_step())["4-leakage"] is Verdict.REFUTED
     (measure,) = off_step().measures_of("C_leak_error")

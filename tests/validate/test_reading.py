@@ -30,6 +30,7 @@ def lateness(record, frame):
     return float(-np.sum((record.signals["s_tip"][known] - true) * speed) / np.sum(speed**2))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hertz", [10.0, 40.0, 50.0, 100.0, 500.0])
 def test_a_log_of_any_rate_lies_on_whole_plc_cycles_and_not_later(tmp_path, hertz):
     frame = ahc()
@@ -116,6 +117,7 @@ SPOILED = {  # what is wrong with a log -> how it is made, parts that are used, 
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", SPOILED)
 def test_what_is_wrong_with_a_log_is_left_out_and_stated(tmp_path, case):
     spoil, parts, words = SPOILED[case]

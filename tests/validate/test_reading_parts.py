@@ -29,6 +29,7 @@ def half_on(frame: pd.DataFrame, on, off, start: float = 40.0) -> pd.DataFrame:
 # --- modes -----------------------------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("on", "off", "modes"),
     [

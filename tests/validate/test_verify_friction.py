@@ -233,6 +233,7 @@ def test_an_independent_crane_at_sea(tmp_path, monkeypatch, friction, passed, lo
     assert [row[0] for row in table.rows] == ["A1", "A4"]
 
 
+@pytest.mark.long
 def test_the_identified_friction_is_verified_on_tests_that_it_was_not_fitted_to(tests):
     c = load_campaign(tests)
     c = replace(c, tests=tuple(t for t in c.tests if t.name in ("1", "2", "3", "5", "9", "11")))

@@ -70,7 +70,7 @@ def test_a_wire_that_the_load_cell_cannot_tell_is_listed_as_not_detectable():
     assert (line.verdict, line.failed) == (Verdict.NOT_COVERED, False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_noise_of_the_load_cell_never_turns_down_the_wire_of_a_healthy_crane(seed):
     """A fit of the stiffness ran to a soft wire, whose interval shrinks with it."""

@@ -86,7 +86,7 @@ class TestWaiting:
         start = Window.of(time, 3 * H, DAY).starts(np.zeros(2000, dtype=bool))
         assert np.isnan(waiting(waits(start, time), time, 3 * H)[0].value)
 
-    @pytest.mark.slow
+    @pytest.mark.long
     def test_intervals_hold_the_truth_where_years_hang_together(self, monkeypatch):
         """Of 40 repeats of ten years 34 or more: with 95 % less than one run in a hundred has fewer."""
         monkeypatch.setattr(made_up, "TRUTH", 600)

@@ -229,6 +229,7 @@ class TestPublicWeather:
         assert (found["n_hours"], found["n_gaps"]) == (8748, 11)
         compare(found, wanted)
 
+    @pytest.mark.long
     def test_a_year_without_limits_has_a_window_more_than_it_has_gaps(self, capsys, shared_data):
         path = shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv"
         found = printed(capsys, str(path), "--limit", "Hs <= 40 m", "--window", "1 h")

@@ -129,6 +129,7 @@ def stored(saved, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.long
 def test_the_command_takes_signals_a_case_and_a_spacing(stored, several, capsys):
     line = ["convert", "runs.nc", "o.csv", "--case", "ssc", "--signals", "e_c,s_tip", "--every", "0.2 s", "--json"]
     assert command(line) == 0
@@ -144,6 +145,7 @@ def test_a_log_becomes_a_file_of_another_format(stored, run, capsys):
     assert data["F_w"] == pytest.approx(run["F_w"].values, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("line", "says"),
     [

@@ -94,6 +94,7 @@ def test_fmpy_finds_nothing_wrong_with_any_crane(name: str, contents: str, coupl
         )
 
 
+@pytest.mark.long
 def test_a_host_has_the_signals_of_simulate(slave: Slave, tip: np.ndarray, run):
     slave.begin(given(tip[0]), {"input_time": 0})
     out = [slave.get(*SIGNALS)]
@@ -249,6 +250,7 @@ def test_the_windows_library_has_the_signals_of_simulate(made: Export, tip: np.n
     same(values, run, SIGNALS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("compiler", "fmi"), [("gcc", "3"), pytest.param("clang", "2", marks=pytest.mark.thorough)])
 def test_the_source_compiles_without_warnings_and_has_every_function(
     compiler: str, fmi: str, made: Export, tmp_path: Path
@@ -290,12 +292,14 @@ def test_an_fmu_says_what_it_was_made_of(fmi: str, fmus: dict[str, Path], nov: s
     assert crane_from_toml(members["resources/crane.toml"].decode(), "stored") == nov
 
 
+@pytest.mark.long
 def test_the_same_export_is_the_same_file(made: Export, fmus: dict[str, Path], tmp_path: Path, monkeypatch):
     monkeypatch.setattr(package, "compile_library", compile_library)  # anew, whatever the worker shares
     again, _ = write_fmu(made, tmp_path / "a.fmu", platforms=[str(OWN)])
     assert again.read_bytes() == fmus["2"].read_bytes()
 
 
+@pytest.mark.long
 def test_units_have_the_dimensions_that_pint_finds():
     import pint
 
@@ -336,6 +340,7 @@ def system(nov: stillhook.Crane, case: stillhook.Scenario, quick_fmus, tmp_path_
     return folder
 
 
+@pytest.mark.long
 def test_a_system_of_winch_and_plc_is_a_valid_ssp(nov: stillhook.Crane, case: stillhook.Scenario, system: Path):
     described = read_ssd(str(system / "s.ssp"), validate=True)
     names = {p.name for p in export(nov, case, "controller").ports if p.name.startswith("sensed_")}

@@ -72,6 +72,7 @@ def test_no_damaged_state_is_taken_and_the_instance_goes_on(slave: Slave, files:
     assert slave.saved() == data
 
 
+@pytest.mark.long
 def test_no_number_may_be_impossible_though_the_checksum_is_right(slave: Slave):
     data = slave.saved()
     for i in range((len(data) - HEAD - 4) // 8):
@@ -170,6 +171,7 @@ def test_what_is_set_together_is_set_whole_or_not_at_all(slave: Slave):
     assert slave.saved() == before
 
 
+@pytest.mark.long
 def test_an_fmu_of_a_controller_that_learns_is_the_run_and_goes_on_from_a_saved_state(tmp_path: Path):
     crane = stillhook.load_crane("nov-250t")
     case = case_of(crane).with_mode("ff").model_copy(update={"duration": 60.0})

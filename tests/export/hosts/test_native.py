@@ -110,6 +110,7 @@ def expected(nov, case) -> np.ndarray:
     return np.array([exchange.at(s, new_step=new).payout for s, new in samples()])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [{}, {"at": 57}, {"units": "US"}])
 def test_the_native_function_gives_what_the_python_one_gives(built: Path, rows: Path, expected, more):
     head, *lines = run_orcaflex([str(built / "host_orcaflex.exe")], str(built / "orcaflex.lib"), rows, **more)
@@ -194,7 +195,7 @@ def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, 
     assert stillhook.Scenario(**function.case).s_w == 100.0  # type: ignore[attr-defined]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_gas_charge_for_another_load_is_refused(compiled):
     crane = stillhook.load_crane("nov-100t-cylinder")
     case = stillhook.Scenario(load="50 t", s_w="100 m", mode="position")

@@ -75,6 +75,7 @@ def test_a_stored_state_goes_on_to_the_bit(nov, case, exchange: Exchange):
         assert other.at(sample(i * 0.017), new_step=True) == plain.at(sample(i * 0.017), new_step=True)
 
 
+@pytest.mark.long
 def test_no_damaged_state_is_taken(exchange: Exchange):
     text, n = exchange.save(), 0
     assert sealed(json.loads(json.loads(text)["body"])) == text
@@ -203,6 +204,7 @@ def library(nov, case, compiled) -> Path:
     return compiled(host_source(export(nov, case, coupling="wire"), "orcaflex"))
 
 
+@pytest.mark.long
 def test_the_library_takes_its_own_states_and_no_damaged_ones(library: Path):
     winch, other = Native(library), Native(library)
     other.restore(winch.save())  # before the first sample
@@ -282,6 +284,7 @@ class Simo:
         return float(stor[2])
 
 
+@pytest.mark.long
 def test_simo_may_run_for_weeks_though_its_time_is_of_single_precision(nov, case, compiled, tmp_path: Path):
     """After 23 days single precision holds times an eighth of a second apart; substeps of 50 ms are told apart."""
     forces, library = [], compiled(host_source(export(nov, case, coupling="wire"), "simo"))

@@ -36,6 +36,7 @@ def test_the_vessel_of_a_host_is_the_tip_that_the_plc_of_a_simulation_reads():
     assert np.ptp([answer.s_w for answer in found]) > 0.1
 
 
+@pytest.mark.long
 def test_the_library_takes_the_vessel_as_the_python_host_does(compiled):
     case = case_of(SMALL, **MOVES)
     library = ctypes.CDLL(str(compiled(host_source(export(CRANE, case, coupling="wire"), "orcaflex"), STRICT)))

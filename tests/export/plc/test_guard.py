@@ -236,6 +236,7 @@ def test_a_million_random_cycles_with_faults_are_safe():
     assert 0.1 * RANDOM < stops < 0.9 * RANDOM
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_random_faults_give_the_text_and_the_compiled_controller_the_same_outputs(crane, controller):
     block = block_of(crane, controller)
@@ -326,7 +327,7 @@ def a_law_without_numbers_stops() -> None:
     assert math.isfinite(reference.laws.grows_memory.x)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_law_of_the_user_that_loses_its_numbers_stops_the_winch(tmp_path):
     module = tmp_path / "grows.py"
     module.write_text(LAW, encoding="utf-8")

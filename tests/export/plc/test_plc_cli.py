@@ -28,6 +28,7 @@ def test_the_command_writes_text_xml_settings_and_test_sequence(tmp_path, capsys
     assert saved["settings"]["plc.gains.K_p"] == 0.16
 
 
+@pytest.mark.long
 def test_a_text_is_recognised_whatever_its_line_ends_and_not_after_a_change(tmp_path, capsys):
     assert run([*EXPORT, "--out", str(tmp_path)]) == 0
     file = tmp_path / "nov-250t-ssc.st"

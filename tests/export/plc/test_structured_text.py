@@ -192,7 +192,7 @@ def test_the_first_values_of_the_settings_are_those_of_the_crane():
     assert all(math.isfinite(value) for _, value, _ in block.settings)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_controller_of_the_user_with_a_memory_is_exported_like_a_shipped_one(tmp_path):
     """The one of the how-to page, in a process that knows it."""
     page = (DOCS / "how-to" / "add-a-controller.md").read_text(encoding="utf-8")

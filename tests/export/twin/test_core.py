@@ -89,6 +89,7 @@ def test_every_drive_has_the_signals_of_simulate(name: str, compiled):
         assert np.abs(values - true).max() <= bound, signal
 
 
+@pytest.mark.long
 def test_a_displacement_from_torque_and_speeds_is_that_of_simulate(nov: stillhook.Crane, compiled):
     crane = changed(nov, {"control": {"displacement_limit": "torque"}})
     case = case_of(crane, load="240 t", tip="sine 3 m 12 s")
@@ -98,6 +99,7 @@ def test_a_displacement_from_torque_and_speeds_is_that_of_simulate(nov: stillhoo
     assert np.abs(by_load - true).max() > 0.02
 
 
+@pytest.mark.long
 def test_motors_with_other_loss_models_have_the_signals_of_simulate(compiled):
     """A measured map and a fitted model, whose constants the C core carries."""
     mj6 = {"law": "mj6", "C": [12.0, 0.0027, 0.87, 1.1e-14, 4.4e7, 3e-8]}
@@ -111,6 +113,7 @@ def test_motors_with_other_loss_models_have_the_signals_of_simulate(compiled):
         assert np.abs(values - true).max() <= RELATIVE * float(np.abs(true).max()), name
 
 
+@pytest.mark.long
 def test_late_displacement_controls_have_the_signals_of_simulate_and_go_on_from_a_saved_state(compiled):
     dead_time = {"servo": {"dead_time": "83 ms"}}
     nov = stillhook.load_crane("nov-250t")
@@ -135,6 +138,7 @@ def test_late_displacement_controls_have_the_signals_of_simulate_and_go_on_from_
     assert later() == first == e_c[500]
 
 
+@pytest.mark.long
 def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):
     case = case_of(nov)
     _, (e_c,) = hosted(export(nov, case), compiled, rows(nov, case), ("e_c",), ahead=False)
@@ -158,6 +162,7 @@ def test_load_wire_out_and_gains_are_those_that_were_set_before_the_start(nov: s
     assert np.abs(F_w - run["F_w"].values).max() <= RELATIVE * 2e6
 
 
+@pytest.mark.long
 def test_a_payload_in_water_has_its_buoyancy_added_mass_and_drag(nov: stillhook.Crane, compiled):
     water = {"volume": "20 m^3", "added_mass": "30 t", "C_D": 1.2, "area": "10 m^2"}
     case = case_of(nov, water=water)
@@ -259,6 +264,7 @@ def test_limits_have_the_times_and_words_of_a_run(nov: stillhook.Crane, compiled
     assert now.sum() * 0.01 == pytest.approx(float(run["saturation_time"]), abs=0.0101)
 
 
+@pytest.mark.long
 def test_plant_and_controller_apart_are_the_winch_with_its_plc(nov: stillhook.Crane, compiled):
     """The controller goes first at every point, on what the plant says that it reads."""
     case = case_of(nov)
@@ -327,6 +333,7 @@ def test_a_platform_that_is_unknown_leaves_nothing_behind(nov: stillhook.Crane, 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, compiled):
     """Staged: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m, 8 s to 11 s, ns and ssc; ends reach 1 % further."""
     made = certificate_of(staged(write(tmp_path, synthetic=False))).signed(KEY)
@@ -362,6 +369,7 @@ def test_an_uncertified_crane_is_never_valid(nov: stillhook.Crane, compiled):
     assert host.text("outside") == "not validated"
 
 
+@pytest.mark.long
 def test_a_winch_on_a_host_s_wire_is_that_of_a_session(nov: stillhook.Crane, compiled):
     """The tension of a run, given at the end of every cycle to the C core and to `Session`."""
     case = case_of(nov)

@@ -85,6 +85,7 @@ def late(rows: np.ndarray) -> np.ndarray:
     return np.array([rows[0], np.roll(rows[1], 15), np.roll(rows[2], 15)])  # 1.5 s of 0.1 s
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ahead", [True, False])
 @pytest.mark.parametrize("wrong", [only_position, only_speed, down, centimetres, late])
 def test_what_contradicts_is_told_within_twenty_seconds_and_until_it_ends(made, compiled, wrong, ahead):

@@ -139,6 +139,7 @@ def test_the_core_is_safe_where_a_count_is_overwritten_in_memory(host: Host, com
         other.get("valid")
 
 
+@pytest.mark.long
 def test_a_state_of_another_winch_kind_or_version_is_refused(host: Host, compiled):
     for other in (made(load="90 t"), made("nov-100t-cylinder"), made(contents="controller"), made(coupling="wire")):
         winch = Host(other, compiled)

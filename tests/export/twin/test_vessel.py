@@ -30,6 +30,7 @@ def rows(tip: stillhook.VesselTip, t: np.ndarray, given: stillhook.VesselTip) ->
     return [dict(zip(VESSEL, row, strict=True)) for row in columns.tolist()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ahead", [True, False])
 def test_a_host_with_a_vessel_gets_the_run_of_a_vessel(ahead, compiled):
     """The host makes the filter, the core the tip's kinematics; the run has both."""
