@@ -95,17 +95,20 @@ def test_ssc_at_its_best_has_less_error_than_with_the_crane_files_settings(quick
         assert scores["e_c_pp"] < quick["entries"]["ssc-published"]["scores"][sea]["e_c_pp"]
 
 
+@pytest.mark.long
 def test_fixed_motors_do_not_travel_and_the_small_displacement_takes_the_pressure(quick):
     assert report.mean(quick["entries"]["hs"], "travel_m") == pytest.approx(0.0, abs=1e-3)
     assert report.mean(quick["entries"]["hs"], "p_max") > 1.2 * report.mean(quick["entries"][REFERENCE], "p_max")
 
 
+@pytest.mark.long
 def test_the_load_moves_more_than_the_wire_alone_would_have_it(quick):
     """On 487 m of wire the load swings on top of the control error."""
     for e in quick["entries"].values():
         assert report.mean(e, "load_pp") > report.mean(e, "e_c_pp")
 
 
+@pytest.mark.long
 def test_tables_and_figure_name_every_entry(quick):
     for name, of in report.TABLES.items():
         head, rows = of(quick)
@@ -141,18 +144,21 @@ def test_the_gain_of_ff_is_less_with_what_it_has_learned_and_that_of_ssc_before_
     assert math.isfinite(learned)
 
 
+@pytest.mark.long
 def test_a_late_motion_unit_costs_less_with_prediction(quick):
     for name in (REFERENCE, "ssc-more"):
         plain, predicted = (quick["late"][n]["errors"]["0.2"]["Hs 2 m, Tp 9 s"] for n in (name, name + PREDICTED))
         assert predicted < 0.8 * plain
 
 
+@pytest.mark.long
 def test_the_tension_loop_leaves_the_load_in_deep_water_stiller_than_ssc(quick):
     rope, ssc = (np.array([*quick["deep"][name]["motions"].values()]) for name in ("rope", REFERENCE))
     assert len(rope) == 4
     assert (rope < 0.8 * ssc).all()
 
 
+@pytest.mark.long
 def test_a_best_lead_at_an_end_of_the_grid_is_said(quick):
     e = quick["entries"]
     at_the_end = {n for n, x in e.items() if {s["lead"] for s in x["settings"].values()} & {0.035, x["leads"][-1]}}
@@ -178,6 +184,7 @@ def test_ssc_in_an_fmu_moves_the_winch_as_ssc_does_to_the_bit(fmi, tmp_path: Pat
         assert a.row["e_c_pp"] == b.row["e_c_pp"]
 
 
+@pytest.mark.long
 def test_an_fmu_has_the_scores_of_ssc_and_no_margins(quick):
     """K_p 0.2 in place of 0.214 of strong SSC, at the same leads."""
     plc, ssc = quick["entries"]["plc"], quick["entries"][REFERENCE]

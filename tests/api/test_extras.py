@@ -117,7 +117,7 @@ def test_pages_have_their_tables_and_are_made_again_without_a_pdf(core: tuple[Pa
     assert answers["report plan"].lines.count(PICTURES_AND_PDF) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_needs_an_extra_is_refused_in_one_line(core: tuple[Path, dict[str, Answer]]) -> None:
     folder, answers = core
     for command, line in REFUSED.items():

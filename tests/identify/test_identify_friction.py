@@ -26,7 +26,7 @@ from stillhook.library.parameter_sets import Evidence, load_friction, load_losse
 from stillhook.report.html import html
 from stillhook.units import parse
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 PARAMETERS = 0.02  # of each parameter from noise-free logs, as requested
 PREDICTED = 0.2  # % of nominal torque from noise-free logs
@@ -90,7 +90,6 @@ def test_noisy_logs_predict_held_out_tests_within_the_thesiss_claim(result):
     assert max(h.worst for h in result.held_out) < CLAIM
 
 
-@pytest.mark.long
 def test_noisy_logs_give_intervals_that_hold_the_truth(result):
     truth = Y.of(system_friction("crane-2"))
     inside = [i.contains(getattr(truth, n)) for n, i in result.intervals.items()]
@@ -98,7 +97,6 @@ def test_noisy_logs_give_intervals_that_hold_the_truth(result):
     assert "Y_2" in result.fit.dropped
 
 
-@pytest.mark.long
 def test_least_squares_and_the_complex_method_agree(result):
     assert result.check.optimum.converged
     assert result.check.agree

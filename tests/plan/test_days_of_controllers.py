@@ -11,7 +11,7 @@ from benchmarks.control.days.worth import YEAR, Weather
 from stillhook.plan.file import load_plan
 from stillhook.plan.planning import plan
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 PLAN = "template-to-1500m"
 
@@ -26,7 +26,6 @@ def weather(result):
     return Weather(load_plan(PLAN), result["weather"].attrs["window"])
 
 
-@pytest.mark.long
 def test_days_are_the_operability_of_the_plan(result, weather):
     of_cap = result.data["op_wf"].sel(credit="twin", alternative="cap-80").values
     own = float(result["weather"]["operability"].sel(credit="twin", alternative="cap-80", month=0))

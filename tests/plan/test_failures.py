@@ -38,7 +38,7 @@ from stillhook.report.formatting import EMPTY
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Sensors
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 EXAMPLE = "template-to-1500m"
 MILLIMETRES = 1.0
@@ -78,7 +78,6 @@ def cases(lift, key: str, phase: str):
     return runs._cases(Request(key, phase, SEA))[1]
 
 
-@pytest.mark.long
 def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: slack from 4.92 m (above the deep stop, half an hour)
     deep = [
@@ -87,7 +86,6 @@ def test_slack_on_a_steady_brake_begins_where_the_requirement_has_it(as_required
     assert min(row["Hs_from"] for row in deep) == pytest.approx(4.92, abs=0.01)
 
 
-@pytest.mark.long
 def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_has_it(as_required):
     # LIFTPLAN 9: 1.73, 1.57, 1.49, 1.44 m at 7 to 10 s
     rows = {row["Tp"]: row for row in as_required["steady"]["touch_down"]["by_period"]}
@@ -95,7 +93,6 @@ def test_touch_down_on_a_steady_brake_is_beyond_its_limit_where_the_requirement_
         assert rows[Tp]["Hs_from"] == pytest.approx(Hs, abs=0.01)
 
 
-@pytest.mark.long
 def test_the_low_weight_case_is_slack_no_later_than_the_high_one(facts, lift):
     heights = np.full(len(lift.environment.table().columns), 2.0)
     high = {(p.phase, p.z): p for p in braked(lift, heights)}
@@ -105,7 +102,6 @@ def test_the_low_weight_case_is_slack_no_later_than_the_high_one(facts, lift):
             assert row["Hs_from"] <= np.nanmin(high[row["phase"], row["z"]].Hs["slack-sling"])
 
 
-@pytest.mark.long
 def test_a_plan_without_runs_says_that_failures_of_the_winch_were_not_assessed(facts):
     verdicts = {case["key"]: case["verdict"] for case in facts["cases"]}
     assert all(verdicts[failure.key] == "not-assessed" for failure in FAILURES)
@@ -127,7 +123,6 @@ def test_loads_are_within_limits_up_to_the_lowest_sea_in_which_a_trip_is_not():
     assert page({**made_up, "cases": [trip | {"loads": "ok"}]})["loads_to"] == 4.3
 
 
-@pytest.mark.long
 def test_the_closed_form_alone_assesses_no_failure():
     assert failures.NAME not in plan(replace(load_plan(EXAMPLE), weather=None), tier="closed-form").facts
 

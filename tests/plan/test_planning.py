@@ -19,7 +19,7 @@ from stillhook.plan.result import load_plan_result, save_plan
 from stillhook.plan.table import Axes, chosen, credited_of, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 ENVIRONMENT = Environment(
     Hs=("0.5 m", "1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4
@@ -46,7 +46,6 @@ def found(asked, shares):
     return plan(replace(asked, weather=weather), tier="frequency", progress=shares.append)
 
 
-@pytest.mark.long
 def test_progress_rises_from_nothing_to_all(found, shares):
     assert found.facts
     assert shares == sorted(shares)
@@ -62,7 +61,6 @@ def test_every_cell_has_a_limit_and_names_what_it_is_by(found):
         assert set(data[name].values[told.values].tolist()) <= set(data[axis].values.tolist())
 
 
-@pytest.mark.long
 def test_the_limit_of_a_cell_is_that_of_the_rule_that_governs_it(found):
     data = found.data.sel(credit="twin", alternative="none")
     for heading in data["heading"].values:
