@@ -168,8 +168,10 @@ class Kernel:
         self.board.states.add(begin)
         if self.task.state is not None and saved is None:
             write_state(self.task.state, begin)
-        self._run_loops(deadlines, two_shares() if scheduling.real_time else ())
-        leave_real_time()
+        try:
+            self._run_loops(deadlines, two_shares() if scheduling.real_time else ())
+        finally:
+            leave_real_time()
         data = self._state(deadlines.at(self._n))
         self.board.states.add(data)
         if self.task.state is not None:
