@@ -162,7 +162,7 @@ def run(arguments: list[str]) -> int:
     except BaseException as e:
         if received() is not None or isinstance(e, KeyboardInterrupt):  # libraries turn an interrupt into an error
             return _stopped()
-        return _said(e)
+        return _report(e)
     if code == INTERRUPTED or received() is not None:  # of what keeps its results so far, and of servers
         return _stopped()
     return code if isinstance(code, int) else 0
@@ -182,7 +182,7 @@ def _called(arguments: list[str]) -> object:
     return code
 
 
-def _said(problem: BaseException) -> int:
+def _report(problem: BaseException) -> int:
     """One line on what ended a command, and its exit code."""
     match problem:
         case StillhookError():

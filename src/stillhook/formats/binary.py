@@ -26,6 +26,7 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 from stillhook.base.gateway import budget, template
 from stillhook.base.gateway.access import first_bytes
 from stillhook.base.gateway.budget import MEMORY, late, memory_limit, most_unpacked
+from stillhook.base.gateway.guard import few_words
 from stillhook.errors import StillhookError, UnreadableError
 
 if TYPE_CHECKING:
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 VALUE, REFUSED, FAILED = "value", "refused", "failed"
 GRACE = 5.0
 """How long after its limit this process ends by itself [s]."""
-LONGEST_REASON = 120
-"""Characters of a library's message that are passed on."""
 
 _worker_state: dict[str, Any] = {}
 """What a function leaves for the next one: an open log."""
@@ -72,8 +71,7 @@ def answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple[
     except MemoryError:
         return FAILED, "needs more memory than is allowed"
     except BaseException as problem:  # readers raise many kinds for damaged files, some of them no Exception
-        reason = " ".join(str(problem).split())[:LONGEST_REASON].rstrip(" .")
-        return FAILED, reason or type(problem).__name__
+        return FAILED, few_words(problem)
     finally:
         _end_after(0.0)
 

@@ -235,7 +235,7 @@ def read_tip(tip: Any, folder: Path) -> Motion:
         )
     source = _checked(TipFile, tip, "tip")
     options = {key: value for key, value in tip.items() if key != "file"}
-    path = _beside(folder, source.file)
+    path = _named_file(folder, source.file)
     stored = stored_motion(path)
     if stored is not None:
         if options:
@@ -247,7 +247,7 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     return read_tip_motion(path, tip=position, columns=_columns(source, folder), **options)
 
 
-def _beside(folder: Path, name: str, where: str = "tip.file") -> Path:
+def _named_file(folder: Path, name: str, where: str = "tip.file") -> Path:
     """A file that a tip's table names. Errors: ScenarioError where it is not in the folder of the case file."""
     return named_path(folder, name, lambda why: ScenarioError(f"{where} = {quote(name)}: {why}"))
 
@@ -262,7 +262,7 @@ def _checked(model: type[Checked], data: Any, where: str) -> Checked:
 
 def _columns(table: TipFile | VesselTable, folder: Path) -> dict[str, Any]:
     """Columns of a log, those of the table before those of its mapping file."""
-    return corrections(None if table.mapping is None else _beside(folder, table.mapping, "tip.mapping")) | dict(
+    return corrections(None if table.mapping is None else _named_file(folder, table.mapping, "tip.mapping")) | dict(
         table.columns
     )
 
@@ -291,7 +291,7 @@ def _vessel_tip(tip: dict[str, Any], folder: Path) -> Motion:
     sign = motions.pop("heave", None)
     if motions:
         raise ScenarioError(f"tip.{next(iter(motions))}: {table.file} holds the motion of the vessel. Leave it out.")
-    ship = read_ship_motion(_beside(folder, table.file), heave=sign, columns=_columns(table, folder), **log)
+    ship = read_ship_motion(_named_file(folder, table.file), heave=sign, columns=_columns(table, folder), **log)
     return VesselTip.from_log(ship, table.boom, **moves, unit=unit)
 
 

@@ -47,6 +47,11 @@ def reason_of(problem: Exception) -> str:
     return f"{type(problem).__name__}: {printed}" if printed else type(problem).__name__
 
 
+def few_words(problem: BaseException) -> str:
+    """A library's message in a line, the beginning of it; its kind where it has none."""
+    return " ".join(str(problem).split())[:REASON].rstrip(" .") or type(problem).__name__
+
+
 class reader:
     """Marks a function as the reader of the file that its first argument names: it is `guarded`."""
 

@@ -15,13 +15,12 @@ from typing import Any
 
 from stillhook.base.gateway.access import read_bytes
 from stillhook.base.gateway.budget import JSON, LONGEST_NUMBER, MOST_PARTS, TOML, YAML
+from stillhook.base.gateway.guard import few_words
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.units import quote
 
 LARGEST_WHOLE = 2**64
 """Whole numbers are below it: every seed and count of ours."""
-REASON = 120
-"""Characters of a library's message that are passed on."""
 
 _TOML_TOKEN = re.compile(
     r'"""[^"\\]*+(?:(?:\\.|"(?!""))[^"\\]*+)*+"{3,5}'
@@ -217,4 +216,4 @@ def _reason(problem: Exception) -> str:
         return "nested too deep"
     if "integer string conversion" in str(problem):
         return "too large a whole number"
-    return " ".join(str(problem).split())[:REASON].rstrip(" .") or type(problem).__name__
+    return few_words(problem)

@@ -66,13 +66,13 @@ def read_checked(file: Path, kept: Kept) -> bytes | None:
 
 def write_beside(file: Path, content: bytes) -> None:
     """Write the checksum of a file that gets this content next. Errors: SimulationError of one line."""
-    write_checked(_beside(file), _digest(file, content).encode())
+    write_checked(_checksum_file(file), _digest(file, content).encode())
 
 
 def is_sound(file: Path, kept: Kept) -> bool:
     """Whether a file has the content that the checksum beside it is of. False, without a note, where one of them is
     absent."""
-    if (written := read_checked(_beside(file), kept)) is None or (data := _bytes_of(file, kept)) is None:
+    if (written := read_checked(_checksum_file(file), kept)) is None or (data := _bytes_of(file, kept)) is None:
         return False
     if written == _digest(file, data).encode():
         return True
@@ -101,7 +101,7 @@ def _bytes_of(file: Path, kept: Kept) -> bytes | None:
         return None
 
 
-def _beside(file: Path) -> Path:
+def _checksum_file(file: Path) -> Path:
     return file.with_name(file.name + BESIDE)
 
 

@@ -64,13 +64,13 @@ class Received:
         while len(self._states) > 1 and self._states[1].since <= now:
             self._states.popleft()
         first = self._states[0]
-        return self._beside(first, now - first.arrivals)
+        return self._with_ages(first, now - first.arrivals)
 
     def newest(self, steady: float) -> FloatArray:
         """The same of now, by the monotonic clock [s]."""
         last = self._states[-1]
-        return self._beside(last, steady - last.steady)
+        return self._with_ages(last, steady - last.steady)
 
-    def _beside(self, state: _State, ages: FloatArray) -> FloatArray:
+    def _with_ages(self, state: _State, ages: FloatArray) -> FloatArray:
         ages = np.maximum(ages, 0.0)
         return np.concatenate([np.where(ages <= self._timeout, state.values, np.nan), ages])
