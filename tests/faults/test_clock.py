@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,11 +10,8 @@ import numpy as np
 import pytest
 from tests.faults.bench import Bench
 from tests.faults.commands import COMMANDS
-from tests.faults.injector import compiled, preloaded
+from tests.faults.injector import compiled
 
-from stillhook.errors import LiveError
-from stillhook.library.examples import LIVE, example_files
-from stillhook.live.history import overview, read, read_events
 from stillhook.live.observer.process import JUMP, SLEW, WallClock
 from stillhook.live.observer.received import Received
 
@@ -27,15 +20,6 @@ HOURS = 7200.0
 TIMEOUT = 2.0
 LOOK = 0.2
 """Time between two looks at the clock [s]."""
-CYCLE = 0.01
-"""Of the twin's PLC [s]."""
-PATIENCE = 90.0
-COMMIT = 1.0
-"""Time between two commits of rows [s]."""
-WATCHED = 4.0
-"""Time for which a clock is as it was set [s]."""
-LATE = 1.0
-"""What cycles may be late on a busy machine [s]."""
 
 
 @pytest.mark.parametrize("jump", [HOURS, -HOURS])
@@ -107,67 +91,3 @@ def test_a_command_gives_the_same_files_at_another_time(bench: Bench, clock: flo
     bench.reset()
     assert bench.run(arguments, clock=clock).code == 0
     assert bench.tree() == new
-
-
-def started(folder: Path, environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    """A twin that stores every row, and is compared with measured values."""
-    example_files(LIVE, folder)
-    begin, _, rest = (folder / "live.toml").read_text(encoding="utf-8").partition("[opcua]")
-    measured = "[measured]" + rest.partition("[measured]")[2]
-    text = f'{begin}[udp]\nport = 0\n[history]\nevery = "0 s"\n{measured}'
-    (folder / "live.toml").write_text(text, encoding="utf-8")
-    words = [sys.executable, "-m", "stillhook", "live", "run", str(folder / "live.toml")]
-    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Wait, on a machine that does much else."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(LOOK)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("jump", [HOURS, -HOURS, None], ids=["forward", "back", "still"])
-def test_a_twin_runs_on_by_the_monotonic_clock(library: Path, tmp_path: Path, jump: float | None):
-    control, environment = preloaded(tmp_path / "control", library)
-    history, events = tmp_path / "live" / "twin" / "history", tmp_path / "live" / "twin" / "events.jsonl"
-
-    def rows() -> int:
-        with contextlib.suppress(LiveError):
-            return overview(history).last_row
-        return 0
-
-    def observed() -> bool:
-        return '"source": "observer", "name": "clock"' in events.read_text(encoding="utf-8")
-
-    process = started(tmp_path / "live", environment)
-    try:
-        until(lambda: rows() > 100)
-        number, begin = rows(), time.monotonic()
-        if jump is None:
-            control.still = time.time_ns()
-        while not observed():  # by an observer that has begun
-            assert time.monotonic() < begin + PATIENCE
-            control.clock += 0 if jump is None else round(1e9 * jump)
-            time.sleep(WATCHED)
-        seconds, stored = time.monotonic() - begin, rows() - number
-        process.terminate()
-        assert process.wait(PATIENCE) == 143
-    finally:
-        process.kill()
-    assert CYCLE * stored == pytest.approx(seconds, abs=LATE + COMMIT)
-    run = read(history)
-    assert run["row"].values.tolist() == list(range(1, run.sizes["time"] + 1))
-    assert np.allclose(np.diff(run["t_winch"]), CYCLE * np.diff(run["cycle_number"]), rtol=0.0, atol=1e-9)
-    assert np.all(np.diff(run["cycle_number"]) > 0.0)
-    steps = np.diff(run["utc"].values.astype("datetime64[ns]").astype(np.int64)) / 1e9
-    if jump is None:
-        assert CYCLE * np.sum(steps == 0.0) == pytest.approx(seconds, abs=LATE + COMMIT)
-    else:
-        set_by = steps[np.abs(steps) > 0.5 * HOURS]
-        assert len(set_by) == control.clock / round(1e9 * jump)
-        assert np.allclose(set_by, jump, rtol=0.0, atol=LATE)
-    back = [each for each in read_events(history) if each.kind == "clock" and "goes back" in each.text]
-    assert bool(back) == (jump is not None and jump < 0.0)
