@@ -27,6 +27,7 @@ from stillhook.plan.report.figures import answer, depth, figures, limit_tables, 
 from stillhook.plan.report.limits_summary import verdict
 from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult, cause, load_plan_result, save_plan
+from stillhook.report import kit
 from stillhook.report.document import Document, Figure, Table
 from stillhook.report.html import html
 from stillhook.report.kit import png
@@ -410,11 +411,12 @@ def test_what_to_do_next_follows_from_what_is_missing(result):
 
 
 @pytest.mark.thorough
-def test_no_page_but_the_last_is_empty_in_a_third_of_its_height(result):
-    """A page of a report on paper is text, table and figure: none waits for a figure of the next one."""
+def test_no_page_between_the_first_and_the_last_is_empty_in_a_third_of_its_height(result):
+    """A page of a report on paper is text, table and figure: none waits for a figure of the next one. The first one has
+    room above its signature lines."""
     sheets = pages(document(result, pictures(result)), 40.0)
     assert len(sheets) > 5
-    for sheet in sheets[:-1]:
+    for sheet in sheets[1:-1]:
         grey = np.asarray(Image.open(io.BytesIO(sheet)).convert("L"), dtype=int)
         body = grey[int(0.08 * len(grey)) : int(0.92 * len(grey))]
         inked = np.flatnonzero((body < 200).any(axis=1))
@@ -604,3 +606,15 @@ def test_hours_and_gaps_of_the_record_are_counted_in_whole_numbers(result, stems
     (counts,) = re.findall(r">([^<>]*) h, ([^<>]*) gaps<", html(document(result, dots(stems))))
     expected = [int(result["weather"][name].values.flat[0]) for name in ("n_hours", "n_gaps")]
     assert [int(re.sub(r"\W", "", count)) for count in counts] == expected
+
+
+@pytest.mark.long
+def test_a_figure_of_strips_may_be_parted_between_two_of_them(result):
+    tables = {name: each for name, each in figures(result).items() if name.startswith("limits-credited")}
+    drawn = {name: kit.printed({name: each})[name] for name, each in tables.items()}
+    assert drawn
+    for name, of in drawn.items():
+        picture = np.asarray(Image.open(io.BytesIO(of.png)).convert("L"), dtype=int)
+        assert len(of.cuts) == len(tables[name].axes) - 1 > 0
+        for cut in of.cuts:
+            assert (picture[round(cut * len(picture))] == picture.max()).all()  # no letter is cut

@@ -96,6 +96,7 @@ class Figure:
     caption: str
     height: float = 118.0  # at most, on paper [mm]
     svg: str = ""  # the same as lines, for a page on a screen
+    cuts: Sequence[float] = ()  # where the end of a page may part it, each a share of its height from the top
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import functools
 import io
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -38,6 +39,8 @@ HEAVY = 400_000
 """Letters of an SVG from which on the picture is lighter: a page has that."""
 WRAP = 110
 """Characters of a line of a title."""
+STRIPS = "strips"
+"""Marks a figure that the end of a page may part."""
 
 
 @functools.cache
@@ -262,6 +265,19 @@ def caption(figure: Figure, text: str) -> Figure:
     return figure
 
 
+def strips(figure: Figure) -> Figure:
+    """The figure, of panels one below another that are read alone: the end of a page may come between them."""
+    figure.set_gid(STRIPS)
+    return figure
+
+
+def _cuts(figure: Figure) -> tuple[float, ...]:
+    """Middles between the panels of a figure of strips that was drawn, as shares of its height from the top."""
+    boxes = [box for ax in figure.axes if (box := ax.get_tightbbox()) is not None]
+    middles = [0.5 * (upper.y0 + lower.y1) for upper, lower in pairwise(boxes)]
+    return tuple(round(1.0 - float(middle) / figure.bbox.height, 4) for middle in middles)
+
+
 def svg(figure: Figure) -> str:
     """A figure as SVG whose bytes depend on its content alone; letters stay text."""
     import matplotlib  # heavy
@@ -280,7 +296,10 @@ def printed(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict
     lines = {name: svg(each) for name, each in figures.items()}
     return {
         name: document.Figure(
-            png(each, resolution), str(each.get_label()), svg=lines[name] * (len(lines[name]) <= HEAVY)
+            png(each, resolution),
+            str(each.get_label()),
+            svg=lines[name] * (len(lines[name]) <= HEAVY),
+            cuts=_cuts(each) if each.get_gid() == STRIPS else (),
         )
         for name, each in figures.items()
     }

@@ -128,10 +128,10 @@ def _part(part: Part, folder: Path) -> dict[str, Any]:
             return {"kind": "verdict", "word": word, "passed": passed, "text": list(paragraphs)}
         case Table():
             return _table(part)
-        case Figure(png, caption, height):
+        case Figure(png, caption, height, cuts=cuts):
             file = f"figure-{sum(1 for _ in folder.glob('figure-*'))}.png"
             (folder / file).write_bytes(png)
-            return {"kind": "figure", "file": file, "caption": caption, "height": height}
+            return {"kind": "figure", "file": file, "caption": caption, "height": height, "cuts": list(cuts)}
         case Columns(inner, widths):
             return {"kind": "columns", "parts": _parts(inner, folder), "widths": list(widths)}
         case Section(title, inner):

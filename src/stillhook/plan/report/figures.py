@@ -191,7 +191,7 @@ def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[st
         ax.set_title(", ".join(named(name) for name in labels), fontsize="small", loc="left", pad=3)
     kit.axis(axes[-1, 0], "peak period Tp [s]", size="small")
     shown = ", ".join(named(name) for labels in strips for name in labels)
-    return captioned(figure, f"limits-{credit}", names=shown)
+    return kit.strips(captioned(figure, f"limits-{credit}", names=shown))
 
 
 def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str, *, scale: PlanResult | None = None) -> None:
