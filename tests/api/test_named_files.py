@@ -7,7 +7,7 @@ import pytest
 from tests.commands import refusal
 
 import stillhook
-from stillhook.base.gateway.named_files import VARIABLE, named_path
+from stillhook.base.gateway.named_files import VARIABLE, named_path, plain_name
 from stillhook.errors import SpecError, StillhookError
 
 
@@ -54,8 +54,17 @@ def test_a_folder_that_is_reached_by_a_link_is_its_own_folder(project: Path) -> 
 
 
 def test_a_path_that_no_system_follows_is_one_line(project: Path) -> None:
-    with pytest.raises(SpecError, match="not a path that can be followed"):
-        named_path(project, "a\0b", wrong)
+    for name in ("a\0b", "a" * 5000):
+        with pytest.raises(SpecError, match="not a path that can be followed"):
+            named_path(project, name, wrong)
+
+
+@pytest.mark.parametrize(
+    "name", ["", "..", "a/b", "/etc/passwd", "//host/share/a", "c:a", "\\\\host\\share\\a", "a" * 300]
+)
+def test_what_leads_anywhere_is_no_plain_name(name: str) -> None:
+    assert not plain_name(name)
+    assert plain_name("campaign 2.toml")
 
 
 def test_the_line_names_what_the_user_sets_to_allow_it(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """Every way in which a signature can stand, on the day of a clock, and lists that cannot be used."""
 
+import os
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -150,6 +151,30 @@ def test_a_damaged_list_is_refused_in_one_line_and_never_taken_for_an_empty_one(
     assert said in str(problem.value)
     assert "\n" not in str(problem.value)
     assert "trust.toml" in str(problem.value)
+
+
+def test_a_list_of_the_user_that_is_lost_is_not_taken_for_an_empty_one(tmp_path, monkeypatch):
+    """Its revocations would be lost with it."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    assert not users_trust().keys
+    (tmp_path / "trust.toml").symlink_to("moved.toml")
+    with pytest.raises(TrustError, match="no such file"):
+        users_trust()
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "file"))
+    with pytest.raises(TrustError, match="Not a directory"):
+        users_trust()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows tells no rights")
+def test_a_list_of_the_user_that_another_user_could_replace_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    replace(trust(ENTRY), file=tmp_path / "trust.toml").write()
+    tmp_path.chmod(0o777)
+    with pytest.raises(TrustError, match=r"others may write to .*chmod go-w"):
+        users_trust()
+    tmp_path.chmod(0o1777)  # as /tmp: nobody but the owner of a file can replace it
+    assert users_trust().keys == (ENTRY,)
 
 
 def test_a_list_that_others_may_change_is_refused(tmp_path):

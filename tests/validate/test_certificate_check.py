@@ -11,9 +11,10 @@ from tests.validate.staged_certificate import drawn, staged, write
 from stillhook import load_crane
 from stillhook.base.kept.sealed import canonical, digest_of
 from stillhook.cli import run as command
+from stillhook.errors import ValidateError
 from stillhook.library import crane_toml
 from stillhook.report.document import Text
-from stillhook.trust.standing import MEANING
+from stillhook.trust.standing import MEANING, Standing
 from stillhook.validate import certificate_files, load_certificate
 from stillhook.validate.certificate import content as certificate_content
 from stillhook.validate.certificate import recheck as certificate_check
@@ -290,3 +291,18 @@ def test_the_annex_is_covered_by_the_certificate(file):
         assert any("annex certificate-annex.pdf: changed since" in line for line in found.changed)
     annex.unlink()  # kept elsewhere
     assert checked(file, quick=True).holds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["/etc/passwd", "../campaign.toml", "//host/share/campaign.toml"])
+def test_a_certificate_names_its_campaign_by_a_name_alone(file, name):
+    """Whoever wrote the file could have any other one opened."""
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["campaign"]["file"] = name
+    data["digest"] = digest_of(data)
+    file.write_text(canonical(data), encoding="utf-8")
+    with pytest.raises(ValidateError, match="not the name of a file"):
+        checked(file, quick=True)
+    assert (
+        checked(file, campaign=file.parent.parent / "campaign.toml", quick=True).judgement.standing is Standing.ALTERED
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 import platformdirs
@@ -23,3 +24,18 @@ def open_to_others(path: Path, rights: int) -> str:
     closed and tells no rights."""
     mode = path.stat().st_mode & 0o777
     return f"{mode:03o}" if os.name == "posix" and mode & rights else ""
+
+
+def replaceable(file: Path) -> str:
+    """Why another user could put a file of his own in place of this one, "" where none can: it or its folder belongs to
+    somebody else, or others may write to the folder; links are followed. Nothing on Windows, as of `open_to_others`."""
+    if os.name != "posix":
+        return ""
+    owners = (os.geteuid(), 0)
+    for path in (file, file.parent, file.resolve().parent):
+        status = path.stat()
+        if status.st_uid not in owners:
+            return f"{path} belongs to another user"
+        if path != file and status.st_mode & 0o022 and not status.st_mode & stat.S_ISVTX:
+            return f"others may write to {path} (chmod go-w {path})"
+    return ""

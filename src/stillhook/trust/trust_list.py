@@ -29,7 +29,7 @@ from stillhook.base.gateway.access import read_text
 from stillhook.base.gateway.budget import TOML
 from stillhook.base.gateway.parse import from_toml
 from stillhook.errors import TrustError, UnreadableError
-from stillhook.trust.home import TRUST, home, open_to_others
+from stillhook.trust.home import TRUST, VARIABLE, home, open_to_others, replaceable
 from stillhook.trust.keys import PublicKey, checked_name, public_of
 from stillhook.units import quote
 
@@ -112,9 +112,19 @@ class TrustList:
 
 
 def users_trust(clock: Callable[[], date] = utc_today) -> TrustList:
-    """The keys that the user trusts, none where there is no list yet. Errors: TrustError, one line."""
+    """The keys that the user trusts, none where there is no list yet: a link that leads nowhere is a list that is lost,
+    its revocations with it. Errors: TrustError, one line."""
     file = home() / TRUST
-    return read_trust(file, clock) if file.exists() else TrustList(file, clock=clock)
+    try:
+        file.lstat()
+    except FileNotFoundError:
+        return TrustList(file, clock=clock)
+    except OSError as problem:
+        raise TrustError(f"{file}: cannot be read ({problem.strerror}). Choose a folder by {VARIABLE}.") from None
+    trust = read_trust(file, clock)
+    if reason := replaceable(file):
+        raise TrustError(f"{file}: could be replaced by another user: {reason}. Close it, and look at who is in it.")
+    return trust
 
 
 def plans_trust(file: Path) -> TrustList:

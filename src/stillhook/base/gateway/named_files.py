@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from stillhook.base.gateway.inputs import note_input
 from stillhook.errors import StillhookError
@@ -22,6 +22,9 @@ from stillhook.units import quote
 _TYPED: ContextVar[tuple[Path, ...]] = ContextVar("folders that the user typed", default=())
 VARIABLE = "STILLHOOK_FILES"
 """Environment variable with the folders that files may name files in, besides their own."""
+
+LONGEST_NAME = 255
+"""Bytes of a name on the usual file systems."""
 
 
 def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) -> Path:
@@ -40,11 +43,18 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
         end = path.resolve()
         if not any(end.is_relative_to(each.resolve()) for each in kept):
             raise wrong(_leads_out(end, "is a link that leads"))
+        with suppress(FileNotFoundError, NotADirectoryError):
+            path.lstat()  # a name that is too long, a folder that may not be entered
     except (OSError, RuntimeError, ValueError) as problem:  # a zero byte in the name, a loop of links
         reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
         raise wrong(f"not a path that can be followed ({reason}). Correct it.") from None
     note_input(path)
     return path
+
+
+def plain_name(name: str) -> bool:
+    """Whether a text is the name of a file alone, on every system: no folder, drive or link to one."""
+    return PureWindowsPath(name).name == name not in ("", "..") and len(name.encode(errors="replace")) <= LONGEST_NAME
 
 
 def _leads_out(end: Path, how: str) -> str:

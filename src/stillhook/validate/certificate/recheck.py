@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.gateway.named_files import named_path
+from stillhook.base.gateway.named_files import named_path, plain_name
 from stillhook.base.kept.sealed import SIGNATURE, digest_of
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.library import crane_from_toml
@@ -173,10 +173,16 @@ def _same_pdf(path: Path, again: Certificate, figures: Mapping[str, Figure]) -> 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:
     """The campaign file of a certificate in its folder, a folder above or a sibling folder: the one of that hash, else
-    the first."""
+    the first. Errors: ValidateError where it is named by more than a name, which could lead to any file."""
     folder, name = path.resolve().parent, str(data["campaign"]["file"])
+    if not plain_name(name):
+        raise ValidateError(
+            f"{path.name}: campaign {quote(name)}: not the name of a file. State the file with --campaign."
+        )
     around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
     existing = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
+    wrong = lambda why: ValidateError(f"{path.name}: campaign {quote(name)}: {why}")
+    existing = [named_path(p.parent, p.name, wrong) for p in existing]
     same = (p for p in existing if sha256_of(p) == data["campaign"]["sha256"])
     return next(same, existing[0] if existing else folder / name)
 
