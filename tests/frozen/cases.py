@@ -17,6 +17,7 @@ import numpy as np
 import platformdirs
 import xarray
 from tests.frozen.answers import ANSWERS
+from tests.frozen.further import FURTHER
 from tests.frozen.inputs import (
     CASES_TOML,
     CRANES_TOML,
@@ -527,5 +528,5 @@ def weather_lift() -> Any:
 
 # What people read
 
-for _function in ANSWERS:
+for _function in (*ANSWERS, *FURTHER):
     case(_function)
