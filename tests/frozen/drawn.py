@@ -58,8 +58,10 @@ def _axes(axes: Axes) -> dict[str, Any]:
         "texts": [[*_numbers(text.get_position()), text.get_text()] for text in axes.texts],
         "legend": [] if legend is None else [text.get_text() for text in legend.get_texts()],
         "lines": [[_numbers(line.get_xdata()), _numbers(line.get_ydata())] for line in axes.lines],
-        "patches": [_numbers(patch.get_path().vertices @ patch.get_patch_transform().get_matrix()[:2, :2].T)
-                    for patch in axes.patches],
+        "patches": [
+            _numbers(patch.get_path().vertices @ patch.get_patch_transform().get_matrix()[:2, :2].T)
+            for patch in axes.patches
+        ],
         "fields": [_numbers(image.get_array()) for image in axes.images],
         "collections": [_collection(each) for each in axes.collections],
     }
