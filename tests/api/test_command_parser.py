@@ -8,7 +8,8 @@ import sys
 import pytest
 from tests.commands import commands, refusal
 
-from stillhook.cli import run
+import stillhook
+from stillhook.cli import main, run
 from stillhook.cli.groups import Command
 
 EVERY = commands()
@@ -136,6 +137,14 @@ class TestInternalErrors:
         err = capsys.readouterr().err
         assert err.count("\n") == 1
         assert "\x1b" not in err
+
+    def test_the_process_reads_its_arguments_without_its_own_name(self, capsys, monkeypatch):
+        monkeypatch.setattr(sys, "argv", ["list", "--version"])
+        monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == 0
+        assert capsys.readouterr().out == f"stillhook {stillhook.__version__}\n"
 
     @pytest.mark.slow
     def test_the_process_itself_ends_with_3(self):

@@ -13,10 +13,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import platformdirs
-import xarray
 from tests.frozen.answers import ANSWERS
+from tests.frozen.further import FURTHER
 from tests.frozen.inputs import (
     CASES_TOML,
     CRANES_TOML,
@@ -29,7 +28,7 @@ from tests.frozen.inputs import (
     weather_csv,
 )
 from tests.frozen.printed import texts
-from tests.frozen.record import condensed, normalised
+from tests.frozen.record import condensed, dataset, normalised
 from trials.campaigns import write_campaign
 from trials.campaigns.friction import campaign_plan
 from trials.campaigns.friction import write_campaign as write_friction_tests
@@ -84,21 +83,6 @@ def case_file(crane: str, load: str, settings: str = "", **fields: str) -> str:
     scenario = {"load": load, "s_w": "100 m", "tip": "sine 1 m 10 s"} | fields
     rows = "".join(f'{name} = "{value}"\n' for name, value in scenario.items())
     return f'crane = "{crane}"\n[scenario]\n{rows}{settings and f"[settings]{chr(10)}{settings}"}'
-
-
-def dataset(data: xarray.Dataset) -> dict[str, Any]:
-    """Variables of a result. Signals without a value other than 0 are left out: winches without a circuit may or may not have them."""
-    out: dict[str, Any] = {}
-    for name in sorted(map(str, data.variables)):
-        values = data[name].values
-        if values.ndim and values.dtype.kind in "fiub" and not np.any(np.nan_to_num(values.astype(float))):
-            continue
-        out[name] = (
-            [str(v) for v in values.ravel()] if values.ndim and values.dtype.kind not in "fiub" else values.tolist()
-        )
-        if not values.ndim and values.dtype.kind not in "fiub":
-            out[name] = str(values)
-    return out
 
 
 # Folders
@@ -527,5 +511,5 @@ def weather_lift() -> Any:
 
 # What people read
 
-for _function in ANSWERS:
+for _function in (*ANSWERS, *FURTHER):
     case(_function)

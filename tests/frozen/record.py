@@ -13,6 +13,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+import xarray
+
 from stillhook.base.arrays import decode_array
 
 EXPECTED = Path(__file__).with_name("expected")
@@ -64,6 +67,21 @@ def shown(value: object) -> str:
 
 
 # Normalise and condense
+
+
+def dataset(data: xarray.Dataset) -> dict[str, Any]:
+    """Variables of a result. Signals without a value other than 0 are left out: winches without a circuit may or may not have them."""
+    out: dict[str, Any] = {}
+    for name in sorted(map(str, data.variables)):
+        values = data[name].values
+        if values.ndim and values.dtype.kind in "fiub" and not np.any(np.nan_to_num(values.astype(float))):
+            continue
+        out[name] = (
+            [str(v) for v in values.ravel()] if values.ndim and values.dtype.kind not in "fiub" else values.tolist()
+        )
+        if not values.ndim and values.dtype.kind not in "fiub":
+            out[name] = str(values)
+    return out
 
 
 def normalised(value: object, replaced: Mapping[str, str]) -> Any:

@@ -16,6 +16,7 @@ LONG = (
     *("stability", "tune", "uncertainty", "envelope", "validate", "plan_quick", "weather"),
     *("identify_friction", "identify_motor", "printed_analysis", "printed_weather", "printed_export"),
     *("printed_thesis", "printed_library", "printed_parameters", "printed_plan"),
+    *("drawn_sea", "drawn_weather", "drawn_runs", "drawn_lowering", "drawn_analysis"),
 )
 """Cases of half a second to some seconds."""
 

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -408,7 +409,8 @@ def test_a_position_gain_alone_leaves_the_offset_whose_flow_is_the_leak(mode):
     offset = leak / (PURE.active.pump.D_total * PURE.active.pump.omega_p * PURE.control.K_p)
     assert last["e_c"] == pytest.approx(-offset, rel=1e-3)  # the load hangs low: too much wire is out
     assert data.status.item() == "offset"
-    assert "under P control expect a standing offset" in data.notes.item()
+    foreseen = re.search(r"under P control expect a standing offset of about ([\d.]+) m", data.notes.item())
+    assert 0.7 * float(foreseen[1]) < offset < float(foreseen[1])  # friction carries some of the weight
 
 
 def test_in_manual_mode_a_load_sinks_with_the_joystick_at_rest_as_fast_as_was_foreseen():
@@ -416,7 +418,7 @@ def test_in_manual_mode_a_load_sinks_with_the_joystick_at_rest_as_fast_as_was_fo
     note = data.notes.item()
     assert "under P control" not in note
     foreseen = float(note.split("the load sinks by ")[1].split(" m/min")[0])
-    assert -float(data.v_w[-1]) * MINUTE == pytest.approx(foreseen, rel=0.25)  # friction takes some of the pressure
+    assert -float(data.v_w[-1]) * MINUTE == pytest.approx(foreseen, rel=0.05)  # shown with two digits
 
 
 def test_more_position_gain_leaves_less_offset():
