@@ -177,6 +177,17 @@ def test_a_list_of_the_user_that_another_user_could_replace_is_refused(tmp_path,
     assert users_trust().keys == (ENTRY,)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="Windows tells no rights")
+def test_a_first_list_is_used_again_where_new_files_are_open_to_a_group(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "settings"))
+    before = os.umask(0o002)  # as several systems have it
+    try:
+        replace(trust(ENTRY), file=tmp_path / "settings" / "trust.toml").write()
+    finally:
+        os.umask(before)
+    assert users_trust().keys == (ENTRY,)
+
+
 def test_a_list_that_others_may_change_is_refused(tmp_path):
     file = tmp_path / "trust.toml"
     file.write_text(GOOD, encoding="utf-8")

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -106,7 +107,10 @@ class TrustList:
         return "\n".join([_HEAD, *map(_block, self.keys)])
 
     def write(self) -> None:
-        """Write its file. Errors: SimulationError where that is impossible."""
+        """Write its file, in a folder that is closed to others where it is new. Errors: SimulationError where that is
+        impossible."""
+        with suppress(OSError):  # which the next line says
+            self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with atomic_file(self.file) as part:
             part.write_text(self.text(), encoding="utf-8", newline="\n")
 
