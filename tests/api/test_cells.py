@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import stillhook
 from stillhook.errors import PlanError, SpecError
-from stillhook.formats.table.cells import cell_of, csv_of, text_of
+from stillhook.formats.table.cells import cell_of, csv_of, remark_of, text_of
 from stillhook.formats.table.crane_sheet import crane_file_of_sheet, crane_sheet
 from stillhook.formats.table.workbook import Sheet, write_sheets
 
@@ -94,3 +94,20 @@ def test_the_sheet_of_a_crane_reads_back_as_the_same_crane(tmp_path: Path) -> No
     again = stillhook.load_crane(tmp_path / "crane.toml")
     assert again.title == crane.title
     assert again.model_dump(exclude={"sources", "name"}) == crane.model_dump(exclude={"sources", "name"})
+
+
+@pytest.mark.parametrize("separator", [",", ";", ", ", "\t,", ',"'])
+@pytest.mark.parametrize("text", EVIL)
+def test_no_part_of_a_remark_is_a_formula(tmp_path: Path, text: str, separator: str) -> None:
+    """The name of a plan or a vessel is in a line above its table, which a spreadsheet cuts at its separators."""
+    file = write_sheets(
+        [Sheet("a", ("b",), [(1.0,)], (f"plan: ours{separator}{text}",))], tmp_path / "a.csv", PlanError
+    )
+    first, *rest = file.read_text(encoding="utf-8").splitlines()
+    assert rest == ["b", "1.0"]
+    assert not any(STARTS.match(part) for part in re.split("[,;\t]", first))
+
+
+def test_a_remark_without_formulas_stays_as_it_is() -> None:
+    text = "headings 165, -180; 195 deg: x = 1 - 2, 3+4"
+    assert remark_of(text) == text

@@ -92,6 +92,8 @@ def test_a_folder_that_is_allowed_does_not_allow_those_above_it(project: Path, m
 CASE = 'crane = "{crane}"\n[scenario]\nload = "100 t"\ns_w = "100 m"\nmode = "ssc"\nduration = "10 s"\n{more}\n'
 OUT = {
     "crane": (CASE.format(crane="../up.toml", more='tip = "sine 1 m 12 s"'), ("run",)),
+    "crane of another ending": (CASE.format(crane="/etc/passwd", more='tip = "sine 1 m 12 s"'), ("run",)),
+    "crane of a network": (CASE.format(crane="//host/share/crane", more='tip = "sine 1 m 12 s"'), ("run",)),
     "motion": (CASE.format(crane="nov-250t", more='tip = { file = "/etc/passwd" }'), ("run",)),
     "mapping": (
         CASE.format(crane="nov-250t", more='tip = { file = "log.csv", mapping = "../up.toml", position = "tip" }'),

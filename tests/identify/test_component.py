@@ -13,6 +13,7 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run
 from stillhook.errors import IdentifyError, LogError, SpecError, StillhookError
 from stillhook.identify import crane_with, identify_component
+from stillhook.identify.component.result import component_settings
 from stillhook.library import changed, crane_from_toml, crane_toml, leak_table
 from stillhook.library.leakage import pump_leak
 from stillhook.units import parse
@@ -379,3 +380,9 @@ def test_a_table_of_a_pump_that_is_none_is_refused(tmp_path):
     rows |= {"omega": ["1500 rpm"]}
     with pytest.raises(SpecError, match="needs 1 values"):
         changed(load_crane("nov-250t"), {"active": {"pump": {"table": rows}}})
+
+
+def test_the_base_of_a_mapping_keeps_to_its_folder(tmp_path):
+    for base in ("/etc/passwd", "../crane.toml", "//host/share/crane"):
+        with pytest.raises(IdentifyError, match="leads out of the folder of this file"):
+            component_settings(mapping(tmp_path, base=base))

@@ -15,6 +15,7 @@ from stillhook.engine.certificate import twin_line
 from stillhook.engine.pack.programme import link_buoyancy, settings
 from stillhook.formats.lift_file import LiftFile, describe_phase
 from stillhook.formats.results import save_json, save_run
+from stillhook.formats.table.cells import remark_of
 from stillhook.physics.scalar import G
 from stillhook.report import kit
 from stillhook.report.kit import draw_if_possible
@@ -161,6 +162,8 @@ def write_tip(
             columns.append(tip_motion(waves, against, at.x, at.y).sample(t)[0])
             head += ",tip over deck [m]"
         rows = "".join(f"{x:.1f},{','.join(f'{y:.6f}' for y in ys)}\n" for x, *ys in zip(t, *columns, strict=True))
-        (part / table).write_text(f"# {motion.describe()}. {motion.report}\n{head}\n{rows}", encoding="utf-8")
+        (part / table).write_text(
+            f"# {remark_of(f'{motion.describe()}. {motion.report}')}\n{head}\n{rows}", encoding="utf-8"
+        )
         save_json({**summary, "series": series}, part / numbers)
     return series

@@ -29,6 +29,13 @@ def cell_of(value: Any) -> Any:
     return value
 
 
+def remark_of(text: str) -> str:
+    """A remark above a table, in one line: a spreadsheet cuts it at commas and semicolons, so each part is written as a
+    cell."""
+    parts = re.split("([,;])", " ".join(text.split()))
+    return "".join(part if _NUMBER.fullmatch(part.strip()) else str(cell_of(part)) for part in parts)
+
+
 def text_of(cell: str) -> str:
     """The text that such a cell of CSV stands for."""
     bare = cell.removeprefix(MARK)

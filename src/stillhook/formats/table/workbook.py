@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from stillhook.base.atomic import atomic_file
 from stillhook.base.extras import need
 from stillhook.errors import StillhookError
-from stillhook.formats.table.cells import cell_of
+from stillhook.formats.table.cells import cell_of, remark_of
 from stillhook.units import quote
 
 WRITTEN = (".xlsx", ".csv")
@@ -43,7 +43,7 @@ def write_sheets(sheets: Sequence[Sheet], file: Path, error: type[StillhookError
         raise error(f"{file}: a table is written as {' or '.join(WRITTEN)}. Give a name that ends so.")
     if file.suffix.lower() == ".csv":
         with atomic_file(file) as part, part.open("w", encoding="utf-8", newline="") as stream:
-            stream.writelines(f"# {' '.join(remark.split())}\n" for remark in sheets[0].remarks)
+            stream.writelines(f"# {remark_of(remark)}\n" for remark in sheets[0].remarks)
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(map(cell_of, sheets[0].headings))
             writer.writerows([cell_of(_plain(cell)) for cell in row] for row in sheets[0].rows)

@@ -44,6 +44,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
+from stillhook.formats.table.cells import remark_of
 from stillhook.formats.table.columns import split_heading
 from stillhook.formats.table.dialect import one_newline
 from stillhook.formats.table.text import TextTable, headed_table
@@ -127,7 +128,7 @@ def write_rao_csv(rao: Rao, path: str | os.PathLike[str], *, source: str) -> Pat
         "source": source,
     }
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
-    lines = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in declared.items())]
+    lines = [f"{FIRST} {VERSION}", *(f"# {key}: {remark_of(value)}" for key, value in declared.items())]
     lines.append(",".join(("omega [rad/s]", "heading [rad]", *columns)))
     for j, beta in enumerate(rao.beta):
         for k, w in enumerate(rao.omega):

@@ -18,7 +18,7 @@ from stillhook.errors import IdentifyError
 from stillhook.library import crane_toml, cranes, load_crane
 from stillhook.library.crane_file import changed
 from stillhook.library.leakage import stated_leak
-from stillhook.library.toml.file import explain
+from stillhook.library.toml.file import explain, is_library_name
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.library.write import joined, toml_value
@@ -71,7 +71,7 @@ def component_settings(mapping: Path | None) -> ComponentSettings:
         settings = ComponentSettings.model_validate(data)
     except ValidationError as problem:
         raise explain(problem, ComponentSettings, where, data, IdentifyError) from None
-    if settings.base is not None and settings.base.endswith(".toml"):
+    if settings.base is not None and not is_library_name(settings.base):
         base = settings.base
         path = named_path(mapping.parent, base, lambda why: IdentifyError(f"{where}.base = {quote(base)}: {why}"))
         settings = settings.model_copy(update={"base": str(path)})

@@ -15,6 +15,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
+from stillhook.formats.table.cells import remark_of
 from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap, gridded
 from stillhook.identify.motor.rank import (
@@ -253,7 +254,7 @@ def map_table(result: MotorLoss) -> str:
     grid, filled = gridded(result.map)
     gaps = f", {filled} combinations interpolated between cells" if filled else ""
     note = f"{'SYNTHETIC ' if result.map.synthetic else ''}map {result.map.source}{gaps}; torque loss of one motor"
-    return map_csv(dict(zip((*AXES, "T_f"), map(list, grid), strict=True)), note)
+    return map_csv(dict(zip((*AXES, "T_f"), map(list, grid), strict=True)), remark_of(note))
 
 
 def _evidence(result: MotorLoss, text: str) -> Evidence:

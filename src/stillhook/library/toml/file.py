@@ -18,7 +18,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.base.gateway.guard import guarded
-from stillhook.base.gateway.named_files import named_path
+from stillhook.base.gateway.named_files import named_path, plain_name
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import parsed, toml_text
@@ -106,9 +106,9 @@ class TomlTable:
         return place_of((*self.loc, *loc), self.data)
 
     def relative_toml(self, name: str) -> str:
-        """The path of a TOML file seen from the folder of this one, or a name of the library unchanged. Errors: for a
-        path that leads out of that folder."""
-        if not name.endswith(".toml"):
+        """The path of a file seen from the folder of this one, or a name of the library unchanged. Errors: for a path
+        that leads out of that folder."""
+        if is_library_name(name):
             return name
         return str(named_path(self.path.parent, name, lambda why: self.error(f"{quote(name)}: {why}")))
 
@@ -123,6 +123,11 @@ class TomlTable:
         if not is_table(path):
             raise self.wrong("no such file next to this file. Check the path.", *loc)
         return path
+
+
+def is_library_name(name: str) -> bool:
+    """Whether a text can be a name of the library alone: a file's ends in .toml, or leads somewhere."""
+    return plain_name(name) and not name.endswith(".toml")
 
 
 def read_toml(
