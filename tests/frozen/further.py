@@ -3,7 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
+import numpy as np
+import xarray
+from tests.frozen.beside import Beside
 from tests.frozen.drawn import figures, shown
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase
 from tests.frozen.printed import lines, printed
@@ -11,6 +15,9 @@ from tests.frozen.record import dataset
 
 import stillhook
 from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_figure, root_locus_figure
+from stillhook.live.demo import with_friction
+from stillhook.live.watch import replay
+from stillhook.live.watch.comparison import Comparison
 
 RUN = """crane = "nov-250t"
 [scenario]
@@ -116,7 +123,53 @@ def printed_drives() -> Any:
     return {name: printed("envelope", name, "--loads", f"{tonnes} t") for name, tonnes in OTHER_DRIVES.items()}
 
 
+UNITS = {
+    "s_tip": "m",
+    "v_tip": "m/s",
+    "s_w": "m",
+    "p_a": "Pa",
+    "p_b": "Pa",
+    "p_hp": "Pa",
+    "omega_m": "rad/s",
+    "F_w": "N",
+}
+MEASURED = (*UNITS, "u_p", "u_m", "alpha_p", "alpha_m", "alpha_pm", "mode")
+
+
+def simulated(growth: float, duration: str) -> xarray.Dataset:
+    """A winch whose friction is so many times what its file says."""
+    crane = with_friction(stillhook.load_crane("nov-250t"), growth)
+    tip = "sine 1.2 m 9 s + sine 0.3 m 13 s"
+    case = stillhook.Scenario(load="100 t", s_w="300 m", mode="ssc", tip=tip, duration=duration, ramp="0 s")
+    return stillhook.simulate(crane, case, every="0.1 s", threads=1)
+
+
+def printed_replay() -> Any:
+    """A twin beside the log of a crane with twice the friction."""
+    data = simulated(2.0, "56 s")
+    head = ",".join(["time [s]", *(f"{name} [{UNITS.get(name, '1')}]" for name in MEASURED)])
+    columns = np.column_stack([data.time, *(data[name] for name in MEASURED)])
+    np.savetxt("log.csv", columns, fmt="%.9g", delimiter=",", header=head, comments="")
+    with patch.object(replay, "LiveTwin", Beside):
+        command = ("live", "replay", "log.csv", "--load", "100 t", "--speed", "20", "--verbose")
+        return printed(*command, verbose=False)
+
+
+def watched() -> Any:
+    """Minutes of a crane with two and a half times the friction: criteria, their causes, virtual sensors."""
+    twin, crane = simulated(1.0, "340 s"), simulated(2.5, "340 s")
+    series = [name for name in twin.data_vars if twin[name].dims == ("time",)]
+    rows = {name: twin[name].values for name in series} | {"time": twin.time.values}
+    seen = {name: crane[name].values for name in MEASURED}
+    of = Comparison(stillhook.load_crane("nov-250t"))
+    changes = []
+    for i in range(len(twin.time)):
+        changes += of.add({n: float(x[i]) for n, x in seen.items()}, {n: float(x[i]) for n, x in rows.items()})
+    found = {f"{r.key} {r.window}": r._asdict() for r in of.found.results}
+    return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
+
+
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
-    *(every_drive, printed_drives),
+    *(every_drive, printed_drives, printed_replay, watched),
 )
