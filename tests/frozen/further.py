@@ -18,6 +18,7 @@ from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_fig
 from stillhook.live.demo import with_friction
 from stillhook.live.watch import replay
 from stillhook.live.watch.comparison import Comparison
+from stillhook.thesis.gallery import items
 
 RUN = """crane = "nov-250t"
 [scenario]
@@ -155,6 +156,10 @@ def printed_replay() -> Any:
         return printed(*command, verbose=False)
 
 
+DECIMALS = 6
+"""Of differences between two runs, which may be as small as rounding."""
+
+
 def watched() -> Any:
     """Minutes of a crane with two and a half times the friction: criteria, their causes, virtual sensors."""
     twin, crane = simulated(1.0, "340 s"), simulated(2.5, "340 s")
@@ -165,11 +170,42 @@ def watched() -> Any:
     changes = []
     for i in range(len(twin.time)):
         changes += of.add({n: float(x[i]) for n, x in seen.items()}, {n: float(x[i]) for n, x in rows.items()})
-    found = {f"{r.key} {r.window}": r._asdict() for r in of.found.results}
+    found = {
+        f"{r.key} {r.window}": {k: round(v, DECIMALS) if isinstance(v, float) else v for k, v in r._asdict().items()}
+        for r in of.found.results
+    }
     return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
+
+
+SLOW = ("2.17", "A4", "A5", "C4", "E5")
+"""Items of the thesis that take a second and more."""
+
+
+def thesis_by(*begins: str) -> Any:
+    """Figures and tables of the thesis whose number begins so; of its maps `drawn_analysis` has one."""
+    found = {}
+    for number, item in items().items():
+        made = item.state in ("drawn", "numbers", "circuit") and not item.function.startswith("maps")
+        if made and number.startswith(begins) and number not in SLOW:
+            with figures() as pictures:
+                found[number] = [printed("thesis", number, "out", verbose=False)["out"], pictures]
+    return found
+
+
+def drawn_thesis() -> Any:
+    return thesis_by("1", "2", "T")
+
+
+def drawn_papers() -> Any:
+    return thesis_by("A", "B", "C", "D")
+
+
+def drawn_paper_e() -> Any:
+    return thesis_by("E", "F")
 
 
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
     *(every_drive, printed_drives, printed_replay, watched),
+    *(drawn_thesis, drawn_papers, drawn_paper_e),
 )
