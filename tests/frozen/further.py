@@ -8,12 +8,13 @@ from unittest.mock import patch
 import numpy as np
 import xarray
 from tests.frozen.beside import Beside
-from tests.frozen.drawn import figures, shown
+from tests.frozen.drawn import figures, numbered, shown
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase
 from tests.frozen.printed import lines, printed
 from tests.frozen.record import dataset
 
 import stillhook
+from stillhook import analysis, plot
 from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_figure, root_locus_figure
 from stillhook.live.demo import with_friction
 from stillhook.live.watch import replay
@@ -35,7 +36,7 @@ def drawn(*commands: str) -> Any:
     """Figures that commands write, their words parted by |."""
     with figures() as found:
         codes = [printed(*command.split("|"), "--out", "out", verbose=False)["code"] for command in commands]
-    return {"codes": codes, "figures": found}
+    return {"codes": codes, "figures": numbered(found)}
 
 
 def drawn_sea() -> Any:
@@ -76,7 +77,7 @@ def drawn_analysis() -> Any:
 def drawn_loops() -> Any:
     crane = stillhook.load_crane("nov-250t")
     made = (bode_figure(crane, (1.0, 0.6), delay=0.05), root_locus_figure(crane), motor_pole_figure(crane))
-    return [shown(figure) for figure in made]
+    return numbered(map(shown, made))
 
 
 def drawn_logs() -> Any:
@@ -177,6 +178,26 @@ def watched() -> Any:
     return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
 
 
+def plotted() -> Any:
+    """Figures that a notebook asks for, and what it prints of a run."""
+    crane = stillhook.load_crane("nov-250t")
+    usual = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 10 s", "duration": "25 s", "warm_up": "5 s"}
+    cases = [stillhook.Scenario(mode=mode, **usual) for mode in ("ns", "ssc")]
+    runs = stillhook.simulate(crane, cases, every="0.1 s", series=True, threads=1)
+    one = runs.isel(case=0)
+    Path("lid.toml").write_text(LID.replace("180 s", "30 s"), encoding="utf-8")
+    file = stillhook.load_lift("lid.toml")
+    lift = stillhook.simulate(file.crane, file.lift, threads=1)
+    grid = {"loads": ["50 t", "100 t"], "speeds": ["20 m/min", "60 m/min"]}
+    data = analysis.operability_map(crane, ["ns", "ssc"], **grid)
+    top = analysis.envelope(crane, layers=[9], loads=["100 t", "200 t"], modes=["ns"])
+    made = (
+        *(plot.run(runs), plot.run(one, title="one", start=5.0, end=20.0), plot.lowering(lift), plot.moments(lift)),
+        *(plot.map(data), plot.map(data, "p_max"), plot.change(data), plot.envelope(top), plot.layers(top)),
+    )
+    return {"figures": numbered(map(shown, made)), "printed": lines(repr(one.stillhook))}
+
+
 SLOW = ("2.17", "A4", "A5", "C4", "E5")
 """Items of the thesis that take a second and more."""
 
@@ -188,7 +209,7 @@ def thesis_by(*begins: str) -> Any:
         made = item.state in ("drawn", "numbers", "circuit") and not item.function.startswith("maps")
         if made and number.startswith(begins) and number not in SLOW:
             with figures() as pictures:
-                found[number] = [printed("thesis", number, "out", verbose=False)["out"], pictures]
+                found[number] = [printed("thesis", number, "out", verbose=False)["out"], numbered(pictures)]
     return found
 
 
@@ -207,5 +228,5 @@ def drawn_paper_e() -> Any:
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
     *(every_drive, printed_drives, printed_replay, watched),
-    *(drawn_thesis, drawn_papers, drawn_paper_e),
+    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted),
 )

@@ -17,7 +17,7 @@ LONG = (
     *("identify_friction", "identify_motor", "printed_analysis", "printed_weather", "printed_export"),
     *("printed_thesis", "printed_library", "printed_parameters", "printed_plan", "printed_replay"),
     *("drawn_sea", "drawn_weather", "drawn_runs", "drawn_lowering", "drawn_analysis", "every_drive", "watched"),
-    *("drawn_thesis", "drawn_papers", "drawn_paper_e"),
+    *("drawn_thesis", "drawn_papers", "drawn_paper_e", "plotted"),
 )
 """Cases of half a second to some seconds."""
 

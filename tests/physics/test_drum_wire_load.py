@@ -18,11 +18,11 @@ from stillhook.physics.load_path.drum import (
     layers_filled,
     load_acceleration,
     shaft_inertia,
+    wire_at_end,
     wire_damping,
     wire_inertia,
     wire_stiffness,
     wire_tension,
-    wire_at_end,
     wire_to_layer,
     wire_usable,
 )
