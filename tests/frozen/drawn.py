@@ -31,13 +31,19 @@ def figures() -> Iterator[list[Any]]:
         else:
             Path(target).write_bytes(NOTHING)
 
-    def by_canvas(canvas: Any, target: Any, **_: Any) -> None:
-        note(canvas.figure, target)
+    def of(print_method: Any) -> Any:
+        def by_canvas(canvas: Any, target: Any, **options: Any) -> None:
+            if "draw" in vars(canvas.figure):  # matplotlib itself asks for the sizes of texts
+                print_method(canvas, target, **options)
+            else:
+                note(canvas.figure, target)
+
+        return by_canvas
 
     with (
         patch.object(Figure, "savefig", lambda figure, target, **_: note(figure, target)),
-        patch.object(FigureCanvasAgg, "print_png", by_canvas),
-        patch.object(FigureCanvasSVG, "print_svg", by_canvas),
+        patch.object(FigureCanvasAgg, "print_png", of(FigureCanvasAgg.print_png)),
+        patch.object(FigureCanvasSVG, "print_svg", of(FigureCanvasSVG.print_svg)),
     ):
         yield written
 

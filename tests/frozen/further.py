@@ -36,6 +36,8 @@ def drawn(*commands: str) -> Any:
     """Figures that commands write, their words parted by |."""
     with figures() as found:
         codes = [printed(*command.split("|"), "--out", "out", verbose=False)["code"] for command in commands]
+    if not {*codes} <= {0, 1}:
+        raise RuntimeError(f"exit codes {codes} of {', '.join(commands)}")
     return {"codes": codes, "figures": numbered(found)}
 
 
