@@ -3,7 +3,6 @@
 import atexit
 import contextlib
 import functools
-import io
 import json
 import os
 import shutil
@@ -27,7 +26,7 @@ from tests.frozen.inputs import (
     staircase,
     weather_csv,
 )
-from tests.frozen.printed import texts
+from tests.frozen.printed import cli, texts
 from tests.frozen.record import condensed, dataset, normalised
 from trials.campaigns import write_campaign
 from trials.campaigns.friction import campaign_plan
@@ -36,7 +35,6 @@ from trials.campaigns.motor_map import synthetic_map, write_map
 
 import stillhook
 from stillhook.base.kept.checked import BESIDE
-from stillhook.cli import run
 from stillhook.kernels.c99.library import SUFFIX
 
 Case = Callable[[], Any]
@@ -60,16 +58,6 @@ def result(name: str) -> Any:
         replaced = {str(Path(folder).resolve()): "<folder>", folder: "<folder>", stillhook.__version__: "<version>"}
         replaced[date.today().isoformat()] = "<date>"
         return condensed(normalised(value, replaced))
-
-
-def cli(*arguments: str) -> dict[str, Any]:
-    """Exit code and JSON of one command line."""
-    out, error = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
-        code = run([*arguments, "--json"])
-    if code not in (0, 1):
-        raise RuntimeError(f"stillhook {' '.join(arguments)}: exit code {code}: {error.getvalue().strip()}")
-    return {"exit_code": code, "json": json.loads(out.getvalue())}
 
 
 def write(**texts: str) -> None:

@@ -1,7 +1,7 @@
 """What a figure shows, as numbers and texts: curves, bars, fields, limits and labels of its axes; not its style."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -31,13 +31,19 @@ def figures() -> Iterator[list[Any]]:
         else:
             Path(target).write_bytes(NOTHING)
 
-    def by_canvas(canvas: Any, target: Any, **_: Any) -> None:
-        note(canvas.figure, target)
+    def of(print_method: Any) -> Any:
+        def by_canvas(canvas: Any, target: Any, **options: Any) -> None:
+            if "draw" in vars(canvas.figure):  # matplotlib itself asks for the sizes of texts
+                print_method(canvas, target, **options)
+            else:
+                note(canvas.figure, target)
+
+        return by_canvas
 
     with (
         patch.object(Figure, "savefig", lambda figure, target, **_: note(figure, target)),
-        patch.object(FigureCanvasAgg, "print_png", by_canvas),
-        patch.object(FigureCanvasSVG, "print_svg", by_canvas),
+        patch.object(FigureCanvasAgg, "print_png", of(FigureCanvasAgg.print_png)),
+        patch.object(FigureCanvasSVG, "print_svg", of(FigureCanvasSVG.print_svg)),
     ):
         yield written
 
@@ -45,7 +51,12 @@ def figures() -> Iterator[list[Any]]:
 def shown(figure: Figure) -> dict[str, Any]:
     """Of each of its axes, and the texts beside them."""
     texts = [text.get_text() for text in figure.texts]
-    return {"texts": texts, "axes": [_axes(axes) for axes in figure.axes]}
+    return {"texts": texts, "axes": numbered(map(_axes, figure.axes))}
+
+
+def numbered(parts: Iterable[Any]) -> dict[str, Any]:
+    """Parts by their number: a long list would be stored by what its parts have in common."""
+    return {f"{i}": part for i, part in enumerate(parts, 1)}
 
 
 def _axes(axes: Axes) -> dict[str, Any]:

@@ -3,14 +3,23 @@
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
-from tests.frozen.drawn import figures, shown
+import numpy as np
+import xarray
+from tests.frozen.beside import Beside
+from tests.frozen.drawn import figures, numbered, shown
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase
 from tests.frozen.printed import lines, printed
 from tests.frozen.record import dataset
 
 import stillhook
+from stillhook import analysis, plot
 from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_figure, root_locus_figure
+from stillhook.live.demo import with_friction
+from stillhook.live.watch import replay
+from stillhook.live.watch.comparison import Comparison
+from stillhook.thesis.gallery import items
 
 RUN = """crane = "nov-250t"
 [scenario]
@@ -27,7 +36,9 @@ def drawn(*commands: str) -> Any:
     """Figures that commands write, their words parted by |."""
     with figures() as found:
         codes = [printed(*command.split("|"), "--out", "out", verbose=False)["code"] for command in commands]
-    return {"codes": codes, "figures": found}
+    if not {*codes} <= {0, 1}:
+        raise RuntimeError(f"exit codes {codes} of {', '.join(commands)}")
+    return {"codes": codes, "figures": numbered(found)}
 
 
 def drawn_sea() -> Any:
@@ -68,7 +79,7 @@ def drawn_analysis() -> Any:
 def drawn_loops() -> Any:
     crane = stillhook.load_crane("nov-250t")
     made = (bode_figure(crane, (1.0, 0.6), delay=0.05), root_locus_figure(crane), motor_pole_figure(crane))
-    return [shown(figure) for figure in made]
+    return numbered(map(shown, made))
 
 
 def drawn_logs() -> Any:
@@ -116,7 +127,108 @@ def printed_drives() -> Any:
     return {name: printed("envelope", name, "--loads", f"{tonnes} t") for name, tonnes in OTHER_DRIVES.items()}
 
 
+UNITS = {
+    "s_tip": "m",
+    "v_tip": "m/s",
+    "s_w": "m",
+    "p_a": "Pa",
+    "p_b": "Pa",
+    "p_hp": "Pa",
+    "omega_m": "rad/s",
+    "F_w": "N",
+}
+MEASURED = (*UNITS, "u_p", "u_m", "alpha_p", "alpha_m", "alpha_pm", "mode")
+
+
+def simulated(growth: float, duration: str) -> xarray.Dataset:
+    """A winch whose friction is so many times what its file says."""
+    crane = with_friction(stillhook.load_crane("nov-250t"), growth)
+    tip = "sine 1.2 m 9 s + sine 0.3 m 13 s"
+    case = stillhook.Scenario(load="100 t", s_w="300 m", mode="ssc", tip=tip, duration=duration, ramp="0 s")
+    return stillhook.simulate(crane, case, every="0.1 s", threads=1)
+
+
+def printed_replay() -> Any:
+    """A twin beside the log of a crane with twice the friction."""
+    data = simulated(2.0, "56 s")
+    head = ",".join(["time [s]", *(f"{name} [{UNITS.get(name, '1')}]" for name in MEASURED)])
+    columns = np.column_stack([data.time, *(data[name] for name in MEASURED)])
+    np.savetxt("log.csv", columns, fmt="%.9g", delimiter=",", header=head, comments="")
+    with patch.object(replay, "LiveTwin", Beside):
+        command = ("live", "replay", "log.csv", "--load", "100 t", "--speed", "20", "--verbose")
+        return printed(*command, verbose=False)
+
+
+DECIMALS = 6
+"""Of differences between two runs, which may be as small as rounding."""
+
+
+def watched() -> Any:
+    """Minutes of a crane with two and a half times the friction: criteria, their causes, virtual sensors."""
+    twin, crane = simulated(1.0, "340 s"), simulated(2.5, "340 s")
+    series = [name for name in twin.data_vars if twin[name].dims == ("time",)]
+    rows = {name: twin[name].values for name in series} | {"time": twin.time.values}
+    seen = {name: crane[name].values for name in MEASURED}
+    of = Comparison(stillhook.load_crane("nov-250t"))
+    changes = []
+    for i in range(len(twin.time)):
+        changes += of.add({n: float(x[i]) for n, x in seen.items()}, {n: float(x[i]) for n, x in rows.items()})
+    found = {
+        f"{r.key} {r.window}": {k: round(v, DECIMALS) if isinstance(v, float) else v for k, v in r._asdict().items()}
+        for r in of.found.results
+    }
+    return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
+
+
+def plotted() -> Any:
+    """Figures that a notebook asks for, and what it prints of a run."""
+    crane = stillhook.load_crane("nov-250t")
+    usual = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 10 s", "duration": "25 s", "warm_up": "5 s"}
+    cases = [stillhook.Scenario(mode=mode, **usual) for mode in ("ns", "ssc")]
+    runs = stillhook.simulate(crane, cases, every="0.1 s", series=True, threads=1)
+    one = runs.isel(case=0)
+    Path("lid.toml").write_text(LID.replace("180 s", "30 s"), encoding="utf-8")
+    file = stillhook.load_lift("lid.toml")
+    lift = stillhook.simulate(file.crane, file.lift, threads=1)
+    grid = {"loads": ["50 t", "100 t"], "speeds": ["20 m/min", "60 m/min"]}
+    data = analysis.operability_map(crane, ["ns", "ssc"], **grid)
+    top = analysis.envelope(crane, layers=[9], loads=["100 t", "200 t"], modes=["ns"])
+    made = (
+        *(plot.run(runs), plot.run(one, title="one", start=5.0, end=20.0), plot.lowering(lift), plot.moments(lift)),
+        *(plot.map(data), plot.map(data, "p_max"), plot.change(data), plot.envelope(top), plot.layers(top)),
+    )
+    return {"figures": numbered(map(shown, made)), "printed": lines(repr(one.stillhook))}
+
+
+SLOW = ("2.17", "A4", "A5", "C4", "E5")
+"""Items of the thesis that take a second and more."""
+
+
+def thesis_by(*begins: str) -> Any:
+    """Figures and tables of the thesis whose number begins so; of its maps `drawn_analysis` has one."""
+    found = {}
+    for number, item in items().items():
+        made = item.state in ("drawn", "numbers", "circuit") and not item.function.startswith("maps")
+        if made and number.startswith(begins) and number not in SLOW:
+            with figures() as pictures:
+                found[number] = [printed("thesis", number, "out", verbose=False)["out"], numbered(pictures)]
+    return found
+
+
+def drawn_thesis() -> Any:
+    return thesis_by("1", "2", "T")
+
+
+def drawn_papers() -> Any:
+    return thesis_by("A", "B", "C", "D")
+
+
+def drawn_paper_e() -> Any:
+    return thesis_by("E", "F")
+
+
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
-    *(every_drive, printed_drives),
+    *(every_drive, printed_drives, printed_replay, watched),
+    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted),
 )

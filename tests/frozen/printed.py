@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import os
 import re
 from collections.abc import Iterator
@@ -27,6 +28,16 @@ def lines(text: str) -> dict[str, str]:
     rows = (ROOM.sub(" ", FRAME.sub("|", line)).strip(" |") for line in text.splitlines())
     parts = (row[i : i + LONGEST] for row in rows for i in range(0, len(row), LONGEST))
     return {f"{i:04d}": part for i, part in enumerate(parts, 1)}
+
+
+def cli(*arguments: str) -> dict[str, Any]:
+    """Exit code and JSON of one command line."""
+    out, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        code = run([*arguments, "--json"])
+    if code not in (0, 1):
+        raise RuntimeError(f"stillhook {' '.join(arguments)}: exit code {code}: {error.getvalue().strip()}")
+    return {"exit_code": code, "json": json.loads(out.getvalue())}
 
 
 def printed(*arguments: str, verbose: bool = True) -> dict[str, Any]:

@@ -15,8 +15,9 @@ THOROUGH = ("plan_with_the_twin", "response", "validate_dynamics", "certificate"
 LONG = (
     *("stability", "tune", "uncertainty", "envelope", "validate", "plan_quick", "weather"),
     *("identify_friction", "identify_motor", "printed_analysis", "printed_weather", "printed_export"),
-    *("printed_thesis", "printed_library", "printed_parameters", "printed_plan"),
-    *("drawn_sea", "drawn_weather", "drawn_runs", "drawn_lowering", "drawn_analysis"),
+    *("printed_thesis", "printed_library", "printed_parameters", "printed_plan", "printed_replay"),
+    *("drawn_sea", "drawn_weather", "drawn_runs", "drawn_lowering", "drawn_analysis", "every_drive", "watched"),
+    *("drawn_thesis", "drawn_papers", "drawn_paper_e", "plotted"),
 )
 """Cases of half a second to some seconds."""
 

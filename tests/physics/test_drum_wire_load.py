@@ -18,11 +18,13 @@ from stillhook.physics.load_path.drum import (
     layers_filled,
     load_acceleration,
     shaft_inertia,
+    wire_at_end,
     wire_damping,
     wire_inertia,
     wire_stiffness,
     wire_tension,
     wire_to_layer,
+    wire_usable,
 )
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import wire_inertia as full_wire_inertia
@@ -229,3 +231,36 @@ def test_wire_left_at_the_printed_depths_is_in_the_range_of_the_drum():
     assert drum_record(CRANES["nov-250t"]).L_full > 2314.0
     L = np.array([drum_record(CRANES[n]).L_full for n in NAMES])
     assert np.all((L > 1500.0) & (L < 4000.0))
+
+
+@pytest.mark.parametrize("crane", NAMES)
+def test_the_wire_ends_where_the_hook_meets_the_tip_and_where_the_last_turns_begin(crane):
+    """Three turns stay on the bare drum; 5 cm may be taken in beyond the hook's place. The flag is 1 or 0: its mean over
+    a run is the share of the time."""
+    drum = HOISTS[crane].drum
+    kept = drum.L_full - wire_usable(drum)
+    assert kept == pytest.approx(3.0 * math.pi * CRANES[crane].drum.d, rel=1e-9)
+    ends = [-0.051, -0.049, 0.0, wire_usable(drum) - 0.001, wire_usable(drum) + 0.001]
+    assert [wire_at_end(s_w, drum) for s_w in ends] == [1.0, 0.0, 0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("crane", NAMES)
+def test_a_falling_load_turns_height_into_speed_and_a_stretched_wire_holds_the_work_done_on_it(crane):
+    h = HOISTS[crane]
+    p = OnlyHoist(h)
+
+    def point(s_w, s_load, v_load):
+        y = load_path.State(s_w, s_load, v_load)
+        geo = drum_geometry(s_w, h)
+        q = load_path.at(0.0, y, geo, Tip(0.0, 0.0), p)
+        return q, load_path.energy(q, y, p)
+
+    height, slack = 0.5, 5.0
+    _, above = point(100.0, slack + height, 0.0)
+    _, below = point(100.0, slack, -math.sqrt(2.0 * height * h.load.W / h.load.m))
+    assert below == pytest.approx(above, rel=1e-9)
+
+    depths = np.linspace(0.0, 0.2, 401)
+    pulls = [point(100.0, -d, 0.0) for d in depths]
+    work = np.trapezoid([q.F_w - h.load.W for q, _ in pulls], depths)
+    assert pulls[-1][1] - pulls[0][1] == pytest.approx(work, rel=1e-3)
