@@ -55,7 +55,7 @@ LINK = ("build-lib", "-dynamic", "-fno-entry", "-fcompiler-rt", "-fstrip", "-fno
 """Without a C library: what the kernels use of one, copies of memory, is in the library."""
 
 
-class CustomBuildHook(BuildHookInterface):
+class CustomBuildHook(BuildHookInterface[Any]):
     """Puts what it makes into a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
@@ -141,16 +141,14 @@ def zig(arguments: Sequence[str]) -> None:
 
 
 def identify_all(folder: Path) -> None:
-    """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan also those of
-    its sensitivity to friction and delay, top speeds of its winches and the gain of strong SSC."""
+    """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan, with the
+    sensitivity of its phases, also top speeds of its winches and the gain of strong SSC."""
     from stillhook.analysis.kept import FOLDER
     from stillhook.base.kept.checked import Kept, read_checked, write_checked
     from stillhook.formats.lift_file import load_lift
-    from stillhook.library.catalogue import shelf
-    from stillhook.plan.answer.reference_cell import sensitivity
+    from stillhook.library.toml.tree import shelf
     from stillhook.plan.file import load_plan, plans
     from stillhook.plan.planning import plan
-    from stillhook.plan.table import Axes
     from stillhook.response.lift import compensated_depth
     from stillhook.response.suspended_load import suspended_load
     from stillhook.response.winch.identify import KEPT, identify_residual
@@ -158,15 +156,11 @@ def identify_all(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["STILLHOOK_CACHE"] = cache
         for name in plans():
-            lift_plan = load_plan(name)
-            plan(lift_plan, tier="frequency")
-            axes = Axes.of(lift_plan)
-            cell = axes.periods[0], axes.headings[0], next(p.name for p in lift_plan.phases if p.compensated)
-            sensitivity(lift_plan, axes.alternatives, *cell)
+            plan(load_plan(name), tier="frequency")
         for name in shelf("lifts"):
-            file = load_lift(name, duration="60 s", moving=False)
-            duty = suspended_load(file.crane, file.lift, -compensated_depth(file.lift)).duty
-            identify_residual(file.crane, replace(duty, sensors=file.lift.sensors), file.lift.controller)
+            of = load_lift(name, duration="60 s", moving=False)
+            duty = suspended_load(of.crane, of.lift, -compensated_depth(of.lift)).duty
+            identify_residual(of.crane, replace(duty, sensors=of.lift.sensors), of.lift.controller)
         shutil.copytree(Path(cache) / KEPT, folder / KEPT)
         for file in (Path(cache) / FOLDER).iterdir():
             answer = read_checked(file, Kept.ANSWER)
