@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from time import perf_counter, process_time, thread_time
 from typing import Any
 
-from stillhook.engine.lowering.run import ON_SLINGS
+from stillhook.engine.lowering.run import setup_of
 from stillhook.engine.simulate import simulate
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.file import load_plan
@@ -48,9 +48,9 @@ def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
 
 
 @contextmanager
-def timed(plant: str) -> Iterator[Callable[[], float]]:
+def timed(plant: str, setup: Setup) -> Iterator[Callable[[], float]]:
     """Processor time that the kernel takes meanwhile [s], on all threads."""
-    module = driver(plant, VL, ON_SLINGS)
+    module = driver(plant, VL, setup)
     run, lock, spent = module.run, threading.Lock(), [0.0]
 
     def kernel(*args: Any) -> None:
@@ -73,7 +73,7 @@ def measured(plan: LiftPlan, *, share: float, threads: int) -> dict[str, float]:
     some = [case for i, case in enumerate(cases) if i // column % every == every // 2]
     step, sampling = f"{step_of(plan)!r} s", f"{sampling_of(plan)!r} s"
     simulate(plan.crane, some[:1], step=step)  # compiles
-    with timed(plan.crane.plant.value) as kernel:
+    with timed(plan.crane.plant.value, setup_of(cases[0].lift)) as kernel:
         wall, cpu = perf_counter(), process_time()
         run = simulate(plan.crane, some, step=step, sampling=sampling, threads=threads)
         wall, cpu = perf_counter() - wall, process_time() - cpu
