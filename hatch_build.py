@@ -141,8 +141,8 @@ def zig(arguments: Sequence[str]) -> None:
 
 
 def identify_all(folder: Path) -> None:
-    """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan, with the
-    sensitivity of its phases, also top speeds of its winches and the gain of strong SSC."""
+    """Residuals of the winches in the library's plans and lifts, as the frequency-domain method needs them; for a plan
+    also top speeds of its winches and the gain of strong SSC. What a plan by runs needs besides is found there."""
     from stillhook.analysis.kept import FOLDER
     from stillhook.base.kept.checked import Kept, read_checked, write_checked
     from stillhook.formats.lift_file import load_lift
