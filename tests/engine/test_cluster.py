@@ -11,7 +11,6 @@ import sys
 import time
 from pathlib import Path
 
-import dask
 import numpy as np
 import pytest
 from tests.engine.clusters import local_client
@@ -193,8 +192,8 @@ def test_what_is_no_address_is_refused_in_one_line():
 
 def test_an_address_without_tls_is_refused_where_dask_is_set_to_require_it():
     """As the settings of the how-to are, with the address of an older case file."""
-    pytest.importorskip("distributed")
-    required = dask.config.set({"distributed.comm.require-encryption": True})
+    pytest.importorskip("distributed")  # reads Dask's settings
+    required = pytest.importorskip("dask").config.set({"distributed.comm.require-encryption": True})
     with required, pytest.raises(SimulationError, match=r"Dask's settings require encryption\. Write tls://"):
         check_certificates("tcp://127.0.0.1:8786")
     check_certificates("tcp://127.0.0.1:8786")
