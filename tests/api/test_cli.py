@@ -1,6 +1,11 @@
 """The command line as a user meets it: what it prints, what it returns, what it refuses and how."""
 
+import errno
 import json
+import os
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -158,3 +163,19 @@ class TestShape:
         stiff = answer("compare", fast("mine.toml"), "--controllers", "ssc")
         plain = answer("compare", fast(), "--controllers", "ssc")
         assert stiff["ssc"]["e_c_pp"] < plain["ssc"]["e_c_pp"]
+
+
+@pytest.mark.long
+@pytest.mark.skipif(os.name == "nt", reason="a caller closes streams differently there")
+def test_a_stream_that_the_caller_closed_changes_no_exit_code():
+    for arguments, code in ((["calc", "speed", "nov-250t"], 0), (["calc", "speed", "no-crane"], 2)):
+        command = shlex.join([sys.executable, "-m", "stillhook", *arguments])
+        assert subprocess.run(f"{command} <&- >&- 2>&-", shell=True).returncode == code
+
+
+def test_too_many_open_files_are_not_taken_for_a_full_disk(monkeypatch, capsys):
+    def opened(arguments):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE), "/usr/lib/a")
+
+    monkeypatch.setattr("stillhook.cli._called", opened)
+    assert "Raise the limit (ulimit -n)" in refusal(capsys, "list", "cranes")

@@ -27,7 +27,7 @@ from stillhook.engine.simulate import row_of, run_cases
 from stillhook.engine.store import KEY, SUFFIX
 from stillhook.engine.tasks import Task, carried, cluster
 from stillhook.engine.tasks.carried import Answer, CarriedError, answer_to, pack_task, unpack_answer, unpack_task
-from stillhook.engine.tasks.cluster import VARIABLE, check_address
+from stillhook.engine.tasks.cluster import VARIABLE, check_address, check_certificates
 from stillhook.errors import SimulationError, SpecError
 from stillhook.kernels.build import results_hash
 from stillhook.library import changed
@@ -183,6 +183,20 @@ def test_another_is_refused_unless_its_network_is_closed(address, monkeypatch):
     host = address.split("://")[-1].rpartition(":")[0]
     monkeypatch.setenv(VARIABLE, f"elsewhere, {host}")
     check_address(address)
+
+
+def test_what_is_no_address_is_refused_in_one_line():
+    with pytest.raises(SimulationError, match=r"no address \(.*\)\. Write tls://HOST:PORT"):
+        check_address("tcp://[::1")
+
+
+def test_an_address_without_tls_is_refused_where_dask_is_set_to_require_it():
+    """As the settings of the how-to are, with the address of an older case file."""
+    pytest.importorskip("distributed")  # reads Dask's settings
+    required = pytest.importorskip("dask").config.set({"distributed.comm.require-encryption": True})
+    with required, pytest.raises(SimulationError, match=r"Dask's settings require encryption\. Write tls://"):
+        check_certificates("tcp://127.0.0.1:8786")
+    check_certificates("tcp://127.0.0.1:8786")
 
 
 def certificates(folder: Path) -> dict[str, str]:

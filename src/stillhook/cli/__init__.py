@@ -148,6 +148,9 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only compete with ours
     if not os.environ.get(DEBUG):
         sys.unraisablehook = lambda unraisable: None  # what a library cannot close after an error is no second line
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed by the caller: a file that is opened next must not get its place
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  # open while the process is
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's letters cannot show ends no command
             stream.reconfigure(errors="backslashreplace")
@@ -177,8 +180,7 @@ def _called(arguments: list[str]) -> object:
         warnings.simplefilter("always", FutureWarning)  # old forms of files
         warnings.showwarning = functools.partial(_note, warnings.showwarning)
         code = _command()(arguments, standalone_mode=False)
-    if sys.stdout is not None:  # closed by the caller
-        sys.stdout.flush()
+    sys.stdout.flush()
     return code
 
 
@@ -292,6 +294,8 @@ def _lost(problem: OSError) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if problem.errno in (errno.EPIPE, errno.EINVAL):
         return UNREAD
+    if problem.errno in (errno.EMFILE, errno.ENFILE):
+        return _refuse("too many files are open. Raise the limit (ulimit -n), or run fewer commands at once.")
     return _refuse(
         f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output."
     )

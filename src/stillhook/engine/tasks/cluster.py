@@ -34,11 +34,15 @@ ENCRYPTED = ("tls", "wss", "inproc")
 
 
 def check_address(address: str) -> None:
-    """Errors: SimulationError for a scheduler beyond this machine without TLS, unless its network is closed."""
-    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    """Errors: SimulationError for a scheduler beyond this machine without TLS, unless its network is closed, and for
+    what is no address."""
+    try:
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        host = parts.hostname or ""
+    except ValueError as problem:
+        raise SimulationError(f"scheduler {quote(address)}: no address ({problem}). Write tls://HOST:PORT.") from None
     if parts.scheme in ENCRYPTED:
         return
-    host = parts.hostname or ""
     closed = [each.strip().lower() for each in os.environ.get(VARIABLE, "").split(",")]
     if is_loopback(host) or (host and host in closed):
         return
@@ -50,10 +54,16 @@ def check_address(address: str) -> None:
 
 
 def check_certificates(address: str) -> None:
-    """Errors: SimulationError for tls:// where Dask's settings name no certificates, or files that are none."""
+    """Errors: SimulationError for tls:// where Dask's settings name no certificates, or files that are none, and for
+    another address where they require encryption."""
     from distributed import Security
 
     if not address.startswith("tls://"):
+        if Security().require_encryption and urlsplit(address).scheme not in ENCRYPTED:
+            raise SimulationError(
+                f"scheduler {quote(address)}: Dask's settings require encryption. Write tls:// in place of what is"
+                " before the host, or unset DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION."
+            )
         return
     try:
         reason = "" if Security().get_connection_args("client").get("ssl_context") is not None else "none is named"
