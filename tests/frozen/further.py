@@ -12,10 +12,12 @@ from tests.frozen.drawn import figures, numbered, shown
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase
 from tests.frozen.printed import lines, printed
 from tests.frozen.record import dataset
+from tests.live import histories
 
 import stillhook
 from stillhook import analysis, plot
 from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_figure, root_locus_figure
+from stillhook.live import history
 from stillhook.live.demo import with_friction
 from stillhook.live.watch import replay
 from stillhook.live.watch.comparison import Comparison
@@ -184,6 +186,20 @@ def watched() -> Any:
     return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
 
 
+def history_in_parts() -> Any:
+    """Hours of a history, all of it and parts of it: as stored, evenly spaced, between rows."""
+    histories.write_hours(Path("twin"), hours=2.5)
+    day = "2026-11-28T"
+    asked = (
+        {},
+        {"start": f"{day}13:00", "end": f"{day}13:30"},
+        {"start": f"{day}13:00:20", "end": f"{day}13:10:40", "every": "30 s", "signals": ["p_a", "F_w"]},
+        {"end": f"{day}12:05", "every": "2 min"},
+    )
+    runs = [history.read(Path("twin"), **of) for of in asked]
+    return numbered({str(n): np.ravel(run[n].values).tolist() for n in sorted(map(str, run.variables))} for run in runs)
+
+
 def limits_of_runs() -> Any:
     """Limits from levels of made-up runs, and from runs that say yes or no."""
     rng, made = np.random.default_rng(1), {}
@@ -261,5 +277,5 @@ def drawn_paper_e() -> Any:
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
     *(every_drive, printed_drives, printed_replay, watched),
-    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted, limits_of_runs),
+    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted, limits_of_runs, history_in_parts),
 )
