@@ -7,7 +7,7 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane
 from stillhook.analysis import Alternative, Figure, attribute, sensitivity
-from stillhook.analysis.uncertainty.attribution import Verdict
+from stillhook.analysis.uncertainty.attribution import Verdict, _pairs, listed
 from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.errors import SpecError
@@ -202,3 +202,15 @@ def test_without_runs_figures_or_ends_there_is_nothing_to_attribute():
         attribute({}, [Figure("y", lambda r: 0.0)])
     with pytest.raises(SpecError, match="Give at least one of each"):
         attribute({"run": (CRANE, CASE)}, [])
+
+
+@pytest.mark.parametrize(("count", "sentence"), [(2, "p0; p1"), (3, "p0; p1; p2"), (4, "p0; p1; p2 and 1 more")])
+def test_three_pairs_are_named_in_a_sentence_and_the_others_counted(count, sentence):
+    assert _pairs([f"p{i}" for i in range(count)]) == sentence
+
+
+@pytest.mark.parametrize("count", [7, 8, 9, 20])
+def test_eight_causes_are_named_in_a_sentence_and_the_others_counted(count):
+    text = listed([f"cause {i}" for i in range(count)])
+    assert text.count("cause") == min(count, 8)
+    assert text.endswith(f"cause 7 and {count - 8} more" if count > 8 else f"cause {count - 1}")

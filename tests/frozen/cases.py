@@ -28,6 +28,7 @@ from tests.frozen.inputs import (
 )
 from tests.frozen.printed import cli, texts
 from tests.frozen.record import condensed, dataset, normalised
+from tests.frozen.written import WRITTEN
 from trials.campaigns import write_campaign
 from trials.campaigns.friction import campaign_plan
 from trials.campaigns.friction import write_campaign as write_friction_tests
@@ -499,5 +500,5 @@ def weather_lift() -> Any:
 
 # What people read
 
-for _function in (*ANSWERS, *FURTHER):
+for _function in (*ANSWERS, *FURTHER, *WRITTEN):
     case(_function)

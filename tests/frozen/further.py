@@ -12,13 +12,19 @@ from tests.frozen.drawn import figures, numbered, shown
 from tests.frozen.inputs import LID, SPECTRA, STAIRCASE_MAPPING, staircase
 from tests.frozen.printed import lines, printed
 from tests.frozen.record import dataset
+from tests.live import histories
 
 import stillhook
 from stillhook import analysis, plot
 from stillhook.analysis.loop_stability.sweeps import bode_figure, motor_pole_figure, root_locus_figure
+from stillhook.live import history
 from stillhook.live.demo import with_friction
 from stillhook.live.watch import replay
 from stillhook.live.watch.comparison import Comparison
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.levels import cell_levels
+from stillhook.plan.tiers.time_domain.measures import Measure
+from stillhook.statistics.crossing_fit import Crossings, fit_crossings
 from stillhook.thesis.gallery import items
 
 RUN = """crane = "nov-250t"
@@ -180,6 +186,47 @@ def watched() -> Any:
     return {"changes": [c._asdict() for c in changes], "shown": of.shown, "results": found}
 
 
+def history_in_parts() -> Any:
+    """Hours of a history, all of it and parts of it: as stored, evenly spaced, between rows."""
+    histories.write_hours(Path("twin"), hours=2.5)
+    day = "2026-11-28T"
+    asked = (
+        {},
+        {"start": f"{day}13:00", "end": f"{day}13:30"},
+        {"start": f"{day}13:00:20", "end": f"{day}13:10:40", "every": "30 s", "signals": ["p_a", "F_w"]},
+        {"end": f"{day}12:05", "every": "2 min"},
+    )
+    runs = [history.read(Path("twin"), **of) for of in asked]
+    return numbered({str(n): np.ravel(run[n].values).tolist() for n in sorted(map(str, run.variables))} for run in runs)
+
+
+def limits_of_runs() -> Any:
+    """Limits from levels of made-up runs, and from runs that say yes or no."""
+    rng, made = np.random.default_rng(1), {}
+    for name, level in {
+        "steep": lambda h: (h / 1.6) ** 1.6,
+        "level": lambda h: 0.97 * -np.expm1(-((h / 0.9) ** 1.8)),
+        "slow": lambda h: 0.5 + 0.1 * h,
+    }.items():
+        columns = []
+        for T in np.arange(5.0, 15.0, 2.0):
+            cells = tuple(
+                (h, {"duration": np.ones(12), "x": level(h) * np.exp(0.15 * rng.gumbel(size=12))})
+                for h in (0.8, 1.3, 1.6, 2.0)
+            )
+            columns.append(ColumnRuns(float(T), np.pi, Measure("x", q=0.9), 1.6, 0.05, cells))
+        found = limits_of_curve(curve_of(columns), np.full(len(columns), 1.0), 6.0)
+        levels = [cell_levels(columns).at(i, h) for i in range(len(columns)) for h in (0.8, 1.6, 2.0)]
+        made[name] = {"Hs": found.Hs, "low": found.low, "high": found.high, "levels": np.array(levels)}
+    periods, angles = np.repeat([6.0, 9.0, 12.0], 2), np.tile([2.9, 3.1], 3)
+    column, ln_F = np.repeat(np.arange(6), 12), rng.normal(0.5, 0.3, 72)
+    beyond = ln_F > 0.5 + 0.4 * np.log(periods[column] / 9.0) + rng.normal(0.0, 0.15, 72)
+    fit = fit_crossings(Crossings(column, ln_F, beyond), periods, angles, np.full(6, 0.6))
+    found = fit.limits(rng.normal(0.0, 0.25, (6, 400)), np.full(6, 0.3))
+    made["crossings"] = {"Hs": found.value, "low": found.low, "high": found.high}
+    return {name: {key: np.ravel(x).tolist() for key, x in part.items()} for name, part in made.items()}
+
+
 def plotted() -> Any:
     """Figures that a notebook asks for, and what it prints of a run."""
     crane = stillhook.load_crane("nov-250t")
@@ -230,5 +277,5 @@ def drawn_paper_e() -> Any:
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
     *(every_drive, printed_drives, printed_replay, watched),
-    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted),
+    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted, limits_of_runs, history_in_parts),
 )

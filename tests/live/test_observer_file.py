@@ -20,10 +20,12 @@ from tests.live import test_opcua
 from tests.live.served import Counting
 from tests.live.test_live_run import PATIENCE, example
 
+from stillhook import load_crane
 from stillhook.errors import StillhookError, UnitError
+from stillhook.live.estimate.friction import FrictionEstimator
 from stillhook.live.history import read, read_events
 from stillhook.live.live_file import read_live_file
-from stillhook.live.observer import AdaptSettings
+from stillhook.live.observer import AdaptSettings, ObserverSettings
 from stillhook.live.servers.registers import read_registers
 
 ADAPT = "# [adapt]  "
@@ -42,6 +44,15 @@ def test_without_the_table_nothing_is_measured(tmp_path: Path):
     path = example(tmp_path / "twin")
     path.write_text(path.read_text().split("[measured]")[0])
     assert read_live_file(path).observer is None
+
+
+def test_without_keys_a_crane_is_measured_as_its_estimator_would_by_itself(tmp_path: Path):
+    """The window of five minutes of `stillhook live parameters`, and a signal that is old after a second."""
+    found = read_live_file(example(tmp_path / "twin")).observer
+    estimator = FrictionEstimator(load_crane("nov-250t"), load=60e3)
+    assert (found.window, found.gas_side) == (estimator.window, False)
+    assert ObserverSettings().window == estimator.window == 300.0
+    assert found.timeout == ObserverSettings().timeout == 1.0
 
 
 def test_keys_of_both_tables_are_read(tmp_path: Path):

@@ -327,3 +327,14 @@ def test_what_matters_before_a_run_is_said_in_its_notes():
     light = circuit_with(counterbalance={"p_crack": "90 bar"})
     run = simulate(light, Scenario(load="10 t", **(SEA | {"duration": "10 s", "warm_up": "1 s"})))
     assert any("will not hold the load" in note for note in run.notes.item().split("; "))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_spool_stays_within_its_stops_and_leads_more_flow_the_further_it_is_open(sign):
+    """Of ten times full flow no more than all of it can be asked."""
+    A = pack(load_crane(NAME), Scenario(load="8 t", s_w="50 m", mode="manual")).params.A
+    dp, full = A.law.dp_nominal, A.D_m * A.n_full
+    spools = [open_circuit.spool_command(sign * x * full, dp, A) for x in (0.1, 0.3, 0.6, 3.0, 10.0)]
+    assert (np.diff(np.abs(spools)) >= 0.0).all()
+    assert np.sign(spools).tolist() == [sign] * 5
+    assert spools[-1] == sign

@@ -127,6 +127,9 @@ def test_a_staircase_of_the_twin_keeps_the_torque_balance_of_its_friction(tests)
         for s in r.judged:
             T_f = system_friction(abs(s.omega_sim), T_d, y) + torque_loss(s.omega_sim, s.D_m, s.dp_sim, fit)
             assert s.dp_sim == pytest.approx((T_d / crane.i_hD / n + s.direction * T_f) / s.D_m, rel=RINGING)
+            of = (r.t >= s.start) & (r.t <= s.end)
+            assert np.nanmean(r.omega_m[of], axis=0) == pytest.approx([s.omega_m, s.omega_sim], rel=RINGING)
+            assert np.nanmean(r.dp_m[of], axis=0) == pytest.approx([s.dp_m, s.dp_sim], rel=RINGING)
 
 
 def test_in_heave_compensation_the_active_motors_carry_the_friction_of_all_motors(tmp_path):
