@@ -40,9 +40,10 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
         kept = [Path(os.path.abspath(each)) for each in (folder, *_allowed())]
         if not any(Path(os.path.abspath(path)).is_relative_to(each) for each in kept):
             raise wrong(_leads_out(Path(os.path.abspath(path)), "leads"))
-        end = path.resolve()
-        if not any(end.is_relative_to(each.resolve()) for each in kept):
-            raise wrong(_leads_out(end, "is a link that leads"))
+        book, sign, _ = path.name.rpartition("#")  # of a sheet of an Excel file: "book.xlsx#sheet"
+        for end in (path.resolve(), *([path.with_name(book).resolve()] if sign and book else [])):
+            if not any(end.is_relative_to(each.resolve()) for each in kept):
+                raise wrong(_leads_out(end, "is a link that leads"))
         with suppress(FileNotFoundError, NotADirectoryError):
             path.lstat()  # a name that is too long, a folder that may not be entered
     except (OSError, RuntimeError, ValueError) as problem:  # a zero byte in the name, a loop of links
