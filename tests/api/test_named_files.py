@@ -11,6 +11,7 @@ import stillhook
 from stillhook.base.gateway.named_files import VARIABLE, named_path, plain_name
 from stillhook.errors import SpecError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
+from stillhook.live.live_file import read_live_file
 from stillhook.logs.formats.columnar import open_hdf
 
 N = 200
@@ -188,3 +189,21 @@ def test_links_within_an_hdf5_file_are_followed(tmp_path):
     (tmp_path / "in").mkdir()
     other_file(tmp_path / "in" / "a.h5", "within")
     assert set(open_hdf(tmp_path / "in" / "a.h5").headings) == {"time", "p_a", "again"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_twin_does_not_write_through_a_link_in_its_folder(
+    project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder that was unpacked may hold links, and events are written at the end of their file."""
+    case = CASE.format(crane="nov-250t", more='tip = "still"')
+    (project / "case.toml").write_text(case.replace('duration = "10 s"\n', ""))
+    file = project / "live.toml"
+    file.write_text('case = "case.toml"\nfolder = "twin"\n')
+    (project / "twin" / "history").mkdir(parents=True)
+    (project / "twin" / "state.bin").symlink_to("kept.bin")
+    assert read_live_file(file).folder == project / "twin"
+    (project / "twin" / "events.jsonl").symlink_to(project.parent / "up.toml")
+    assert 'folder = "twin": "events.jsonl" in it is a link that leads out' in refusal(capsys, "live", "run", file)
+    monkeypatch.setenv(VARIABLE, str(project.parent))
+    assert read_live_file(file).folder == project / "twin"

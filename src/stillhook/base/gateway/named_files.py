@@ -53,6 +53,14 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
     return path
 
 
+def links_in(folder: Path) -> Iterator[str]:
+    """Links in a folder and below, as a file in it would name them; none where it does not exist."""
+    for where, folders, files in os.walk(folder):
+        for path in (Path(where, each) for each in (*folders, *files)):
+            if path.is_symlink():
+                yield path.relative_to(folder).as_posix()
+
+
 def plain_name(name: str) -> bool:
     """Whether a text is the name of a file alone, on every system: no folder, drive or link to one."""
     return PureWindowsPath(name).name == name not in ("", "..") and len(name.encode(errors="replace")) <= LONGEST_NAME
