@@ -3,12 +3,19 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.commands import refusal
 
 import stillhook
 from stillhook.base.gateway.named_files import VARIABLE, named_path, plain_name
-from stillhook.errors import SpecError, StillhookError
+from stillhook.errors import SpecError, StillhookError, UnreadableError
+from stillhook.formats.binary import read_dataset
+from stillhook.live.live_file import read_live_file
+from stillhook.logs.formats.columnar import open_hdf
+
+N = 200
+T = np.arange(N) * 0.1
 
 
 @pytest.fixture
@@ -44,6 +51,15 @@ def test_a_link_that_leads_out_of_the_folder_is_refused(project: Path) -> None:
     assert named_path(project, "inside.toml", wrong).is_file()
     with pytest.raises(SpecError, match="is a link that leads out"):
         named_path(project, "near.toml", wrong)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_sheet_of_a_book_that_is_a_link_is_refused_as_the_book_is(project: Path) -> None:
+    (project.parent / "up.xlsx").write_bytes(b"")
+    (project / "near.xlsx").symlink_to(project.parent / "up.xlsx")
+    with pytest.raises(SpecError, match="is a link that leads out"):
+        named_path(project, "near.xlsx#limits", wrong)
+    assert named_path(project, "own.xlsx#limits", wrong) == project / "own.xlsx#limits"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need a right there")
@@ -131,3 +147,63 @@ def test_a_file_of_the_working_folder_is_not_taken_for_one_next_to_the_file(
     file = project / "own.toml"
     file.write_text(CASE.format(crane="up.toml", more='tip = "sine 1 m 12 s"'))
     assert "no such file" in refusal(capsys, "run", file)
+
+
+def other_file(path: Path, way: str) -> None:
+    """An HDF5 file whose column p_a is in a file of the folder above, in each way that the format has."""
+    import h5py
+
+    secret = path.parent.parent / "secret.h5"
+    with h5py.File(secret, "w") as file:
+        file["p_a"] = T
+    T.astype("<f8").tofile(path.parent.parent / "secret.bin")
+    layout = h5py.VirtualLayout(shape=(N,), dtype="<f8")
+    layout[:] = h5py.VirtualSource(str(secret) if way == "virtual" else ".", "p_a", shape=(N,))
+    with h5py.File(path, "w", libver="latest") as file:
+        file["time"] = T
+        if way == "link":
+            file["group/p_a"] = h5py.ExternalLink(str(secret), "/p_a")
+        elif way == "raw":
+            file.create_dataset("p_a", (N,), "<f8", external=[(str(secret.with_suffix(".bin")), 0, 8 * N)])
+        elif way == "virtual":
+            file.create_virtual_dataset("p_a", layout)
+        else:
+            file["p_a"], file["soft"], file["up"] = T, h5py.SoftLink("/p_a"), file["/"]
+            file.create_virtual_dataset("again", layout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["link", "raw", "virtual"])
+def test_what_an_hdf5_file_takes_from_another_file_is_not_read(tmp_path, way):
+    """It would read any file of the user, whose numbers are then in the answer."""
+    (tmp_path / "in").mkdir()
+    path = tmp_path / "in" / "a.nc"
+    other_file(path, way)
+    with pytest.raises(UnreadableError, match=r'takes "(group/)?p_a" from another file'):
+        read_dataset(path)
+    with pytest.raises(UnreadableError, match=r'takes "(group/)?p_a" from another file'):
+        open_hdf(path)
+
+
+def test_links_within_an_hdf5_file_are_followed(tmp_path):
+    (tmp_path / "in").mkdir()
+    other_file(tmp_path / "in" / "a.h5", "within")
+    assert set(open_hdf(tmp_path / "in" / "a.h5").headings) == {"time", "p_a", "again"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+def test_a_twin_does_not_write_through_a_link_in_its_folder(
+    project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder that was unpacked may hold links, and events are written at the end of their file."""
+    case = CASE.format(crane="nov-250t", more='tip = "still"')
+    (project / "case.toml").write_text(case.replace('duration = "10 s"\n', ""))
+    file = project / "live.toml"
+    file.write_text('case = "case.toml"\nfolder = "twin"\n')
+    (project / "twin" / "history").mkdir(parents=True)
+    (project / "twin" / "state.bin").symlink_to("kept.bin")
+    assert read_live_file(file).folder == project / "twin"
+    (project / "twin" / "events.jsonl").symlink_to(project.parent / "up.toml")
+    assert 'folder = "twin": "events.jsonl" in it is a link that leads out' in refusal(capsys, "live", "run", file)
+    monkeypatch.setenv(VARIABLE, str(project.parent))
+    assert read_live_file(file).folder == project / "twin"

@@ -28,6 +28,7 @@ from stillhook.base.gateway.access import first_bytes
 from stillhook.base.gateway.budget import MEMORY, late, memory_limit, most_unpacked
 from stillhook.base.gateway.guard import few_words
 from stillhook.errors import StillhookError, UnreadableError
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -266,7 +267,8 @@ def _shown(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB" if size >= 1e6 else f"{size:.0f} bytes"
 
 
-MAGIC = {b"\x89HDF": "h5netcdf", b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
+HDF = b"\x89HDF"
+MAGIC = {HDF: "h5netcdf", b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 """First bytes of a file, and what reads it."""
 
 
@@ -286,10 +288,11 @@ def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, di
 def _datasets(path: Path, engine: str, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
     """In the process that reads."""
     required: Sequence[str] = ()
-    if groups:
+    if engine == MAGIC[HDF]:
         import h5py  # type: ignore[import-untyped]
 
         with h5py.File(path) as file:
+            refuse_other_files(file)
             required = [name for name in groups if name in file]
     return _loaded(path, engine, None), {name: _loaded(path, engine, name) for name in required}
 
@@ -300,3 +303,25 @@ def _loaded(path: Path, engine: str, group: str | None) -> xarray.Dataset:
     with xarray.open_dataset(path, engine=engine, group=group) as data:
         refuse_bomb(path, data.nbytes)
         return data.load()
+
+
+def refuse_other_files(file: Any) -> None:
+    """Refuse an open HDF5 file whose links or data are in other files: it could name any file of the user. Errors:
+    UnreadableError."""
+    links: list[tuple[str, Any]] = []
+    file.visititems_links(lambda name, link: links.append((name, link)))
+    for name, link in links:
+        if _leaves(file, name, link):
+            raise UnreadableError(f"takes {quote(name)} from another file; only what is in the file itself is read")
+
+
+def _leaves(file: Any, name: str, link: Any) -> bool:
+    """Whether what is under a link of an HDF5 file is in another file. A soft link leads to what has a hard one."""
+    import h5py
+
+    if not isinstance(link, h5py.HardLink):
+        return isinstance(link, h5py.ExternalLink)
+    item = file[name]
+    if not isinstance(item, h5py.Dataset):
+        return False
+    return bool(item.external) or (item.is_virtual and any(of.file_name != "." for of in item.virtual_sources()))

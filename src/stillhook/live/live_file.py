@@ -115,7 +115,7 @@ def read_live_file(path: str | Path, *, writes: bool = False, insecure: bool = F
 def _plan(table: TomlTable, *, writes: bool, insecure: bool) -> LivePlan:
     file = table.read(LiveTables)
     case = load_case(table.relative_file(file.case, "case"))
-    folder = table.named_path(file.folder, "folder")
+    folder = table.named_folder(file.folder, "folder")
     of_opcua = of_modbus = of_udp = None
     if file.opcua is not None:
         of_opcua = OpcUaSettings(folder / "opcua", file.opcua.host, file.opcua.port, insecure)

@@ -40,9 +40,10 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
         kept = [Path(os.path.abspath(each)) for each in (folder, *_allowed())]
         if not any(Path(os.path.abspath(path)).is_relative_to(each) for each in kept):
             raise wrong(_leads_out(Path(os.path.abspath(path)), "leads"))
-        end = path.resolve()
-        if not any(end.is_relative_to(each.resolve()) for each in kept):
-            raise wrong(_leads_out(end, "is a link that leads"))
+        book, sign, _ = path.name.rpartition("#")  # of a sheet of an Excel file: "book.xlsx#sheet"
+        for end in (path.resolve(), *([path.with_name(book).resolve()] if sign and book else [])):
+            if not any(end.is_relative_to(each.resolve()) for each in kept):
+                raise wrong(_leads_out(end, "is a link that leads"))
         with suppress(FileNotFoundError, NotADirectoryError):
             path.lstat()  # a name that is too long, a folder that may not be entered
     except (OSError, RuntimeError, ValueError) as problem:  # a zero byte in the name, a loop of links
@@ -50,6 +51,14 @@ def named_path(folder: Path, name: str, wrong: Callable[[str], StillhookError]) 
         raise wrong(f"not a path that can be followed ({reason}). Correct it.") from None
     note_input(path)
     return path
+
+
+def links_in(folder: Path) -> Iterator[str]:
+    """Links in a folder and below, as a file in it would name them; none where it does not exist."""
+    for where, folders, files in os.walk(folder):
+        for path in (Path(where, each) for each in (*folders, *files)):
+            if path.is_symlink():
+                yield path.relative_to(folder).as_posix()
 
 
 def plain_name(name: str) -> bool:

@@ -18,7 +18,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from stillhook.base.choice import nearest
 from stillhook.base.gateway.guard import guarded
-from stillhook.base.gateway.named_files import named_path, plain_name
+from stillhook.base.gateway.named_files import links_in, named_path, plain_name
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import parsed, toml_text
@@ -116,6 +116,14 @@ class TomlTable:
         """A path that this file names, which need not exist; loc: of its name. Errors: for one that leads out of the
         folder of this file."""
         return named_path(self.path.parent, name, lambda why: self.wrong(why, *loc))
+
+    def named_folder(self, name: str, *loc: int | str) -> Path:
+        """The same of a folder whose files grow while a command runs: nor may a link in it lead out of it, which would
+        have them written elsewhere."""
+        folder = self.named_path(name, *loc)
+        for link in links_in(folder):
+            named_path(folder, link, lambda why, link=link: self.wrong(f"{quote(link)} in it {why}", *loc))  # type: ignore[misc]
+        return folder
 
     def relative_file(self, name: str, *loc: int | str) -> Path:
         """The same of a file, or an Excel file's sheet, that exists."""

@@ -138,9 +138,8 @@ class PlcPlan:
         """The bus that the file names. Errors: LiveError where it names none, or two."""
         of = self.file
         if of.opcua is not None and of.modbus is None:
-            folder, server = (
-                self.table.named_path(getattr(of.opcua, key), "opcua", key) for key in ("folder", "server")
-            )
+            folder = self.table.named_folder(of.opcua.folder, "opcua", "folder")
+            server = self.table.named_path(of.opcua.server, "opcua", "server")
             return OpcUaBus(OpcUaBusSettings(of.opcua.url, folder, server))
         if of.modbus is not None and of.opcua is None:
             registers = self.table.relative_file(of.modbus.registers, "modbus", "registers")

@@ -17,7 +17,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.binary import refuse_bomb
+from stillhook.formats.binary import refuse_bomb, refuse_other_files
 from stillhook.formats.table import parquet
 from stillhook.formats.table.stamps import NANO, stamps_to_seconds
 from stillhook.formats.table.text import numbers_of
@@ -200,6 +200,7 @@ def open_hdf(path: Path) -> ArraysLog:
     import h5py  # type: ignore[import-untyped]
 
     file = h5py.File(path, "r")
+    refuse_other_files(file)
     columns: list[ArrayColumn] = []
 
     def visit(name: str, item: Any) -> None:
