@@ -200,6 +200,37 @@ def history_in_parts() -> Any:
     return numbered({str(n): np.ravel(run[n].values).tolist() for n in sorted(map(str, run.variables))} for run in runs)
 
 
+def vessel_and_session() -> Any:
+    """A tip that vessel and boom move, as a motion unit measures it; and a session that is told what to do."""
+    crane = stillhook.load_crane("nov-250t")
+    boom = "x=-10 m, y=-6 m, z=8 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg"
+    swell = {"heave": "sine 1 m 9 s", "roll": "sine 2 deg 12 s", "pitch": "sine 1 deg 8 s"}
+    moves = {"slew": [("2 s", "9 s", "240 deg")], "luff": [("3 s", "9 s", "55 deg")]}
+    unit = stillhook.MotionUnit(heave_period="25 s")
+    usual = {"load": "100 t", "s_w": "100 m", "mode": "ssc", "duration": "15 s", "warm_up": "3 s"}
+    cases = {
+        "level": stillhook.VesselTip(boom, **swell, **moves),
+        "measured": stillhook.VesselTip(boom, **swell, unit=unit),
+    }
+    found = {
+        name: dataset(stillhook.simulate(crane, stillhook.Scenario(tip=tip, **usual), every="0.1 s", threads=1))
+        for name, tip in cases.items()
+    }
+    session = stillhook.Session(crane, stillhook.Scenario(tip="sine 1 m 9 s", **usual))
+    rows = []
+    for k in range(24):
+        if k == 8:
+            session.set("K_p", 0.2)
+        if k == 16:
+            session.set("mode", "hs")
+        for i in range(50):
+            t = (50 * k + i) * session.cycle
+            tip = {"s_tip": 0.5 * np.sin(t), "v_tip": 0.5 * np.cos(t), "a_tip": -0.5 * np.sin(t)}
+            session.step(tip if k >= 4 else None)
+        rows.append([session.time, *map(session.get, session.signals)])
+    return found | {"session": dict(zip(("time", *session.signals), np.array(rows).T.tolist(), strict=True))}
+
+
 def limits_of_runs() -> Any:
     """Limits from levels of made-up runs, and from runs that say yes or no."""
     rng, made = np.random.default_rng(1), {}
@@ -277,5 +308,5 @@ def drawn_paper_e() -> Any:
 FURTHER: tuple[Callable[[], Any], ...] = (
     *(drawn_sea, drawn_weather, drawn_runs, drawn_lowering, drawn_analysis, drawn_loops, drawn_logs),
     *(every_drive, printed_drives, printed_replay, watched),
-    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted, limits_of_runs, history_in_parts),
+    *(drawn_thesis, drawn_papers, drawn_paper_e, plotted, limits_of_runs, history_in_parts, vessel_and_session),
 )
