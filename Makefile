@@ -106,8 +106,8 @@ $(STAMP_MORE): tests/requirements.lock $(STAMP)
 	@$(PIP) install --no-compile --require-hashes -r tests/requirements.lock
 	@touch $@
 
-# What the site needs on top, at the same versions: 200 MB that tests do without.
-$(STAMP_SITE): docs/requirements.lock $(STAMP)
+# What the site needs on top of both (a page of the gallery runs FMPy), at the same versions: 200 MB that tests do without.
+$(STAMP_SITE): docs/requirements.lock $(STAMP_MORE)
 	@$(PIP) install --require-hashes -r docs/requirements.lock
 	@touch $@
 
