@@ -9,8 +9,9 @@ from tests.commands import refusal
 
 import stillhook
 from stillhook.base.gateway.named_files import VARIABLE, named_path, plain_name
-from stillhook.errors import SpecError, StillhookError, UnreadableError
+from stillhook.errors import SeaError, SpecError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_dataset
+from stillhook.formats.waves.wavespectra import read_wavespectra
 from stillhook.live.live_file import read_live_file
 from stillhook.logs.formats.columnar import open_hdf
 
@@ -183,6 +184,14 @@ def test_what_an_hdf5_file_takes_from_another_file_is_not_read(tmp_path, way):
         read_dataset(path)
     with pytest.raises(UnreadableError, match=r'takes "(group/)?p_a" from another file'):
         open_hdf(path)
+
+
+@pytest.mark.long
+def test_nor_does_the_reader_of_other_programs_spectra_read_it(tmp_path):
+    (tmp_path / "in").mkdir()
+    other_file(tmp_path / "in" / "a.nc", "raw")
+    with pytest.raises(SeaError, match='takes "p_a" from another file'):
+        read_wavespectra(tmp_path / "in" / "a.nc", "era5")
 
 
 def test_links_within_an_hdf5_file_are_followed(tmp_path):

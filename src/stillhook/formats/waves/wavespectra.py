@@ -19,7 +19,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.gateway.guard import reader
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary import read_binary, refuse_bomb
+from stillhook.formats.binary import read_binary, refuse_bomb, refuse_other_files
 from stillhook.formats.waves.buoys import companions, is_spectra, read_directional, read_spectra, read_states
 from stillhook.formats.waves.ndbc import bands, read_records
 from stillhook.formats.waves.netcdf import NATIVE, form_of, read_native
@@ -71,8 +71,12 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
 
 def _dataset(path: Path, reader: str) -> xarray.Dataset:
     """In the process that reads."""
+    import h5py  # type: ignore[import-untyped]
     import wavespectra
 
+    if h5py.is_hdf5(path):
+        with h5py.File(path) as file:
+            refuse_other_files(file)
     data: xarray.Dataset = getattr(wavespectra, reader)(str(path))
     refuse_bomb(path, data.nbytes)
     return data.load()
