@@ -21,8 +21,7 @@ HOSTS = ("orcaflex", "simo")
 HERE = Path(__file__).parent
 PARTS = {"orcaflex": ("exchange.c", "plain.c", "orcaflex.c"), "simo": ("exchange.c", "plain.c", "simo.c")}
 LIBRARY = "stillhook_winch"
-MODULE = '''"""External function for a winch's pay-out rate in OrcaFlex: {crane}. Needs Stillhook in OrcaFlex's
-Python."""
+MODULE = '''"""External function for a winch's pay-out rate in OrcaFlex. Needs Stillhook in OrcaFlex's Python."""
 
 from pathlib import Path
 
@@ -30,7 +29,7 @@ from stillhook.export.hosts.orcaflex import Winch
 
 
 class StillhookWinch(Winch):
-    crane = Path(__file__).with_name("crane.toml")
+    crane = Path(__file__).with_name("crane.toml")  # {crane!a}
     case = {case!r}
     tip = {tip!r}
 '''

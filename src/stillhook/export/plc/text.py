@@ -14,7 +14,7 @@ from stillhook._version import __version__
 from stillhook.base.gateway.access import read_text
 from stillhook.base.gateway.budget import PROGRAM
 from stillhook.export.plc.block import PlcError
-from stillhook.export.plc.program import PREFIX, Block, Program, Structure, Unit, Variable
+from stillhook.export.plc.program import PREFIX, Block, Program, Structure, Unit, Variable, plain_text
 from stillhook.export.plc.translate import comment
 from stillhook.trust.manifest import NAME
 
@@ -75,7 +75,7 @@ def structure(s: Structure) -> Iterator[str]:
 def declaration(v: Variable) -> str:
     """One variable."""
     initial = f" := {v.initial}" if v.initial else ""
-    return f"{v.name} : {v.type}{initial};" + (f" (* {v.comment} *)" if v.comment else "")
+    return f"{v.name} : {v.type}{initial};" + (f" (* {plain_text(v.comment)} *)" if v.comment else "")
 
 
 def interface(u: Unit) -> Iterator[str]:

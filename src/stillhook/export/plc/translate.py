@@ -80,8 +80,8 @@ def documentation(fn: Callable[..., Any]) -> str:
 
 
 def comment(text: str, pad: str = "") -> list[str]:
-    """Comment lines."""
-    lines = [part for line in text.splitlines() for part in (textwrap.wrap(line, WIDTH) or [])]
+    """Comment lines; a text of the user, such as a crane's name, cannot end the comment."""
+    lines = [part for line in plain_text(text).splitlines() for part in (textwrap.wrap(line, WIDTH) or [])]
     if not lines:
         return []
     lines[0], lines[1:] = f"(* {lines[0]}", [f"   {line}" for line in lines[1:]]

@@ -1,0 +1,41 @@
+"""Texts of a crane file, such as its name, are text in every program that is exported, and never code of it."""
+
+import ast
+import re
+
+import pytest
+
+import stillhook
+from stillhook.export.hosts import host_source, write_host
+from stillhook.export.plc import structured_text
+from stillhook.export.plc.block import controller_block
+from stillhook.export.twin import export
+from stillhook.library import changed
+
+ENDS = ('"""', "*)", "*/", "\n", "??/", "\\", '";', "$'", "*)\r")
+"""What ends a comment or a text in Python, Structured Text and C."""
+NAME = "".join(f"n{end} EVIL := 1; (* /* " for end in ENDS)
+CRANE = changed(stillhook.load_crane("nov-250t"), {"name": NAME, "title": NAME})
+CASE = stillhook.Scenario(load="100 t", s_w="100 m", mode="ssc")
+
+
+@pytest.mark.slow
+def test_in_structured_text_the_name_ends_no_comment():
+    text = structured_text(controller_block(CRANE, "ssc"))
+    assert "EVIL" in text
+    assert "EVIL" not in re.sub(r"\(\*.*?\*\)", "", text, flags=re.S)
+    assert text.count("(*") == text.count("*)")  # nor begins one, for compilers that nest them
+
+
+@pytest.mark.slow
+def test_in_the_module_for_orcaflex_the_name_ends_no_text(tmp_path):
+    write_host("orcaflex", CRANE, CASE, tmp_path / "out", platforms=())
+    module = ast.parse((tmp_path / "out" / "stillhook_winch.py").read_text(encoding="utf-8"))
+    assert [type(each) for each in module.body] == [ast.Expr, ast.ImportFrom, ast.ImportFrom, ast.ClassDef]
+    assert "EVIL" not in ast.unparse(module)
+
+
+@pytest.mark.slow
+def test_in_c_the_name_is_nowhere_or_in_a_comment():
+    source = host_source(export(CRANE, CASE, coupling="wire"), "simo")
+    assert "EVIL :=" not in re.sub(r"/\*.*?\*/|//[^\n]*", "", source, flags=re.S)
