@@ -173,6 +173,12 @@ def test_a_stream_that_the_caller_closed_changes_no_exit_code():
         assert subprocess.run(f"{command} <&- >&- 2>&-", shell=True).returncode == code
 
 
+def test_a_name_that_no_system_takes_is_shown_in_part(capsys):
+    line = refusal(capsys, "manifest", "x" * 5000)
+    assert line.endswith('...": File name too long. Check the name, your rights and the room there.')
+    assert len(line) < 300
+
+
 def test_too_many_open_files_are_not_taken_for_a_full_disk(monkeypatch, capsys):
     def opened(arguments):
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE), "/usr/lib/a")

@@ -288,14 +288,17 @@ def _exhausted(problem: MemoryError) -> int:
 
 
 def _lost(problem: OSError) -> int:
-    """Output that cannot be written: what is still held back is dropped, so that the interpreter does not try it again
-    at its end."""
+    """Output or a file that cannot be used: what is still held back is dropped, so that the interpreter does not try it
+    again at its end."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    if problem.errno in (errno.EPIPE, errno.EINVAL):
+    if problem.errno == errno.EPIPE or (problem.errno == errno.EINVAL and problem.filename is None):
         return UNREAD
     if problem.errno in (errno.EMFILE, errno.ENFILE):
         return _refuse("too many files are open. Raise the limit (ulimit -n), or run fewer commands at once.")
-    return _refuse(
-        f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output."
-    )
+    from stillhook.units import quote
+
+    reason = problem.strerror or str(problem)
+    if problem.filename is None:
+        return _refuse(f"standard output: {reason}. Choose another place for the output.")
+    return _refuse(f"{quote(str(problem.filename))}: {reason}. Check the name, your rights and the room there.")
