@@ -11,8 +11,10 @@ from tests.commands import answer, case_file
 
 from stillhook.base.gateway.inputs import collecting, inputs, note_input
 from stillhook.cli import run
+from stillhook.errors import PlanError
 from stillhook.formats.case_file import load_case
 from stillhook.library.toml.tree import LIBRARY
+from stillhook.plan.result import PLAN_FILES, load_plan_result
 from stillhook.trust.manifest import NAME, Made, Manifest, manifest_of, read_manifest
 from stillhook.trust.results import result_folder
 
@@ -97,3 +99,13 @@ def test_a_command_collects_them_and_without_out_a_program_for_a_plc_has_a_folde
     assert named(tmp_path / "mine-plc") == hashes(case, tmp_path / "base.toml", tmp_path / "mine.toml")
     run(["manifest", "mine-plc"])
     assert ", of base.toml, case.toml, mine.toml" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_report_names_the_files_of_its_plan(tmp_path: Path):
+    """Also those that turn out to be no plan: what was read is what it follows from."""
+    for name in PLAN_FILES:
+        (tmp_path / name).write_text("{}")
+    with collecting({"folder": tmp_path}):
+        with pytest.raises(PlanError):
+            load_plan_result(tmp_path)
+        assert {path.name for path in inputs()} == set(PLAN_FILES)

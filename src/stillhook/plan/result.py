@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.gateway.access import sha256_of
 from stillhook.base.gateway.guard import reader
+from stillhook.base.gateway.inputs import note_input
 from stillhook.base.gateway.parse import json_file
 from stillhook.errors import PlanError, StillhookError, UnreadableError
 from stillhook.formats.binary import read_datasets
@@ -339,6 +340,7 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     for name in PLAN_FILES:
         if not (where / name).is_file():
             raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
+        note_input(where / name)
     note_misfit(*(where / name for name in PLAN_FILES))
     facts = _facts(where / FACTS)
     _check_numbers(facts.pop(OF_NUMBERS, None), where)
