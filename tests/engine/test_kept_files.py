@@ -291,6 +291,27 @@ def test_a_library_is_not_linked_with_a_damaged_object_of_zig(tmp_path, caplog):
     assert compiled() == CONTENT
 
 
+def test_a_zig_that_fails_of_what_it_kept_runs_once_more_without(tmp_path, caplog):
+    """A changed index ends Zig by a signal; an error in the text is an answer, and nothing is removed."""
+    cache, index = tmp_path / "zig", tmp_path / "zig" / "z" / "index"
+
+    def answer(code: int, words: str = "") -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess([], code, "", words)
+
+    def compile_in(folder, environment):
+        return answer(-signal.SIGSEGV if index.exists() else 0)
+
+    assert zig.compiled(cache, compile_in).returncode == 0
+    index.parent.mkdir(parents=True)
+    index.write_bytes(b"damaged")
+    assert zig.compiled(cache, lambda folder, environment: answer(1, "kernels.c:1: error: x")).returncode == 1
+    assert index.exists()
+    assert notes(caplog) == []
+    assert zig.compiled(cache, compile_in).returncode == 0
+    assert not index.exists()
+    assert notes(caplog) == [f"{cache}: damaged (Zig failed with what it kept). Zig makes what it keeps again."]
+
+
 # A store
 
 

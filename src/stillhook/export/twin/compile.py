@@ -14,7 +14,7 @@ from typing import NamedTuple
 from stillhook import units
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import ExportError
-from stillhook.kernels.c99.zig import workplace
+from stillhook.kernels.c99.zig import compiled
 from stillhook.kernels.cache import cache_root
 
 
@@ -91,19 +91,25 @@ def compile_library(source: str, platform: str, file: Path, flags: Sequence[str]
     command = _compiler(platform)
     libraries = ["-lm"] if platform == "linux64" else []
     hidden = [] if platform == "win64" else ["-fPIC"]
-    with atomic_file(file) as part, workplace(_kept()) as (folder, environment):
-        code, made = folder / "model.c", folder / f"model{PLATFORMS[platform].suffix}"
-        code.write_text(source, encoding="utf-8")
-        done = subprocess.run(
-            [*command, *FLAGS, *hidden, *flags, "-o", str(made), str(code), *libraries],
-            capture_output=True,
-            text=True,
-            env=environment,
-            check=False,
-        )
+    with atomic_file(file) as part:
+
+        def compile_in(folder: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+            code, made = folder / "model.c", folder / f"model{PLATFORMS[platform].suffix}"
+            code.write_text(source, encoding="utf-8")
+            done = subprocess.run(
+                [*command, *FLAGS, *hidden, *flags, "-o", str(made), str(code), *libraries],
+                capture_output=True,
+                text=True,
+                env=environment,
+                check=False,
+            )
+            if done.returncode == 0:
+                part.write_bytes(made.read_bytes())
+            return done
+
+        done = compiled(_kept(), compile_in)
         if done.returncode != 0:
             lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["?"]
             raise ExportError(f"platform {platform}: {Path(command[0]).name} failed: {lines[0].strip()[:300]}")
-        part.write_bytes(made.read_bytes())
         if command[0] == sys.executable:
             _mark(platform).touch()

@@ -40,7 +40,7 @@ from stillhook.base.kept.one_at_a_time import one_at_a_time, remove_old_locks
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
-from stillhook.kernels.c99.zig import workplace
+from stillhook.kernels.c99.zig import compiled
 from stillhook.kernels.cache import SHIPPED
 from stillhook.kernels.lanes import Array
 
@@ -242,16 +242,20 @@ class Library:
         with one_at_a_time(file.with_suffix(".lock")):
             if is_sound(file, Kept.LIBRARY):
                 return
-            with atomic_file(file) as library, workplace(self.store.with_name("zig")) as (folder, environment):
-                code = folder / "kernels.c"
-                code.write_text(source, encoding="utf-8")
-                subprocess.run(
-                    [*command, *FLAGS, target(), "-o", str(library), str(code)],
-                    env=environment,
-                    check=True,
-                    capture_output=True,
-                    text=True,
-                )
+            with atomic_file(file) as library:
+
+                def compile_in(folder: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+                    code = folder / "kernels.c"
+                    code.write_text(source, encoding="utf-8")
+                    return subprocess.run(
+                        [*command, *FLAGS, target(), "-o", str(library), str(code)],
+                        env=environment,
+                        check=False,
+                        capture_output=True,
+                        text=True,
+                    )
+
+                compiled(self.store.with_name("zig"), compile_in).check_returncode()
                 write_beside(file, library.read_bytes())
 
 

@@ -1,8 +1,8 @@
 """Zig's cache: what it keeps between runs, checked like every other file that may be damaged.
 
-Zig builds the runtime of a platform once and links it into every library. It finds damage in its indices, and none in
-the objects themselves, which this module therefore knows by their SHA-256. What belongs to one compilation alone is
-removed with it.
+Zig builds the runtime of a platform once and links it into every library. It finds no damage in these objects, which
+this module therefore knows by their SHA-256; damage in its indices it finds, or fails of it. What belongs to one
+compilation alone is removed with it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from stillhook.base.kept.checked import Kept, note, read_checked, write_checked
@@ -34,6 +35,24 @@ def workplace(cache: Path) -> Iterator[tuple[Path, dict[str, str]]]:
         own = {"ZIG_LOCAL_CACHE_DIR": str(folder / "cache"), "ZIG_GLOBAL_CACHE_DIR": str(cache)}
         yield folder, os.environ | own
     _write_sums(cache)
+
+
+Compile = Callable[[Path, dict[str, str]], "subprocess.CompletedProcess[str]"]
+"""Runs Zig on a C text in a folder, with an environment; gives its answer, whatever that is."""
+
+
+def compiled(cache: Path, compile_in: Compile) -> subprocess.CompletedProcess[str]:
+    """The answer of Zig to a compilation in a workplace. Where it fails without a word about the C text, what it keeps
+    may be damaged (a changed index can end it by a signal): it is removed, and Zig runs once more."""
+    kept = cache.is_dir()
+    with workplace(cache) as (folder, environment):
+        done = compile_in(folder, environment)
+    if done.returncode == 0 or ".c:" in done.stderr or not kept:
+        return done
+    note(cache, "Zig failed with what it kept", Kept.ZIG)
+    shutil.rmtree(cache, ignore_errors=True)
+    with workplace(cache) as (folder, environment):
+        return compile_in(folder, environment)
 
 
 def _discard_damaged(cache: Path) -> None:
