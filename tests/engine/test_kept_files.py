@@ -291,7 +291,7 @@ def test_a_library_is_not_linked_with_a_damaged_object_of_zig(tmp_path, caplog):
     assert compiled() == CONTENT
 
 
-def test_a_zig_that_fails_of_what_it_kept_runs_once_more_without(tmp_path, caplog):
+def test_a_zig_that_crashes_with_what_it_kept_runs_once_more_without(tmp_path, caplog):
     """A changed index ends Zig by a signal; an error in the text is an answer, and nothing is removed."""
     cache, index = tmp_path / "zig", tmp_path / "zig" / "z" / "index"
 
@@ -309,7 +309,7 @@ def test_a_zig_that_fails_of_what_it_kept_runs_once_more_without(tmp_path, caplo
     assert notes(caplog) == []
     assert zig.compiled(cache, compile_in).returncode == 0
     assert not index.exists()
-    assert notes(caplog) == [f"{cache}: damaged (Zig failed with what it kept). Zig makes what it keeps again."]
+    assert notes(caplog) == [f"{cache}: damaged (Zig crashed with what it kept). Zig makes what it keeps again."]
 
 
 # A store

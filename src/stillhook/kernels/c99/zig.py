@@ -1,7 +1,7 @@
 """Zig's cache: what it keeps between runs, checked like every other file that may be damaged.
 
 Zig builds the runtime of a platform once and links it into every library. It finds no damage in these objects, which
-this module therefore knows by their SHA-256; damage in its indices it finds, or fails of it. What belongs to one
+this module therefore knows by their SHA-256; damage in its indices it finds, or ends by a signal. What belongs to one
 compilation alone is removed with it.
 """
 
@@ -37,19 +37,21 @@ def workplace(cache: Path) -> Iterator[tuple[Path, dict[str, str]]]:
     _write_sums(cache)
 
 
+CRASH = 0x80000000
+"""Least exit code of a process of Windows that ended by an exception; elsewhere it is negative after a signal."""
 Compile = Callable[[Path, dict[str, str]], "subprocess.CompletedProcess[str]"]
 """Runs Zig on a C text in a folder, with an environment; gives its answer, whatever that is."""
 
 
 def compiled(cache: Path, compile_in: Compile) -> subprocess.CompletedProcess[str]:
-    """The answer of Zig to a compilation in a workplace. Where it fails without a word about the C text, what it keeps
-    may be damaged (a changed index can end it by a signal): it is removed, and Zig runs once more."""
+    """The answer of Zig to a compilation in a workplace. A changed index can end Zig by a signal: what it keeps is then
+    removed, and Zig runs once more."""
     kept = cache.is_dir()
     with workplace(cache) as (folder, environment):
         done = compile_in(folder, environment)
-    if done.returncode == 0 or ".c:" in done.stderr or not kept:
+    if 0 <= done.returncode < CRASH or not kept:
         return done
-    note(cache, "Zig failed with what it kept", Kept.ZIG)
+    note(cache, "Zig crashed with what it kept", Kept.ZIG)
     shutil.rmtree(cache, ignore_errors=True)
     with workplace(cache) as (folder, environment):
         return compile_in(folder, environment)
