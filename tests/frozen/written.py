@@ -39,17 +39,19 @@ def written_units() -> Any:
     boom = stillhook.VesselTip(BOOM, heave="sine 1 m 9 s", roll="sine 2 deg 12 s", pitch="sine 1 deg 8 s")
     sine = stillhook.Sine(height="1 m", period="10 s")
     found = {}
-    for fmi, name, coupling, tip in (
-        ("3", "nov-250t", "tip", sine),
-        ("2", "nov-250t", "vessel", boom),
-        ("2", "nov-100t-pure-active", "wire", sine),
+    for fmi, name, contents, coupling, tip in (
+        ("3", "nov-250t", "plant+controller", "tip", sine),
+        ("2", "nov-250t", "plant+controller", "vessel", boom),
+        ("2", "nov-100t-pure-active", "plant", "wire", sine),
+        ("2", "nov-250t", "controller", "tip", sine),
     ):
         crane = stillhook.load_crane(name)
-        made = export(crane, stillhook.Scenario(tip=tip, **usual | {"load": "60 t"}), coupling=coupling)
+        case = stillhook.Scenario(tip=tip, **usual | {"load": "60 t"})
+        made = export(crane, case, contents, coupling)
         members = {n: data.decode() for n, data in fmu_members(made, fmi=fmi, platforms=("source",)).items()}
         model = _model(members.pop("sources/model.c"))
         kept = {n: lines(text) for n, text in members.items() if n.endswith((".xml", ".json")) and "manifest" not in n}
-        found[f"{name} {coupling} {fmi}"] = model | kept
+        found[f"{name} {contents} {coupling} {fmi}"] = model | kept
     return found
 
 
