@@ -48,14 +48,15 @@ def printed(*arguments: str, verbose: bool = True) -> dict[str, Any]:
 
 def _run(arguments: Any) -> dict[str, Any]:
     out, error = io.StringIO(), io.StringIO()
-    with _columns(), contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+    with columns(), contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
         code = run([*arguments])
     notices = [line for line in error.getvalue().splitlines() if not line.startswith(ONCE)]
     return {"code": code, "out": lines(out.getvalue()), "error": lines("\n".join(notices))}
 
 
 @contextlib.contextmanager
-def _columns() -> Iterator[None]:
+def columns() -> Iterator[None]:
+    """A terminal of `WIDTH`."""
     before = os.environ.get("COLUMNS")
     os.environ["COLUMNS"] = WIDTH
     try:

@@ -18,7 +18,7 @@ LONG = (
     *("printed_thesis", "printed_library", "printed_parameters", "printed_plan", "printed_replay"),
     *("drawn_sea", "drawn_weather", "drawn_runs", "drawn_lowering", "drawn_analysis", "every_drive", "watched"),
     *("drawn_thesis", "drawn_papers", "drawn_paper_e", "plotted"),
-    *("written_units", "printed_components", "vessel_and_session"),
+    *("written_units", "printed_components", "vessel_and_session", "reports_of_plans"),
 )
 """Cases of half a second to some seconds."""
 

@@ -1,19 +1,25 @@
-"""Cases of what a winch is written as for other programs, and of components from data of their own."""
+"""Cases of what a winch is written as for other programs, of components from data of their own, and of reports."""
 
+import contextlib
+import io
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from scipy.signal import cont2discrete, dlsim
 from tests.frozen.drawn import figures, numbered
-from tests.frozen.printed import lines, printed, texts
+from tests.frozen.printed import columns, lines, printed, texts
+from tests.plan.made_up import made_up
 
 import stillhook
 from stillhook.export.fmu.package import fmu_members
 from stillhook.export.twin import export
 from stillhook.library import changed
+from stillhook.plan.report import document
+from stillhook.report.terminal import print_document
 
 ARRAY = re.compile(r"^(?:SH_UNUSED )?static (?:const )?double (sh_\w+)\[\d+\] = \{(.*?)\};", re.MULTILINE | re.DOTALL)
 DEFINE = re.compile(r"^#define (SH_\w+) (-?[\d.e+-]+)\b", re.MULTILINE)
@@ -33,17 +39,19 @@ def written_units() -> Any:
     boom = stillhook.VesselTip(BOOM, heave="sine 1 m 9 s", roll="sine 2 deg 12 s", pitch="sine 1 deg 8 s")
     sine = stillhook.Sine(height="1 m", period="10 s")
     found = {}
-    for fmi, name, coupling, tip in (
-        ("3", "nov-250t", "tip", sine),
-        ("2", "nov-250t", "vessel", boom),
-        ("2", "nov-100t-pure-active", "wire", sine),
+    for fmi, name, contents, coupling, tip in (
+        ("3", "nov-250t", "plant+controller", "tip", sine),
+        ("2", "nov-250t", "plant+controller", "vessel", boom),
+        ("2", "nov-100t-pure-active", "plant", "wire", sine),
+        ("2", "nov-250t", "controller", "tip", sine),
     ):
         crane = stillhook.load_crane(name)
-        made = export(crane, stillhook.Scenario(tip=tip, **usual | {"load": "60 t"}), coupling=coupling)
+        case = stillhook.Scenario(tip=tip, **usual | {"load": "60 t"})
+        made = export(crane, case, contents, coupling)
         members = {n: data.decode() for n, data in fmu_members(made, fmi=fmi, platforms=("source",)).items()}
         model = _model(members.pop("sources/model.c"))
         kept = {n: lines(text) for n, text in members.items() if n.endswith((".xml", ".json")) and "manifest" not in n}
-        found[f"{name} {coupling} {fmi}"] = model | kept
+        found[f"{name} {contents} {coupling} {fmi}"] = model | kept
     return found
 
 
@@ -110,4 +118,17 @@ def printed_components() -> Any:
     return {"printed": found, "figures": numbered(pictures)}
 
 
-WRITTEN: tuple[Callable[[], Any], ...] = (written_units, written_externals, printed_components)
+def reports_of_plans() -> Any:
+    """The report of a made-up plan as a page, its figures, and the answer in brief; without a typesetter."""
+    found = {}
+    for name, plan in {"assumed": made_up(), "certified": made_up(certificate=True, synthetic=False)}.items():
+        with figures() as pictures, patch.object(document, "can_set", lambda: False):
+            document.save_report(plan, name, figures=True)
+        out = io.StringIO()
+        with columns(), contextlib.redirect_stdout(out):
+            print_document(document.brief(plan))
+        found[name] = {"brief": lines(out.getvalue()), "figures": numbered(pictures)}
+    return found | {"page": texts("certified", ".html")}
+
+
+WRITTEN: tuple[Callable[[], Any], ...] = (written_units, written_externals, printed_components, reports_of_plans)

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.plan.test_load_chart import HEAD, PLAN, ROWS
 
@@ -21,6 +22,7 @@ from stillhook.plan.planning import plan as planned
 from stillhook.plan.report.document import document
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.sideways import chain_at
+from stillhook.sea.spectra.parametric import Jonswap
 
 CURRENT = """\
 [environment.current]
@@ -186,3 +188,16 @@ def test_a_flow_that_cannot_be_is_refused_in_one_line_with_exit_code_2(tmp_path,
     assert "\n" not in line
     for text in ("plan.toml", *texts):
         assert text in line
+
+
+@pytest.mark.parametrize("gamma", [1.0, 3.3, 5.0])
+def test_a_swing_is_looked_for_in_the_periods_that_hold_nearly_all_energy_of_a_sea(gamma: float) -> None:
+    """A sea without a marked peak has more of it beside them."""
+    Tp = 9.0
+    low, high = (part * Tp for part in sideways.BAND)
+    omega = np.linspace(0.05, 8.0, 20_000)
+    S = Jonswap(2.0, Tp, gamma).density(omega)
+    inside = (omega >= 2.0 * math.pi / high) & (omega <= 2.0 * math.pi / low)
+    share = S[inside].sum() / S.sum()
+    assert share > (0.8 if gamma == 1.0 else 0.86)
+    assert 2.0 * math.pi / high < omega[np.argmax(S)] < 2.0 * math.pi / low

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stillhook.response.winch.identify import _Spectra
+from stillhook.response.winch.identify import BATCHES, Steps, _Spectra
 
 EDGES = np.geomspace(0.2, 3.2, 9)
 
@@ -40,3 +40,15 @@ def test_a_band_without_a_frequency_takes_the_density_of_the_next() -> None:
     assert len(density) == len(EDGES) - 1
     assert density[:first] == pytest.approx(np.full(first, density[first]))
     assert (density > 0.0).all()
+
+
+def test_progress_of_all_batches_rises_from_batch_to_batch_and_ends_at_one() -> None:
+    """Each batch tells its own share, from 0 to 1."""
+    seen: list[float] = []
+    steps = Steps(seen.append)
+    for _ in range(BATCHES):
+        for share in (0.0, 0.5, 1.0):
+            steps(share)
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+    assert seen[1::3] == pytest.approx([(k + 0.5) / BATCHES for k in range(BATCHES)])
