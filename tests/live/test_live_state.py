@@ -203,3 +203,11 @@ def test_files_of_events_are_bounded_and_the_newest_events_are_there(tmp_path: P
     lines = [json.loads(each) for p in sorted(tmp_path.iterdir()) for each in p.read_text().splitlines()]
     assert [row["value"] for row in lines] == [float(i) for i in range(100 - len(lines), 100)]
     assert all(p.stat().st_size < 1000 + LONGEST for p in tmp_path.iterdir())
+
+
+def test_a_file_of_events_begins_with_the_first_event(tmp_path: Path):
+    log = EventLog(tmp_path / "events.jsonl")
+    log.event(event("twin", "serving", "Servers are ready."))
+    log.close()
+    (line,) = (tmp_path / "events.jsonl").read_text(encoding="utf-8").splitlines()
+    assert json.loads(line)["name"] == "serving"

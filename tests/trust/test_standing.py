@@ -188,9 +188,10 @@ def test_a_first_list_is_used_again_where_new_files_are_open_to_a_group(tmp_path
     assert users_trust().keys == (ENTRY,)
 
 
-def test_a_list_that_others_may_change_is_refused(tmp_path):
+@pytest.mark.parametrize("right", [0o020, 0o002], ids=["group", "all"])
+def test_a_list_that_others_may_change_is_refused(tmp_path, right):
     file = tmp_path / "trust.toml"
     file.write_text(GOOD, encoding="utf-8")
-    file.chmod(0o664)
+    file.chmod(0o600 | right)
     with pytest.raises(TrustError, match="others may change it"):
         read_trust(file)
