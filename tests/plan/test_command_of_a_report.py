@@ -10,7 +10,7 @@ from stillhook.plan.report.basis import _file
     [
         ("plan.toml", "plan.toml"),
         ("lifts/plan.toml", "lifts/plan.toml"),
-        ("/home/ann/lifts/plan.toml", "plan.toml"),
+        ("/srv/lifts/plan.toml", "plan.toml"),
         (r"C:\lifts\plan.toml", "plan.toml"),
         ("D:/lifts/plan.toml", "plan.toml"),
         (r"lifts\plan.toml", "lifts/plan.toml"),
