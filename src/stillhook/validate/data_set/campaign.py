@@ -22,7 +22,7 @@ from stillhook.errors import ValidateError
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
+from stillhook.logs.campaign import MARK, HookDepth, LoggedTest, check_names, check_parts, hook_depth, marked_logs
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
@@ -84,7 +84,6 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
     return code
 
 
-MARK = "SYNTHETIC"
 TIP_AND_WIRE = ("s_tip", "s_w", "e_c_measured")
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
@@ -250,6 +249,7 @@ def _campaign(table: TomlTable) -> Campaign:
     for kind in Kind:
         check_parts([t for t in tests if t.kind is kind], ValidateError)
     title = file.title or table.path.stem
+    marked = [] if file.synthetic or MARK in title else marked_logs(tests)
     return Campaign(
         title=title,
         date=file.date,
@@ -259,8 +259,8 @@ def _campaign(table: TomlTable) -> Campaign:
         criteria=load_criteria(table.relative_toml(file.criteria or usual_criteria(crane))),
         delay=file.delay,
         tests=tests,
-        synthetic=file.synthetic or MARK in title,
-        remarks=file.remarks,
+        synthetic=file.synthetic or MARK in title or bool(marked),
+        remarks=(*file.remarks, *([f"{MARK}, as the head of {', '.join(marked)} says."] if marked else [])),
     )
 
 
