@@ -122,7 +122,7 @@ REFUSED = [  # what a good file has, what stands there instead, what is said of 
     (TEST, f'{TEST}depth = "467 m"\n', "load with depth: load already includes the weight of the wire out."),
     ("load", "payload", "payload: needs depth or h_tip for the weight of the wire out."),
     ('load = "82 t"', 'depth = "467 m"', "depth: stated without payload. State payload"),
-    ('load = "82 t"', f'{PAYLOAD}"-1 m"', 'depth = "-1 m": give how far the hook is below the water line'),
+    ('load = "82 t"', f'{PAYLOAD}"-1 m"', 'depth = "-1 m": it must be greater than or equal to 0'),
     ('load = "82 t"', 'payload = "300 t"\ndepth = "1 m"', "is rated for 0 t to 250 t. Check the payload."),
     (TEST, TEST + TEST, 'the name "1" is given twice. Give every test its own.'),
     (TEST, TEST + TEST.replace('"1"', '"2"'), 'log = "x.csv" is that of test "1" as well, and would count twice.'),
