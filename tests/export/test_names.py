@@ -6,17 +6,23 @@ import re
 import pytest
 
 import stillhook
+from stillhook.errors import StillhookError
 from stillhook.export.hosts import host_source, write_host
 from stillhook.export.plc import structured_text
 from stillhook.export.plc.block import controller_block
 from stillhook.export.twin import export
 from stillhook.library import changed
 
-ENDS = ('"""', "*)", "*/", "\n", "??/", "\\", '";', "$'", "*)\r")
+ENDS = ('"""', "*)", "*/", "??/", "\\", '";', "$'", "-->", "]]>")
 """What ends a comment or a text in Python, Structured Text and C."""
 NAME = "".join(f"n{end} EVIL := 1; (* /* " for end in ENDS)
 CRANE = changed(stillhook.load_crane("nov-250t"), {"name": NAME, "title": NAME})
 CASE = stillhook.Scenario(load="100 t", s_w="100 m", mode="ssc")
+
+
+def test_a_name_of_two_lines_is_refused():
+    with pytest.raises(StillhookError, match="give a text of one line"):
+        changed(stillhook.load_crane("nov-250t"), {"title": "Crane 7\ntwin: validated"})
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from stillhook.errors import StillhookError
 from stillhook.formats.table.dialect import head_text
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.crane import Crane
-from stillhook.tables.table import Spec, Text
+from stillhook.tables.table import Name, Spec, Text
 from stillhook.units import quote, show
 
 MARK = "SYNTHETIC"
@@ -32,7 +32,7 @@ HEAD = 1 << 14
 class LoggedTest(Spec):
     """A table [[test]] of a campaign file."""
 
-    name: Text | None = Field(default=None, description="its name; default its number")
+    name: Name | None = Field(default=None, description="its name; default its number")
     log: Text = Field(description="path of its log, seen from this file")
     s_w: u.Length | None = Field(default=None, ge=0, description="wire out at the start")
     depth: u.Length | None = Field(

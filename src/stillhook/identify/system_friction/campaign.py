@@ -24,7 +24,7 @@ from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.tables.table import Flag, Share, Spec, Text
+from stillhook.tables.table import Flag, Name, Share, Spec, Text
 from stillhook.units import show
 from stillhook.winches.circuits.tables import Motor
 
@@ -90,7 +90,7 @@ class TestTable(LoggedTest):
 class CampaignFile(Spec):
     """A campaign of friction tests."""
 
-    title: Text | None = Field(default=None, description="title of the report")
+    title: Name | None = Field(default=None, description="title of the report")
     crane: Text = Field(description="library name or crane file: drum, wire, gears, hook")
     motors: Annotated[int, Field(strict=True)] | None = Field(
         default=None, description="motors in the circuit during the tests; default all of the crane"

@@ -27,7 +27,7 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
-from stillhook.tables.table import Flag, Part, Spec, Text
+from stillhook.tables.table import Flag, Name, Part, Spec, Text
 from stillhook.units import number, quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
 from stillhook.validate.criteria.results import Note, usual_criteria
@@ -132,7 +132,7 @@ class TestTable(LoggedTest):
 class CampaignFile(Spec):
     """A validation campaign."""
 
-    title: Text | None = Field(default=None, description="title of the certificate")
+    title: Name | None = Field(default=None, description="title of the certificate")
     date: Annotated[datetime.date, Field(strict=True)] = Field(description="date of the certificate")
     crane: Text = Field(description="library name or crane file: the twin under test")
     criteria: Text | None = Field(default=None, description="library name or criteria file")
