@@ -220,8 +220,8 @@ def _refuse_half_signs(value: Any) -> None:
             raise UnreadableError(f"{quote(item)} is not Unicode text")
 
 
-def _refuse_unprinted(value: Any) -> None:
-    for item in _inside(value):
+def _refuse_unprinted(tables: dict[str, Any]) -> None:
+    for item in _inside(tables):
         if isinstance(item, str) and (sign := UNPRINTED.search(item)):
             where = quote(item[max(0, sign.start() - 20) : sign.end() + 20])
             raise UnreadableError(f"{where} has a sign that is not for print, U+{ord(sign[0]):04X}")
