@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from stillhook.cli.groups import WIDEST, Group, page, requested
 from stillhook.cli.parser import CONTROLLERS, MODES
 from stillhook.cli.runs.simulation import DRIVES
 from stillhook.report.document import Bullets, Document, Table, Text, Verdict, facts
+from stillhook.report.formatting import argument
 from stillhook.report.terminal import (
     FILE_LINES,
     MOST_COLUMNS,
@@ -275,3 +277,12 @@ def test_a_text_of_a_file_is_no_other_line_of_an_answer_and_commands_no_terminal
     assert not any(line.startswith("Signature") for line in printed.out.splitlines())
     for line in shown:
         assert line.endswith(r"\x1b[2J\r\u2028\u202e")
+
+
+@pytest.mark.parametrize(
+    "name", ["nov-250t", "my/crane_7.toml", r"C:\cranes\7.toml", "é$(id)", "a b; rm *", "it's", "`id`", ""]
+)
+def test_a_command_that_is_advised_has_a_name_as_one_word_for_a_shell(name: str) -> None:
+    word = argument(name)
+    assert shlex.split(word.replace("\\", "\\\\")) == [name]
+    assert word == name or word.startswith("'")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import shutil
 import sys
 import textwrap
@@ -142,6 +143,11 @@ def plain(text: str) -> str:
     """A text as one line for a terminal, also one out of a foreign file: ends of lines as blanks, signs that command a
     terminal as their codes."""
     return UNPRINTED.sub(lambda sign: sign[0].encode("unicode_escape").decode(), re.sub(r"\s*\n\s*", " ", text))
+
+
+def argument(text: str) -> str:
+    """A name as a word of a command that may be copied into a shell: in quotes where it has blanks or signs of one."""
+    return text if re.fullmatch(r"[\w@%+=:,./\\~-]+", text) else shlex.quote(text)
 
 
 def wrapped(text: str, indent: str = "") -> None:
