@@ -8,6 +8,7 @@ import shlex
 import shutil
 import sys
 import textwrap
+from pathlib import Path
 from typing import Any
 
 from stillhook.base.gateway.parse import UNPRINTED
@@ -145,8 +146,10 @@ def plain(text: str) -> str:
     return UNPRINTED.sub(lambda sign: sign[0].encode("unicode_escape").decode(), re.sub(r"\s*\n\s*", " ", text))
 
 
-def argument(text: str) -> str:
-    """A name as a word of a command that may be copied into a shell: in quotes where it has blanks or signs of one."""
+def argument(name: str | Path) -> str:
+    """A name or a path as a word of a command that may be copied into a shell: in quotes where it has blanks or signs
+    of one."""
+    text = str(name)
     return text if re.fullmatch(r"[\w@%+=:,./\\~-]+", text) else shlex.quote(text)
 
 

@@ -57,8 +57,8 @@ def _picture() -> type[Figure]:
     class Picture(Figure):
         def draw(self, renderer: Any) -> None:
             for text in self.findobj(Text):
-                if words := text.get_text():  # type: ignore[attr-defined]
-                    text.set_parse_math(_POWER.fullmatch(words) is not None)  # type: ignore[attr-defined]
+                if words := text.get_text():
+                    text.set_parse_math(_POWER.fullmatch(words) is not None)
             super().draw(renderer)
 
         def _repr_png_(self) -> bytes:
