@@ -164,7 +164,7 @@ class Store:
 
     def check_room(self) -> None:
         """Refuse a folder that nothing can be kept in, before the work is done: also one with folders in place of its
-        files, whose contents are somebody's. Errors: SimulationError."""
+        files, whose contents are another person's. Errors: SimulationError."""
         names = (path.name for path in self.folder.glob(f"*{SUFFIX}"))
         check_folder(self.folder, tuple(name for name in names if _NAME.fullmatch(name)))
 

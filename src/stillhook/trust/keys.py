@@ -168,7 +168,7 @@ def public_of(pem: str, label: str) -> PublicKey:
         raise TrustError(f"{label}: a key of another algorithm than Ed25519. {_GIVE}")
     raw = public.public_bytes_raw()
     if _of_small_order(raw):
-        raise TrustError(f"{label}: a key of small order, for which anybody can make signatures. {_GIVE}")
+        raise TrustError(f"{label}: a key of small order, for which signatures need no private key. {_GIVE}")
     return PublicKey(raw.hex(), _name_in(pem))
 
 
