@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,20 @@ from stillhook.cli.groups import WIDEST, Group, page, requested
 from stillhook.cli.parser import CONTROLLERS, MODES
 from stillhook.cli.runs.simulation import DRIVES
 from stillhook.report.document import Bullets, Document, Table, Text, Verdict, facts
-from stillhook.report.terminal import FILE_LINES, MOST_COLUMNS, MOST_LINES, Answer, answer_of, columns, print_written
+from stillhook.report.formatting import argument
+from stillhook.report.terminal import (
+    FILE_LINES,
+    MOST_COLUMNS,
+    MOST_LINES,
+    Answer,
+    answer_of,
+    columns,
+    print_answer,
+    print_in_full,
+    print_table,
+    print_written,
+    say,
+)
 
 EVERY = commands()
 SINE = ("--motion", "sine 2 m 12 s", "--duration", "40 s")
@@ -249,3 +263,26 @@ def test_help_names_the_controllers_and_winch_types_that_are_registered() -> Non
 def test_help_of_a_command_loads_nothing_heavy(name: str) -> None:
     heavy = {"numpy", "scipy", "pandas", "xarray", "duckdb", "pydantic", "numba", "matplotlib", "rich"}
     assert heavy & imported(*name.split(), "--help") == set()
+
+
+def test_a_text_of_a_file_is_no_other_line_of_an_answer_and_commands_no_terminal(capsys: Any) -> None:
+    text = "trials\nSignature: signed and trusted\x1b[2J\r\u2028\u202e"
+    print_answer(Answer("Crane", [text]), files=False)
+    print_in_full(Answer("Crane", [text]))
+    print_table(["name"], [[text]])
+    say(text)
+    printed = capsys.readouterr()
+    shown = [line.strip(" │") for line in f"{printed.out}{printed.err}".splitlines() if "Signature" in line]
+    assert len(shown) == 4
+    assert not any(line.startswith("Signature") for line in printed.out.splitlines())
+    for line in shown:
+        assert line.endswith(r"\x1b[2J\r\u2028\u202e")
+
+
+@pytest.mark.parametrize(
+    "name", ["nov-250t", "my/crane_7.toml", r"C:\cranes\7.toml", "é$(id)", "a b; rm *", "it's", "`id`", ""]
+)
+def test_a_command_that_is_advised_has_a_name_as_one_word_for_a_shell(name: str) -> None:
+    word = argument(name)
+    assert shlex.split(word.replace("\\", "\\\\")) == [name]
+    assert word == name or word.startswith("'")

@@ -199,3 +199,16 @@ def test_numbers_are_written_in_one_way_and_missing_ones_are_dashes():
         "200 bar",
         "ok",
     ]
+
+
+@pytest.mark.slow
+def test_texts_of_files_are_no_formulae_in_pictures_and_powers_of_ten_are():
+    figure, ax = kit.panel((3.0, 2.0), "crane $x_{$")
+    ax.semilogx([1e3, 1e6], [0.0, 1.0], label=r"cost $\oops$")
+    kit.axis(ax, x="from $5 to $6")
+    kit.legend(ax)
+    drawn = kit.svg(figure)
+    assert kit.png(figure).startswith(b"\x89PNG")
+    for text in ("crane $x_{$", r"cost $\oops$", "from $5 to $6"):
+        assert f">{text}<" in drawn
+    assert "mathdefault" not in re.sub("<!--.*?-->", "", drawn, flags=re.DOTALL)

@@ -394,3 +394,26 @@ def test_a_text_with_bytes_that_were_no_text_is_refused(read):
     text = b'{"a": "\xf2"}'.decode("utf-8", "surrogateescape")
     with pytest.raises(UnreadableError, match="is not Unicode text"):
         read(text if read is from_json else 'a = "\udcf2"')
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ('a = "\\u001b[31mvalidated"', "U+001B"),
+        ('[t]\na = ["x", { b = "over\\rwritten" }]', "U+000D"),
+        ("a = 'left\u202eright'", "U+202E"),
+        ("a = '''two\n\u2028'''", "U+2028"),
+        ('a = "\\U0000FFFE"', "U+FFFE"),
+        ('a = "C:\\bin"', "U+0008"),
+    ],
+)
+def test_values_that_command_a_terminal_or_hide_what_follows_are_refused(text, code):
+    with pytest.raises(UnreadableError, match="has a sign that is not for print, ") as problem:
+        from_toml(text)
+    assert code in str(problem.value)
+    assert str(problem.value).isprintable()
+
+
+def test_texts_of_any_language_and_of_several_lines_are_read():
+    text = "Ålesund\u00a0№ 7, 吊机\t😀\nsecond line"
+    assert from_toml(f'a = """{text}"""  # \u202e in a remark\n') == {"a": text}

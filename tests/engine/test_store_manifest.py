@@ -11,6 +11,7 @@ import pytest
 from stillhook.base.kept.checked import Kept, read_checked, write_checked
 from stillhook.engine import store as stores
 from stillhook.engine.store import SUFFIX, Store, Summary, one_manifest
+from stillhook.errors import SimulationError
 from stillhook.trust import results
 from stillhook.trust.comparison import compare
 from stillhook.trust.manifest import NAME, Part
@@ -96,3 +97,13 @@ def test_two_processes_enter_both_of_their_results(store: Path):
 def test_a_store_without_a_manifest_is_read(store: Path):
     (store / NAME).unlink()
     assert np.all(np.array(found(store, KEYS)) == 1.0)
+
+
+def test_a_folder_in_place_of_a_file_is_refused_before_the_work_and_stays(tmp_path: Path):
+    folder = tmp_path / f"{'0' * stores.KEY}{SUFFIX}"
+    (folder / "somebody's").mkdir(parents=True)
+    with pytest.raises(SimulationError, match=r"in the way.*[^\n]+$"):
+        Store(tmp_path).check_room()
+    assert (folder / "somebody's").is_dir()
+    folder.rename(tmp_path / f"notes{SUFFIX}")
+    Store(tmp_path).check_room()

@@ -9,7 +9,8 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from stillhook.base.gateway.budget import KEY
 from stillhook.errors import TrustError
-from stillhook.trust.keys import new_key, read_key, read_public, write_key
+from stillhook.trust.keys import PublicKey, new_key, read_key, read_public, write_key
+from stillhook.trust.trust_list import TrustedKey, TrustList, read_trust
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="Windows has no rights of group and others")
 
@@ -93,6 +94,46 @@ def test_what_is_no_public_key_is_refused_in_one_line(files, content, text):
         read_public(files[1])
     assert "\n" not in str(problem.value)
     assert "public.pem" in str(problem.value)
+
+
+SMALL = (
+    "0000000000000000000000000000000000000000000000000000000000000000",
+    "0100000000000000000000000000000000000000000000000000000000000000",
+    "26e8958fc2b227b045c3f489f2ef98f0d5dfac05d3c63339b13802886d53fc05",
+    "c7176a703d4dd84fba3c0b760d10670f2a2053fa2c39ccc64ec7fd7792ac037a",
+    "ecffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+    "edffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+    "eeffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+)
+"""Encodings of points of small order, less the sign of x: libsodium, ge25519_has_small_order."""
+
+
+@pytest.mark.parametrize("sign", [0x00, 0x80])
+@pytest.mark.parametrize("digits", SMALL)
+def test_a_key_that_fits_what_nobody_signed_is_refused(files, digits, sign):
+    raw = bytearray.fromhex(digits)
+    raw[-1] |= sign
+    files[1].write_text(PublicKey(raw.hex(), "Anybody").pem(), encoding="utf-8")
+    with pytest.raises(TrustError, match="a key of small order") as problem:
+        read_public(files[1])
+    assert "\n" not in str(problem.value)
+    TrustList(files[1]).trusting(TrustedKey("Anybody", PublicKey(raw.hex()))).write()
+    with pytest.raises(TrustError, match="key 1: public: a key of small order"):
+        read_trust(files[1])
+
+
+@pytest.mark.parametrize(
+    "digits",
+    [
+        "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a",
+        "3d4017c3e843895a92b70aa74d1b7ebc9c982ccf2ec4968cc0cd55f12af4660c",
+        "5866666666666666666666666666666666666666666666666666666666666666",
+    ],
+)
+def test_keys_of_other_order_are_read(files, digits):
+    """Keys of RFC 8032, section 7.1, and the base point of the curve."""
+    files[1].write_text(PublicKey(digits).pem(), encoding="utf-8")
+    assert read_public(files[1]).raw == digits
 
 
 def test_a_file_that_is_not_there_or_is_a_folder_is_refused(tmp_path):

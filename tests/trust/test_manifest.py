@@ -6,6 +6,7 @@ import io
 import json
 import os
 import shutil
+import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,9 +14,11 @@ from typing import Any
 
 import pytest
 
+from stillhook.base.gateway.inputs import collecting
 from stillhook.base.kept.sealed import sealed
 from stillhook.errors import TrustError
 from stillhook.trust import results
+from stillhook.trust.archive import OUTSIDE
 from stillhook.trust.comparison import Comparison, compare, sign_parts
 from stillhook.trust.keys import SigningKey, new_key, write_key
 from stillhook.trust.manifest import IN_ARCHIVE, NAME, Made, Manifest, Part, read_manifest
@@ -257,6 +260,26 @@ def test_reading_a_part_that_does_not_fit_is_noted(tmp_path: Path, caplog: pytes
     assert "plan.nc: is not what the manifest of its folder says" in caplog.text
 
 
+def test_what_follows_from_a_changed_part_is_not_signed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("STILLHOOK_CONFIG", str(tmp_path / "home"))
+    write_key(KEY, tmp_path / "home" / "key.pem", tmp_path / "home" / "public.pem")
+    file = written(tmp_path / "o") / "plan.nc"
+
+    def standing(name: str) -> Standing:
+        with collecting({}):
+            note_misfit(file)
+            return compare(written(tmp_path / name, None), TRUST).judgement.standing
+
+    assert standing("of-what-was-written") is Standing.TRUSTED
+    file.write_bytes(b"better!")
+    assert standing("of-what-was-changed") is Standing.UNSIGNED
+    assert f"not signed, as {file} is not what a manifest says" in caplog.text
+    with collecting({}):  # another command, which does not read it
+        assert compare(written(tmp_path / "of-nothing", None), TRUST).holds
+
+
 def test_a_key_that_needs_a_passphrase_costs_no_result(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ):
@@ -313,6 +336,54 @@ def test_an_archive_is_compared_as_a_folder_is(archive: Callable[..., Path]):
     assert lines(compare(archive({"../up": b""}), TRUST)) == ((), (), ("../up",))
     assert lines(compare(archive(without="plan.nc"), TRUST)) == (("plan.nc",), (), ())
     assert lines(compare(archive(twice="plan.nc"), TRUST)) == ((), ("plan.nc",), ())
+
+
+def streamed(content: bytes) -> bytes:
+    """An archive of the same members, written without a seek, so that checksums and sizes follow them."""
+
+    class Pipe(io.RawIOBase):
+        data = b""
+
+        def writable(self) -> bool:
+            return True
+
+        def write(self, more: Any) -> int:
+            self.data += bytes(more)
+            return len(more)
+
+    pipe = Pipe()
+    with zipfile.ZipFile(io.BytesIO(content)) as before, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as after:
+        for each in before.infolist():
+            after.writestr(each.filename, before.read(each))
+    return pipe.data
+
+
+def commented(content: bytes) -> bytes:
+    stream = io.BytesIO(content)
+    with zipfile.ZipFile(stream, "a") as out:
+        out.comment = b"MZ"
+    return stream.getvalue()
+
+
+def apart(content: bytes) -> bytes:
+    """With bytes between members and their list, whose place is corrected."""
+    (begin,) = struct.unpack("<I", content[-6:-2])
+    return content[:begin] + b"MZ" + content[begin:-6] + struct.pack("<I", begin + 2) + content[-2:]
+
+
+@pytest.mark.parametrize("change", [lambda b: b"MZ" + b, lambda b: b + b"MZ", commented, apart])
+def test_bytes_outside_of_the_members_of_an_archive_are_said(archive: Callable[..., Path], change: Any):
+    file = archive()
+    file.write_bytes(change(file.read_bytes()))
+    assert lines(compare(file, TRUST)) == ((), (), (OUTSIDE,))
+    sign_parts(file, KEY)  # which writes the members anew
+    assert compare(file, TRUST).holds
+
+
+def test_an_archive_of_another_program_is_compared_as_well(archive: Callable[..., Path]):
+    file = archive()
+    file.write_bytes(streamed(file.read_bytes()))
+    assert compare(file, TRUST).holds
 
 
 def test_an_archive_without_its_one_manifest_is_one_line(archive: Callable[..., Path], tmp_path: Path):

@@ -94,7 +94,7 @@ REFUSED = [  # what a good file has, what stands there instead, what is said of 
     ('title = "Trials"', "delay = 0.04", 'write it as text with its unit, "0.04 s"'),
     ('title = "Trials"', 'remarks = "x"', "it must be a list"),
     ('title = "Trials"', 'synthetic = "yes"', "it must be true or false"),
-    ('title = "Trials"', 'criteria = "paper-g"', 'Unknown criteria "paper-g".'),
+    ('title = "Trials"', 'criteria = "paper-g"', 'No criteria "paper-g": the library has'),
     ('title = "Trials"', "modes = [1]", "modes = [1]: it must be a table."),
     (TEST, f'[modes]\n5 = "super"\n{TEST}', "modes.5 = \"super\": it must be 'manual', 'level-1', 'level-2', 'ns'"),
     (TEST, f"[modes]\n5 = 3\n{TEST}", "modes.5 = 3: it must be 'manual'"),
@@ -122,7 +122,7 @@ REFUSED = [  # what a good file has, what stands there instead, what is said of 
     (TEST, f'{TEST}depth = "467 m"\n', "load with depth: load already includes the weight of the wire out."),
     ("load", "payload", "payload: needs depth or h_tip for the weight of the wire out."),
     ('load = "82 t"', 'depth = "467 m"', "depth: stated without payload. State payload"),
-    ('load = "82 t"', f'{PAYLOAD}"-1 m"', 'depth = "-1 m": give how far the hook is below the water line'),
+    ('load = "82 t"', f'{PAYLOAD}"-1 m"', 'depth = "-1 m": it must be greater than or equal to 0'),
     ('load = "82 t"', 'payload = "300 t"\ndepth = "1 m"', "is rated for 0 t to 250 t. Check the payload."),
     (TEST, TEST + TEST, 'the name "1" is given twice. Give every test its own.'),
     (TEST, TEST + TEST.replace('"1"', '"2"'), 'log = "x.csv" is that of test "1" as well, and would count twice.'),
@@ -130,6 +130,26 @@ REFUSED = [  # what a good file has, what stands there instead, what is said of 
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("head", "synthetic"),
+    [
+        ("# SYNTHETIC: simulated, measured on no crane\n", True),
+        ("Crane 7\n\n// log 3, SYNTHETIC\n", True),
+        ('"# SYNTHETIC";;\n', True),
+        ("# of a crane with ropes of synthetic fibre\n", False),
+        ("", False),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_logs_that_say_that_they_are_synthetic_are(tmp_path, head, synthetic, encoding):
+    campaign = loaded(tmp_path, f"{TOP}synthetic = false\n{SIGNALS}{TEST}")
+    assert not campaign.synthetic
+    (tmp_path / "x.csv").write_text(f"{head}Time,SYNTHETIC rope,State\n", encoding=encoding)
+    campaign = load_campaign(tmp_path / "c.toml")
+    assert campaign.synthetic is synthetic
+    assert campaign.remarks == (("SYNTHETIC, as the head of x.csv says.",) if synthetic else ())
+
+
 @pytest.mark.parametrize(("was", "instead", "told"), REFUSED)
 def test_everything_else_is_one_line_that_names_file_and_field(tmp_path, was, instead, told):
     text = f"{TOP}{SIGNALS}{TEST}"

@@ -217,3 +217,14 @@ def test_a_damaged_signature_is_refused_in_one_line(file, signature):
     with pytest.raises(ValidateError, match=r"not a complete certificate \(.*signature") as problem:
         load_certificate(path).short  # noqa: B018
     assert "\n" not in str(problem.value)
+
+
+def test_logs_that_say_that_they_are_synthetic_make_a_synthetic_certificate_whatever_the_campaign_says(found, tmp_path):
+    campaign = write(tmp_path, synthetic=False)
+    campaign.write_text(campaign.read_text().replace("crane =", "synthetic = false\ncrane ="))
+    log = tmp_path / "logs" / "2.csv"
+    log.write_text(f"# SYNTHETIC: simulated\n{log.read_text()}")
+    crane = load_crane(stored(certificate_of(staged(campaign)).signed(KEY), tmp_path / "out"))
+    assert crane.certified is not None
+    assert crane.certified.synthetic
+    assert "SYNTHETIC" in twin_line(crane)

@@ -33,6 +33,11 @@ if TYPE_CHECKING:
     from stillhook.spec.scenario import Scenario
 
 
+def _file_name(crane: str, ending: str) -> str:
+    """The name of a file or folder after a crane, whose own may have signs of a path or of an option."""
+    return (re.sub(r"[^\w.-]+", "-", crane).lstrip("-.") or "crane") + ending
+
+
 def say_lines(
     data: Any, title: str, lines: Sequence[str], written: Sequence[str] = (), step: str = "", *, json: bool
 ) -> None:
@@ -126,13 +131,13 @@ def fmu(
     if contents == SSP:
         refuse({"--reference": reference}, "a system of two FMUs has no reference results. Leave it out.")
         made = export(crane, case, "plant", coupling)
-        target = out or Path(f"{crane.name}.ssp")
+        target = out or Path(_file_name(crane.name, ".ssp"))
         files: tuple[Path, ...] = (
             write_ssp(made, export(crane, case, "controller"), target, fmi=fmi, platforms=chosen),
         )
     else:
         made = export(crane, case, contents, coupling)
-        target = out or Path(f"{crane.name}.fmu")
+        target = out or Path(_file_name(crane.name, ".fmu"))
         files = write_fmu(made, target, fmi=fmi, platforms=chosen)
         if reference is not None:
             files += write_reference(made, reference)
@@ -168,7 +173,7 @@ def external(
     crane = load_crane(name)
     case = case_for(crane, case_file)
     chosen = [each for each in platforms_of(platform) if each != "source"]
-    files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
+    files = write_host(host, crane, case, out or Path(_file_name(crane.name, f"-{host}")), platforms=chosen)
     data = {"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]}
     begin = f"Begins with {show(case.s_w, 'length')} of wire, mode {case.mode.value}"
     lines = [f"{begin}; PLC cycle {show(crane.control.t_cycle, 'time')}."]
@@ -207,13 +212,13 @@ def plc_export(
     machine, motion = subject.crane, subject.scenario.get("tip")
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
-    stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
-    target = out or Path(re.sub(r"[^\w.-]+", "-", f"{machine.name}-plc"))
+    stem = _file_name(machine.name, f"-{block.controller}")
+    target = out or Path(_file_name(machine.name, "-plc"))
     tip = None
     if isinstance(motion, VesselTip):
         tip = structured_text(tip_block(lengths(motion.boom, motion.unit.at, motion.unit.exact)))
     names: tuple[str, ...] = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
-    names += () if tip is None else (f"{machine.name}-tip.st",)
+    names += () if tip is None else (_file_name(machine.name, "-tip.st"),)
     check_out(target, names)
     text = structured_text(block)
     facts = settings(block, text)

@@ -13,7 +13,7 @@ import typer
 
 from stillhook.cli.parser import CraneArgument, Json, present
 from stillhook.errors import CommandError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import Answer, Cells, Line, columns, print_table, twin_lines
 from stillhook.units import quote, show
 
@@ -237,7 +237,7 @@ def show_crane(name: CraneArgument, json: Json = False) -> None:
         *notes,
         partial(print_sheet, rows),
     ]
-    step = f"stillhook compare {name}, for its control error under the usual controllers"
+    step = f"stillhook compare {argument(name)}, for its control error under the usual controllers"
     answer = Answer(f"{crane.name}: {crane.title}", lines, step, "every number with its source")
     more = {"twin": twin_line(crane), "sub_models": levels, "status": marked("ok", notes), "notes": list(notes)}
     present(sheet_json(crane) | more, brief=lambda: answer, json=json)

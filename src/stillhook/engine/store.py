@@ -163,8 +163,10 @@ class Store:
             raise cannot_write(folder, e) from None
 
     def check_room(self) -> None:
-        """Refuse a folder that nothing can be kept in, before the work is done. Errors: SimulationError."""
-        check_folder(self.folder, ())
+        """Refuse a folder that nothing can be kept in, before the work is done: also one with folders in place of its
+        files, whose contents are another person's. Errors: SimulationError."""
+        names = (path.name for path in self.folder.glob(f"*{SUFFIX}"))
+        check_folder(self.folder, tuple(name for name in names if _NAME.fullmatch(name)))
 
     def find(self, keys: Sequence[bytes], names: Callable[[int], tuple[str, ...]]) -> dict[int, Summary]:
         """Place in `keys` -> summary, for what is present; names of the numbers by place."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -12,18 +13,26 @@ from typing import Any, Protocol
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
+from stillhook.base.gateway.access import first_bytes
 from stillhook.engine.pack.lift import wire_carried
 from stillhook.errors import StillhookError
+from stillhook.formats.table.dialect import head_text
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.crane import Crane
-from stillhook.tables.table import Spec, Text
+from stillhook.tables.table import Name, Spec, Text
 from stillhook.units import quote, show
+
+MARK = "SYNTHETIC"
+"""Of a campaign, in its title, and of a log, in a remark at its head: simulated, measured on no crane."""
+REMARKS = ("#", "//", "%")
+HEAD = 1 << 14
+"""Bytes of a log in which its remarks are looked for."""
 
 
 class LoggedTest(Spec):
     """A table [[test]] of a campaign file."""
 
-    name: Text | None = Field(default=None, description="its name; default its number")
+    name: Name | None = Field(default=None, description="its name; default its number")
     log: Text = Field(description="path of its log, seen from this file")
     s_w: u.Length | None = Field(default=None, ge=0, description="wire out at the start")
     depth: u.Length | None = Field(
@@ -54,6 +63,19 @@ class PartOfLog(Protocol):
     def start(self) -> float: ...
     @property
     def end(self) -> float: ...
+
+
+def marked_logs(tests: Sequence[PartOfLog]) -> list[str]:
+    """Names of logs in text that say at their head that they were simulated: by `MARK` in a remark. A log that cannot
+    be read says nothing here, and is refused where it is read."""
+    names = []
+    for log in dict.fromkeys(test.log for test in tests):
+        with suppress(StillhookError):
+            _, head = first_bytes(log, HEAD, "log file", StillhookError)
+            lines = head_text(head)[1].split("\n")
+            marked = any(MARK in line for line in lines if line.lstrip(' \t"').startswith(REMARKS))
+            names += [log.name] if marked else []
+    return names
 
 
 @dataclass(frozen=True)

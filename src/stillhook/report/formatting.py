@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import shutil
 import sys
 import textwrap
+from pathlib import Path
 from typing import Any
 
+from stillhook.base.gateway.parse import UNPRINTED
 from stillhook.units import KINDS, in_display, number
 
 EMPTY = "-"
@@ -137,9 +140,23 @@ GLUE = "\u00a0"
 """Represents a space at which no line is folded."""
 
 
+def plain(text: str) -> str:
+    """A text as one line for a terminal, also one out of a foreign file: ends of lines as blanks, signs that command a
+    terminal as their codes."""
+    return UNPRINTED.sub(lambda sign: sign[0].encode("unicode_escape").decode(), re.sub(r"\s*\n\s*", " ", text))
+
+
+def argument(name: str | Path) -> str:
+    """A name or a path as a word of a command that may be copied into a shell: in quotes where it has blanks or signs
+    of one."""
+    text = str(name)
+    return text if re.fullmatch(r"[\w@%+=:,./\\~-]+", text) else shlex.quote(text)
+
+
 def wrapped(text: str, indent: str = "") -> None:
     """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays
     one."""
+    text = plain(text)
     if sys.stdout.isatty():
         width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
         result = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)

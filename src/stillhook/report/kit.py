@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import io
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -42,13 +43,24 @@ WRAP = 110
 STRIPS = "strips"
 """Marks a figure that the end of a page may part."""
 
+_POWER = re.compile(r"\$\\mathdefault\{[-−0-9.]*(\\times)?(10\^\{[-−0-9.]+\})?\}\$")
+"""A label of a logarithmic axis, as matplotlib writes it."""
+
 
 @functools.cache
 def _picture() -> type[Figure]:
-    """A figure that a notebook shows without a backend."""
+    """A figure that a notebook shows without a backend, and whose texts are what they say: those of files may have
+    dollar signs. Powers of ten along an axis alone are formulae."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+    from matplotlib.text import Text
 
     class Picture(Figure):
+        def draw(self, renderer: Any) -> None:
+            for text in self.findobj(Text):
+                if words := text.get_text():
+                    text.set_parse_math(_POWER.fullmatch(words) is not None)
+            super().draw(renderer)
+
         def _repr_png_(self) -> bytes:
             return png(self)
 

@@ -23,7 +23,7 @@ from stillhook.report.document import (
     Verdict,
     words,
 )
-from stillhook.report.formatting import counted, display_number, display_unit, wrapped
+from stillhook.report.formatting import counted, display_number, display_unit, plain, wrapped
 
 if TYPE_CHECKING:
     from rich.table import Table as Grid
@@ -132,14 +132,15 @@ def print_in_full(answer: Answer) -> None:
 
 
 def folded(text: str) -> list[str]:
-    """Running text in lines of an answer, those after the first indented."""
+    """Running text in lines of an answer, those after the first indented: no text is taken for another line."""
     import shutil
     import sys
     import textwrap
 
     width = min(MOST_COLUMNS, shutil.get_terminal_size().columns) if sys.stdout.isatty() else MOST_COLUMNS
     fold = textwrap.TextWrapper(width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
-    return [line for part in text.splitlines() for line in fold.wrap(part)]
+    first, *others = map(plain, text.split("\n"))
+    return [*fold.wrap(first), *(line for other in others for line in fold.wrap(f"  {other.strip()}"))]
 
 
 def _cut(lines: list[str], most: int) -> list[str]:
@@ -333,7 +334,7 @@ def _grid(
 def _escaped(text: str) -> str:
     from rich.markup import escape
 
-    return escape(text)
+    return escape("\n".join(map(plain, text.split("\n"))))
 
 
 def twin_lines(crane: Crane, *cases: Scenario) -> list[Line]:
@@ -349,7 +350,7 @@ def say(text: str) -> None:
     """A line on standard error for the user."""
     import sys
 
-    print(text, file=sys.stderr)
+    print(plain(text), file=sys.stderr)
 
 
 def say_if_compiling(crane: Crane, *, series: bool = False, setup: Setup | None = None) -> None:

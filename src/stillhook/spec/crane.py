@@ -23,7 +23,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.control import Control, DisplacementLimit
 from stillhook.spec.settings import SensorTables, optional_tables
 from stillhook.spec.validity import Certified
-from stillhook.tables.table import Count, Fraction, Number, Spec, Text
+from stillhook.tables.table import Count, Fraction, Name, Number, Spec, Text
 from stillhook.tables.table import Source as Source
 from stillhook.tables.table import SourceKind as SourceKind
 from stillhook.winches.circuits.tables import ActiveCircuit, PassiveCircuit
@@ -155,8 +155,8 @@ class Crane(Spec):
     ('nov-250t', 'active-passive', 12)
     """
 
-    name: Text = Field(description="name")
-    title: Text = Field(description="what it is")
+    name: Name = Field(description="name")
+    title: Name = Field(description="what it is")
     plant: Plant = Field(description="winch type")
     SWL: u.Mass = Field(gt=0, description="safe working load")
     hook_mass: u.Mass = Field(ge=0, description="hook block")

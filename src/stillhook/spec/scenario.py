@@ -30,6 +30,7 @@ from stillhook.sea.motion.words import parse_motion
 from stillhook.sea.steady_flow import FlowSpeed
 from stillhook.spec.record import Record as Record
 from stillhook.spec.sensors import Sensors as Sensors
+from stillhook.tables.table import Line
 from stillhook.tables.table import Number as Number
 
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
@@ -192,7 +193,7 @@ class Scenario(Record):
     (100000.0, 'ns')
     """
 
-    name: str = ""
+    name: Line = ""
     load: u.Mass = Field(ge=0, description="payload on the hook")
     s_w: u.Length = Field(ge=0, description="wire paid out at the start")
     tip: SerializeAsAny[Motion] = Field(default_factory=Still, description="crane tip motion")

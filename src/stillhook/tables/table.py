@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -20,6 +21,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from stillhook.base.choice import nearest
+from stillhook.base.gateway.parse import UNPRINTED
 from stillhook.errors import StillhookError
 from stillhook.tables.html import record_html
 from stillhook.tables.plausible import Ranged, marks
@@ -39,6 +41,12 @@ def pure_number(value: object) -> float:
     raise ValueError('give a number, or a text such as "3 %".')
 
 
+def _one_line(text: str) -> str:
+    if "\n" in text or UNPRINTED.search(text):
+        raise ValueError("give a text of one line, without signs that are not for print.")
+    return text
+
+
 def _refused(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     """An error of Stillhook as a problem with its place, which `stillhook.tables.table` puts into one line."""
     try:
@@ -52,6 +60,10 @@ Fraction = Annotated[Number, Field(gt=0, le=1)]
 Share = Annotated[float, BeforeValidator(pure_number)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Text = Annotated[str, Field(pattern=r"\S")]
+Line = Annotated[str, AfterValidator(_one_line)]
+"""A text that stands in a line of an answer, where it can be taken for no other line."""
+Name = Annotated[Text, AfterValidator(_one_line)]
+"""One that is not empty."""
 Flag = Annotated[bool, Field(strict=True)]
 Inner = TypeVar("Inner")
 Part = Annotated[Inner, WrapValidator(_refused)]

@@ -4,12 +4,14 @@ put in anew."""
 from __future__ import annotations
 
 import io
+import struct
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from stillhook.base.atomic import atomic_file
 from stillhook.base.gateway.access import opened
@@ -18,6 +20,11 @@ from stillhook.errors import TrustError
 from stillhook.trust.manifest import ADVICE, IN_ARCHIVE, MOST_PARTS, Manifest, Part, manifest_of
 
 ENDINGS = (".fmu", ".ssp")
+OUTSIDE = "bytes outside of every member"
+"""Stands among the names of other members for bytes before, between and after those, and for a comment of the archive,
+in none of which Stillhook writes anything."""
+STREAMED, DESCRIPTORS = 0x08, (12, 16, 20, 24)
+"""Flag of members that were written without a seek, and bytes that follow those: checksum and sizes."""
 LARGEST = 4_000_000_000
 """Bytes of an archive's members together, unpacked."""
 
@@ -42,7 +49,8 @@ def in_archive(path: Path) -> tuple[Manifest, dict[str, Part | None], set[str]]:
             if of is not None:
                 alone = count[each.filename] == 1 and each.file_size == of.size
                 there[each.filename] = _member(archive, each) if alone else None
-    return manifest, there, {*count} - {IN_ARCHIVE} - manifest.parts.keys()
+        others = {*count} - {IN_ARCHIVE} - manifest.parts.keys()
+        return manifest, there, others if _gapless(stream, archive.infolist()) else others | {OUTSIDE}
 
 
 def put_manifest(path: Path, manifest: Manifest) -> None:
@@ -72,6 +80,7 @@ def _guarded(path: Path) -> Iterator[None]:
         yield
     except (
         OSError,
+        struct.error,
         ValueError,
         EOFError,
         zlib.error,
@@ -81,6 +90,24 @@ def _guarded(path: Path) -> Iterator[None]:
     ) as problem:
         reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())[:120]
         raise TrustError(f"{path.name}: not an FMU or a system of FMUs ({reason}). {ADVICE}") from None
+
+
+def _gapless(stream: BinaryIO, members: Sequence[zipfile.ZipInfo]) -> bool:
+    """Whether members begin at the first byte and follow one another up to the list of them, which with its end of 22
+    bytes is the rest of the file. Source: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3.7, 4.3.9 and 4.3.16."""
+    size = stream.seek(-22, io.SEEK_END) + 22
+    signature, length, begin, comment = struct.unpack("<4s8xIIH", stream.read(22))
+    if signature != b"PK\5\6" or comment or begin + length + 22 != size:
+        return False
+    may_begin = {0}
+    for each in sorted(members, key=lambda member: member.header_offset):
+        if each.header_offset not in may_begin:
+            return False
+        stream.seek(each.header_offset + 26)
+        name, extra = struct.unpack("<HH", stream.read(4))
+        end = each.header_offset + 30 + name + extra + each.compress_size
+        may_begin = {end + after for after in (DESCRIPTORS if each.flag_bits & STREAMED else (0,))}
+    return begin in may_begin
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Part | None:

@@ -166,7 +166,26 @@ def public_of(pem: str, label: str) -> PublicKey:
         raise TrustError(f"{label}: not a public key in PEM. {_GIVE}") from None
     if not isinstance(public, Ed25519PublicKey):
         raise TrustError(f"{label}: a key of another algorithm than Ed25519. {_GIVE}")
-    return PublicKey(public.public_bytes_raw().hex(), _name_in(pem))
+    raw = public.public_bytes_raw()
+    if _of_small_order(raw):
+        raise TrustError(f"{label}: a key of small order, for which signatures need no private key. {_GIVE}")
+    return PublicKey(raw.hex(), _name_in(pem))
+
+
+_P = 2**255 - 19
+_D = -121665 * pow(121666, -1, _P) % _P
+"""Field and constant of the curve -x^2 + y^2 = 1 + d x^2 y^2: RFC 8032, section 5.1."""
+
+
+def _of_small_order(raw: bytes) -> bool:
+    """Whether 8 times the point is the identity, which has y = 1: of such a key one signature fits many messages, and
+    needs no private key. Bytes of y that are not below the field's prime count as what they are modulo it."""
+    y = int.from_bytes(raw, "little") % 2**255  # the highest bit is the sign of x, which doubling does not need
+    for _ in range(3):
+        yy = y * y % _P
+        xx = (yy - 1) * pow(_D * yy + 1, -1, _P) % _P
+        y = (yy + xx) * pow(1 - _D * xx * yy, _P - 2, _P) % _P  # the inverse, and 0 of 0, which no point has
+    return y == 1
 
 
 def _name_in(pem: str) -> str:

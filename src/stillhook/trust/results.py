@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_file, atomic_folder
-from stillhook.base.gateway.inputs import inputs
+from stillhook.base.gateway.inputs import doubted, inputs, note_doubted
 from stillhook.base.kept.one_at_a_time import one_at_a_time
 from stillhook.errors import TrustError
 from stillhook.trust.home import KEY, home
@@ -79,9 +79,15 @@ def with_renewed_parts(contents: Mapping[Path, bytes], key: SigningKey) -> dict[
 
 def own_key() -> SigningKey | None:
     """The user's own key, None where there is none, or, with a line on standard error, where it cannot be used without
-    asking: results are written in any case."""
+    asking, or the command read a file that is another one than its manifest says: results are written in any case."""
     path = home() / KEY
     if not path.exists():
+        return None
+    if files := doubted():
+        LOG.warning(
+            f"Manifests are not signed, as {files[0]} is not what a manifest says. Check it, then sign: stillhook"
+            " certificate sign FOLDER"
+        )
         return None
     try:
         return read_key(path, lambda: os.environ.get(PASSPHRASE, ""))
@@ -108,8 +114,9 @@ def misfits(folder: Path, names: Iterable[str]) -> list[str]:
 
 
 def note_misfit(*files: Path) -> None:
-    """Say on standard error where files that are read are not those of the manifest in their folder. Nothing is said
-    of a folder without a manifest: who can change files can remove it as well."""
+    """Say on standard error where files that are read are not those of the manifest in their folder; the user's key
+    then signs nothing that the command writes. Nothing is said of a folder without a manifest: who can change files
+    can remove it as well."""
     folder = files[0].parent
     if (manifest := _manifest_in(folder)) is None:
         return
@@ -122,6 +129,7 @@ def note_misfit(*files: Path) -> None:
                 line = "is not what the manifest of its folder says"
             else:
                 continue
+            note_doubted(file)
             LOG.warning(f"{file}: {line}. See what changed: stillhook manifest {folder}")
 
 

@@ -22,12 +22,13 @@ NOT_READ = ("out", "store", "save", "key", "reference", "film")
 LOG = logging.getLogger("stillhook")
 _State = tuple[int, int]
 _FILES: ContextVar[dict[Path, _State] | None] = ContextVar("files that a command follows from", default=None)
+_DOUBTED: ContextVar[dict[Path, None] | None] = ContextVar("files that are not those of their manifest", default=None)
 
 
 @contextmanager
 def collecting(options: Mapping[str, Any]) -> Iterator[None]:
     """A command runs, with these options by name: its files are collected."""
-    before = _FILES.set({})
+    before, doubted_before = _FILES.set({}), _DOUBTED.set({})
     try:
         for name, value in options.items():
             for each in value if isinstance(value, list | tuple) else [value]:
@@ -36,6 +37,7 @@ def collecting(options: Mapping[str, Any]) -> Iterator[None]:
         yield
     finally:
         _FILES.reset(before)
+        _DOUBTED.reset(doubted_before)
 
 
 def note_input(path: Path) -> None:
@@ -44,6 +46,17 @@ def note_input(path: Path) -> None:
         end = Path(os.path.realpath(path))
         if not end.is_relative_to(PACKAGE.folder):
             files.setdefault(end, state)
+
+
+def note_doubted(path: Path) -> None:
+    """A file that the command reads is another one than the manifest of its folder says."""
+    if (files := _DOUBTED.get()) is not None:
+        files[path] = None
+
+
+def doubted() -> tuple[Path, ...]:
+    """Such files of the command that runs, none outside of one."""
+    return tuple(_DOUBTED.get() or ())
 
 
 def inputs() -> Iterator[Path]:

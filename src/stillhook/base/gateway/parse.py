@@ -38,9 +38,15 @@ _HALF_SIGN = re.compile("[\\ud800-\\udfff]")
 """In place of bytes that were no UTF-8, in texts that other libraries decode."""
 _SURROGATE = re.compile(rf"\\u[dD][89a-fA-F]|{_HALF_SIGN.pattern}")
 
+UNPRINTED = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\u2028-\\u202e\\u2066-\\u2069\\ufffe\\uffff]")
+"""Signs that command a terminal, turn the direction of what follows, or end a line unseen; tab and line end are none of
+them. XML has no place for most of them."""
+_ESCAPED = re.compile(r"\\[bfreuUx]")
+"""How TOML writes one."""
+
 
 def from_toml(text: str) -> dict[str, Any]:
-    """The tables of a TOML text. Errors: UnreadableError."""
+    """The tables of a TOML text, whose values can be printed. Errors: UnreadableError."""
     if half := _HALF_SIGN.search(text):
         raise UnreadableError(f"{quote(half[0])} is not Unicode text")
     deepest, dotted = _toml_depth(text)
@@ -48,9 +54,12 @@ def from_toml(text: str) -> dict[str, Any]:
         raise UnreadableError(f"a key of {dotted} parts, up to {TOML.depth} are read")
     _refuse_deeper(deepest, TOML.depth)
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
     except Exception as problem:  # besides its own error ValueError for a long number, RecursionError
         raise UnreadableError(_reason(problem)) from None
+    if UNPRINTED.search(text) or _ESCAPED.search(text):
+        _refuse_unprinted(tables)
+    return tables
 
 
 def _toml_depth(text: str) -> tuple[int, int]:
@@ -209,6 +218,13 @@ def _refuse_half_signs(value: Any) -> None:
     for item in _inside(value):
         if isinstance(item, str) and any("\ud800" <= sign <= "\udfff" for sign in item):
             raise UnreadableError(f"{quote(item)} is not Unicode text")
+
+
+def _refuse_unprinted(tables: dict[str, Any]) -> None:
+    for item in _inside(tables):
+        if isinstance(item, str) and (sign := UNPRINTED.search(item)):
+            where = quote(item[max(0, sign.start() - 20) : sign.end() + 20])
+            raise UnreadableError(f"{where} has a sign that is not for print, U+{ord(sign[0]):04X}")
 
 
 def _reason(problem: Exception) -> str:

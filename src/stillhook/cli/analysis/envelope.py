@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, present, write_out
-from stillhook.report.formatting import cell, change, display_number, wrapped
+from stillhook.report.formatting import argument, cell, change, display_number, wrapped
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, twin_lines
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _answer_lines(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]
     ]
     title = f"{crane.name}: highest steady wire speed in compensation, layer {int(data['layer'].values[0])}"
     more = f"motors, pumps, pressure, gains over NS and HS in {len(table)} rows"
-    step = f"stillhook map {crane.name}, for the control error over load and speed"
+    step = f"stillhook map {argument(crane.name)}, for the control error over load and speed"
     return Answer(f"{title} of {crane.drum.layers}", lines, step, more)
 
 

@@ -20,7 +20,7 @@ from stillhook.cli.parser import (
     refuse,
 )
 from stillhook.errors import SpecError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, started, twin_lines
 from stillhook.units import in_display, number, quote, show
 
@@ -161,7 +161,7 @@ def _answer(result: Map, metric: str) -> Answer:
         _not_validated(result),
     ]
     title = f"{result.crane.name}: {words}; {ends[0]} to {ends[1]}, {ends[2]} to {ends[3]}"
-    step = f"stillhook tune {result.crane.name}, for each controller with its best tuning"
+    step = f"stillhook tune {argument(result.crane.name)}, for each controller with its best tuning"
     cells = f"{len(axes.loads) * len(axes.speeds)} cells of each controller"
     return Answer(title, lines, step, cells, result.about["notes"])
 

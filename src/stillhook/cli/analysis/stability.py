@@ -11,7 +11,7 @@ import typer
 
 from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, present, refuse, write_out
 from stillhook.errors import CommandError, SimulationError
-from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.formatting import argument, display_number, display_unit
 from stillhook.report.terminal import Answer, print_table
 from stillhook.units import parse, show
 
@@ -143,7 +143,11 @@ def stability(
         title = f"{crane.name}, {chosen.name}: position loop, {where or 'complete plant'}"
         if at.delay:
             title += f", delay {show(at.delay, 'time')}"
-        step = "" if all(each.ok for each in result) else f"stillhook tune {name} --controllers {chosen.name}"
+        step = (
+            ""
+            if all(each.ok for each in result)
+            else f"stillhook tune {argument(name)} --controllers {argument(chosen.name)}"
+        )
         return Answer(title, [*lines, *notes[:1]], step, "every margin, wire damping, the published loop")
 
     present(table, brief=brief, json=json, show=show_answer)

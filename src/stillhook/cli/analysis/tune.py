@@ -13,7 +13,7 @@ import typer
 from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, present, write_out
 from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import (
     Answer,
     Cells,
@@ -312,7 +312,7 @@ class _Report:
         ]
         title = f"{self.crane.name}: mean control error p-p, objective {self.tuned[0].objective.value},"
         names = ",".join(t.start.name for t in self.tuned)
-        step = f"stillhook compare {self.crane.name} --controllers {names}"
+        step = f"stillhook compare {argument(self.crane.name)} --controllers {names}"
         notes = [*self.remarks, *implausible_values(self.crane)]
         return Answer(f"{title} {len(self.cases)} scenarios", lines, step, "pressures, deviating winches", notes)
 

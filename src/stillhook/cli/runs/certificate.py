@@ -11,7 +11,7 @@ import typer
 
 from stillhook.cli.parser import Json, present, refuse
 from stillhook.errors import TrustError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import Answer, Line, answer_of, print_document, progress_bar
 from stillhook.units import number, quote
 
@@ -53,7 +53,7 @@ def certificate(
         raise typer.Exit(0 if _checked(file, campaign, quick=quick, json=json) else 1)
     refuse({"--campaign": campaign, "--quick": quick}, "belongs to --check. Give it, or leave this out.")
     read = load_certificate(file)
-    step, document = f"stillhook certificate {file} --check", read.summary()
+    step, document = f"stillhook certificate {argument(file)} --check", read.summary()
     brief = lambda: answer_of(document, step, "every criterion, signature")
     data = {**read.data, "standing": read.judged(users_trust()).to_dict()}
     present(data, brief=brief, json=json, show=lambda: print_document(document))
@@ -130,7 +130,7 @@ def sign(
         return
     made = sign_certificate(file, signing_key(key))
     judgement = made.judged(users_trust())
-    step = f"stillhook certificate {file} --check"
+    step = f"stillhook certificate {argument(file)} --check"
     if not judgement.trusted:
         step = "stillhook certificate key trust PUBLIC.pem, on every machine that shall credit it"
     envelope = made.short.envelope
@@ -150,7 +150,7 @@ def _sign_parts(place: Path, key: SigningKey, *, json: bool) -> None:
     made = sign_parts(place, key)
     judgement = made.judged(users_trust())
     lines: list[Line] = [f"Signature: {judgement.sentence}."]
-    answer = Answer(f"{place}: manifest of {len(made.parts)} parts", lines, f"stillhook manifest {place}")
+    answer = Answer(f"{place}: manifest of {len(made.parts)} parts", lines, f"stillhook manifest {argument(place)}")
     present({"manifest": made.digest, "signature": judgement.to_dict()}, brief=lambda: answer, json=json)
 
 
@@ -180,7 +180,7 @@ def key_new(
         f"public: {public}, to hand out; tell its id by another way than the file",
     ]
     data = {"name": made.name, "key": made.public.id, "private": str(private), "public": str(public)}
-    answer = Answer(f"New key of {made.name}", lines, f"stillhook certificate key trust {public}")
+    answer = Answer(f"New key of {made.name}", lines, f"stillhook certificate key trust {argument(public)}")
     present(data | {"encrypted": bool(word)}, brief=lambda: answer, json=json)
 
 
@@ -203,7 +203,11 @@ def key_show(
     title = "No key of your own" if shown is None else f"{shown.name or 'Key without a name'}: key id {shown.id}"
     listed = [_row(key) for key in trust.keys]
     lines: list[Line] = [f"{len(listed)} trusted keys in {trust.file}", *listed]
-    step = 'stillhook certificate key new --name "NAME"' if shown is None else f"stillhook certificate key trust {file}"
+    step = (
+        'stillhook certificate key new --name "NAME"'
+        if shown is None
+        else f"stillhook certificate key trust {argument(file)}"
+    )
     data = {
         "name": None if shown is None else shown.name or None,
         "key": None if shown is None else shown.id,

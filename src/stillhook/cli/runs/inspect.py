@@ -14,6 +14,7 @@ from stillhook.cli.parser import Columns, Json, MappingFile, present
 from stillhook.errors import CommandError, StillhookError
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
+from stillhook.report.formatting import argument
 from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import quote
 
@@ -79,7 +80,7 @@ def _answer(result: Understood, file: Path) -> Answer:
     if result.rows:
         cells = [[row.name, row.text, row.range, row.remark] for row in result.rows]
         lines.insert(1, partial(print_table, ["read as", "column", "values", "remark"], cells, left=2, texts=(3,)))
-    step = "" if result.fixed or not result.rows else f"stillhook inspect {file} --save mapping.toml"
+    step = "" if result.fixed or not result.rows else f"stillhook inspect {argument(file)} --save mapping.toml"
     return Answer(f"{result.source}: {result.noun}", lines, step, "ranges and remarks of every column")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.parser import Json, present
-from stillhook.report.formatting import counted
+from stillhook.report.formatting import argument, counted
 from stillhook.report.terminal import Answer, Line
 from stillhook.trust.standing import Standing
 
@@ -49,7 +49,7 @@ def _answer(path: Path, result: Comparison) -> Answer:
     lines += [_made(of, len(parts)) for of, parts in sorted(result.manifest.sets.items())]
     step = "" if result.holds else "get it from its maker again, or write it again"
     if result.complete and result.judgement.standing is Standing.UNSIGNED:
-        step = f"stillhook certificate sign {path}, if it is yours"
+        step = f"stillhook certificate sign {argument(path)}, if it is yours"
     elif result.complete and result.judgement.standing is Standing.UNKNOWN:
         step = "stillhook certificate key trust PUBLIC.pem, after its owner has confirmed the id"
     return Answer(f"{path}: {counted(len(result.manifest.parts), 'part')}, {whole}{signed}", lines, step)

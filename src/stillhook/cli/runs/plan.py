@@ -24,7 +24,7 @@ from stillhook.cli.parser import (
     say_left_out,
 )
 from stillhook.errors import PlanError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import (
     Answer,
     first_sentence,
@@ -130,7 +130,7 @@ def _show_check(lift_plan: LiftPlan, file: str, *, json: bool) -> bool:
     from stillhook.plan.report.checked import brief, check
 
     result = check(lift_plan)
-    show, step = lambda: print_document(result.document()), f"stillhook plan {file} --tier frequency"
+    show, step = lambda: print_document(result.document()), f"stillhook plan {argument(file)} --tier frequency"
     present(result.facts, brief=lambda: brief(result.facts, step), json=json, show=show)
     return result.possible
 
@@ -154,7 +154,7 @@ def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> Non
     written = lowered(selected, folder)
     files = [str(folder / name) for name in written.files]
 
-    step = f"stillhook lower {folder / written.files[0]}, to run it again"
+    step = f"stillhook lower {argument(folder / written.files[0])}, to run it again"
     cell_answer = Answer(f"{lift_plan.name}: {ask.text}", [selected.line, written.line], step)
     present({**selected.facts(), "repeats": written.repeats, "files": files}, brief=lambda: cell_answer, json=json)
     announce(folder, written.files, quiet=json)
@@ -211,9 +211,9 @@ def show(result: PlanResult, out: Path | None, file: str, tier: str, *, json: bo
 
 def _next(out: Path | None, file: str, tier: str) -> str:
     if tier != "time":
-        return f"stillhook plan {file} --out plan, with the twin in the loop"
+        return f"stillhook plan {argument(file)} --out plan, with the twin in the loop"
     if out is None:
-        return f"stillhook plan {file} --out plan, for the report"
+        return f"stillhook plan {argument(file)} --out plan, for the report"
     return f"stillhook weather forecast FORECAST.csv --plan {out}, for go or no-go"
 
 

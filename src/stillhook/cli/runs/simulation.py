@@ -34,7 +34,7 @@ from stillhook.cli.parser import (
     write_out,
 )
 from stillhook.errors import LiftError, StillhookError
-from stillhook.report.formatting import cell, counted, wrapped
+from stillhook.report.formatting import argument, cell, counted, wrapped
 from stillhook.report.terminal import Answer, Line, columns, print_table, progress_bar, say, started, twin_lines
 from stillhook.units import parse, quote, show
 
@@ -149,7 +149,7 @@ def compare(
         result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)
     title = title_of(result.crane, result.runs[0].case)
     runs = result.table()
-    step = f"stillhook stability {result.crane.name}, for the margins of the position loop"
+    step = f"stillhook stability {argument(result.crane.name)}, for the margins of the position loop"
     present(runs, brief=lambda: answer_of_runs("mode", result.crane, runs, title, step, result.yielding), json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)

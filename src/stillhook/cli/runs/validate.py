@@ -11,7 +11,7 @@ import typer
 from stillhook.cli.groups import VERBOSE
 from stillhook.cli.parser import Json, Out, announce, present, say_left_out
 from stillhook.errors import ValidateError
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import answer_of, print_document, progress_bar, say
 from stillhook.units import quote
 
@@ -68,7 +68,7 @@ def validate(
     in_full = lambda: print_document(summary(result, tables=parts, everything=all_ or parts))
     if all_ or parts:  # what was asked for is the detail
         VERBOSE.set(True)
-    certified = "" if out is None else f"stillhook certificate {out / 'certificate.json'} --check"
+    certified = "" if out is None else f"stillhook certificate {argument(out / 'certificate.json')} --check"
     step = certified if result.passed else "correct what is refuted or not shown: --steps N prints the tables of a step"
     more = "every criterion, load cases, steps, what is not judged"
     brief = lambda: answer_of(summary(result), step or "--out FOLDER, for report, figures and certificate", more)

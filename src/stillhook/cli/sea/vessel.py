@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Json, Out, check_out, present, refuse
-from stillhook.report.formatting import wrapped
+from stillhook.report.formatting import argument, wrapped
 from stillhook.report.terminal import Answer, Cells, Line, print_table
 from stillhook.units import number
 
@@ -187,5 +187,5 @@ def _answer(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None,
         partial(print_table, ("period", *(f"{s:g} deg" for s in SIDES)), table, title=vertical),
     ]
     more = "vertical motion by period and heading"
-    step = f"stillhook vessel {name} --check"
+    step = f"stillhook vessel {argument(name)} --check"
     return Answer(f"{rao.name}, from {rao.source}", lines, step, more, answer["notes"], shown=2)

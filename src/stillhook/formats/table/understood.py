@@ -3,8 +3,8 @@ says so, to be corrected and given again."""
 
 from __future__ import annotations
 
-import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import StillhookError, all_of
+from stillhook.errors import StillhookError, all_of, printed
 from stillhook.formats.table.columns import ColumnChoice, ColumnSpec, place_of, si_values, split_heading, unit_in
 from stillhook.formats.table.dialect import MISSING, STAMPS, apart, our_unit
 from stillhook.formats.table.text import TextTable
+from stillhook.library.write import toml_value
 from stillhook.units import number, show
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True)
@@ -57,9 +60,9 @@ class ReadColumn:
     def row(self) -> str:
         """The row of a mapping file."""
         if self.scale == 1.0 and self.offset == 0.0:
-            return json.dumps(self.text, ensure_ascii=False)
-        parts = [f"column = {json.dumps(self.heading, ensure_ascii=False)}"]
-        parts += [f"unit = {json.dumps(self.unit)}"] if self.unit else []
+            return toml_value(self.text)
+        parts = [f"column = {toml_value(self.heading)}"]
+        parts += [f"unit = {toml_value(self.unit)}"] if self.unit else []
         parts += [f"sign = {self.sign}"] if self.sign != 1 else []
         parts += [f"scale = {self.scale!r}"] if self.scale != 1.0 else []
         parts += [f"offset = {self.offset!r}"] if self.offset else []
@@ -159,8 +162,9 @@ def ends(x: FloatArray) -> tuple[float, float]:
 
 def mapping_text(found: Understood) -> str:
     """The mapping file of what was understood, with remarks."""
+    read = f"# What Stillhook reads of {printed(found.source)} as a {found.noun}."
     lines = [
-        f"# What Stillhook reads of {found.source} as a {found.noun}. Correct a row, and give this file by --mapping.",
+        f"{read} Correct a row, and give this file by --mapping.",
         '# A row: heading, unit in brackets, and "down" where the file counts the other way.',
         *found.head,
         "",
@@ -169,8 +173,8 @@ def mapping_text(found: Understood) -> str:
     width = max((len(r.name) for r in found.rows), default=0)
     for row in found.rows:
         remark = "; ".join(part for part in (row.range, row.remark) if part)
-        name = row.name if row.name.replace("_", "").replace("-", "").isalnum() else json.dumps(row.name)
-        lines.append(f"{name:<{width}} = {row.row}" + (f"  # {remark}" if remark else ""))
+        name = row.name if _BARE_KEY.fullmatch(row.name) else toml_value(row.name)
+        lines.append(f"{name:<{width}} = {row.row}" + (f"  # {printed(remark)}" if remark else ""))
     if found.unused:
-        lines += ["", "# Not read:", *(f"#   {' '.join(heading.split())}" for heading in found.unused)]
+        lines += ["", "# Not read:", *(f"#   {printed(' '.join(heading.split()))}" for heading in found.unused)]
     return "\n".join(lines) + "\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -24,6 +23,7 @@ from stillhook.library.catalogue import weathers
 from stillhook.library.toml.file import TomlTable, named, read_toml_raising
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
+from stillhook.library.write import toml_value
 from stillhook.tables.table import Spec, Text
 from stillhook.units import quote
 from stillhook.weather.limit_text import KIND, NAMED, SPELT, mapped
@@ -152,7 +152,7 @@ def understood_weather(
     notes = tuple(note for note in weather.notes if note is not unread)
     asked = any(row.remark.startswith("not read") for row in rows)
     senses = f'# sense = "coming-from"  # what directions mean: {", ".join(SENSES)}'
-    head = (f"file = {json.dumps(str(name))}", *([senses] if asked else []))
+    head = (f"file = {toml_value(str(name))}", *([senses] if asked else []))
     return Understood(weather.source, "table of weather", tuple(rows), unused, notes, head, fixed=not weather.headings)
 
 

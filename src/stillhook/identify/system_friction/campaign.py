@@ -18,17 +18,16 @@ from stillhook.library import load_crane
 from stillhook.library.parameter_sets import LossSet, load_losses
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
+from stillhook.logs.campaign import MARK, HookDepth, LoggedTest, check_names, check_parts, hook_depth, marked_logs
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.tables.table import Flag, Share, Spec, Text
+from stillhook.tables.table import Flag, Name, Share, Spec, Text
 from stillhook.units import show
 from stillhook.winches.circuits.tables import Motor
 
-MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]
 OWN_FRICTIONS = ("identified", "second-loop")
 """What may be verified that the campaign's own tests were fitted to."""
@@ -91,7 +90,7 @@ class TestTable(LoggedTest):
 class CampaignFile(Spec):
     """A campaign of friction tests."""
 
-    title: Text | None = Field(default=None, description="title of the report")
+    title: Name | None = Field(default=None, description="title of the report")
     crane: Text = Field(description="library name or crane file: drum, wire, gears, hook")
     motors: Annotated[int, Field(strict=True)] | None = Field(
         default=None, description="motors in the circuit during the tests; default all of the crane"
@@ -223,7 +222,7 @@ def _campaign(table: TomlTable) -> Campaign:
     check_parts(tests, IdentifyError)
     check_names(tests, IdentifyError)
     title = file.title or table.path.stem
-    synthetic = file.synthetic or MARK in title
+    synthetic = file.synthetic or MARK in title or bool(marked_logs(tests))
     like = None if file.fit.like is None else table.relative_toml(file.fit.like)
     supplier = None if file.fit.map is None else str(table.relative_file(file.fit.map, "fit", "map"))
     fit = file.fit.model_copy(update={"like": like, "map": supplier})

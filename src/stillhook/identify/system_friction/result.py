@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.identify.system_friction.campaign import MARK
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
@@ -20,6 +19,7 @@ from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, Mapped, nominal_share
 from stillhook.identify.system_friction.measure import LOAD_CODE, carried
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
+from stillhook.logs.campaign import MARK
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import from_display, in_display, number
 from stillhook.winches.circuits.losses import MJ4, X_NAMES, loss_values

@@ -27,7 +27,7 @@ from stillhook.plan.report.words import (
 )
 from stillhook.plan.result import PlanResult, grouped
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
-from stillhook.report.formatting import direction, fmt, groups, hours, percent
+from stillhook.report.formatting import argument, direction, fmt, groups, hours, percent
 from stillhook.spec.validity import SHORT
 from stillhook.trust.standing import MEANING
 from stillhook.units import number
@@ -258,9 +258,9 @@ def _command(answer: Mapping[str, Any]) -> str:
     """The command that gives these numbers again."""
     tier = f" --tier {answer['tiers'][-1]}" if answer["tiers"] else ""
     name = answer["operation"].get("alpha_table", {}).get("name")
-    alpha = f" --forecast-factors {name}" if name else ""
+    alpha = f" --forecast-factors {argument(name)}" if name else ""
     seed = f" --seed {answer['runs']['seed']}" if answer["runs"].get("seed") else ""
-    return f"stillhook plan {_file(answer['source'] or 'PLAN.toml')}{tier}{alpha}{seed} --out FOLDER"
+    return f"stillhook plan {argument(_file(answer['source'] or 'PLAN.toml'))}{tier}{alpha}{seed} --out FOLDER"
 
 
 def _file(name: str) -> str:

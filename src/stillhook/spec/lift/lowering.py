@@ -35,6 +35,7 @@ from stillhook.spec.lift.deck import Deck
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
 from stillhook.spec.scenario import LONGEST, RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
+from stillhook.tables.table import Line
 from stillhook.winches.load_path.interface import JointUnit
 from stillhook.winches.load_path.registry import UNITS, unit_of
 
@@ -130,7 +131,7 @@ class Lowering(Record):
     (1500.0, 120.0)
     """
 
-    name: str = ""
+    name: Line = ""
     payload: Payload
     rigging: Rigging = Field(default_factory=Rigging)
     compensator: AnyUnit | None = Field(default=None, description="passive heave compensator above the slings")

@@ -19,6 +19,7 @@ from stillhook.spec.lift.assembly import SHAPES, AnyShape, rebuilt_shape, with_s
 from stillhook.spec.lift.shapes import Shape
 from stillhook.spec.scenario import RHO_SEA, Number, Record
 from stillhook.tables.html import record_html
+from stillhook.tables.table import Line
 
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]: displaced volume of a payload whose volume is not given."""
@@ -85,8 +86,8 @@ class Payload(Record):
         roof="0.3 m", hatch=0.03)
     """
 
-    name: str
-    title: str = ""
+    name: Line
+    title: Line = ""
     mass: u.Mass = Field(gt=0, description="mass in air, without hook and rigging")
     height: u.Length = Field(gt=0, description="from the underside to the top")
     C_D: Number = Field(ge=0, description="drag coefficient on A_p")

@@ -17,6 +17,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from stillhook import units as u
 from stillhook.errors import LiftError
 from stillhook.spec.scenario import Record
+from stillhook.tables.table import Line
 from stillhook.units import quote, show
 
 
@@ -125,7 +126,7 @@ class Phase(Record):
     Raises ScenarioError, one line, for a phase that could not do what it says.
     """
 
-    name: str = ""
+    name: Line = ""
     kind: PhaseKind | None = None
     mode: WinchMode = Field(description=f"one of {', '.join(WinchMode)}; a kind has a usual one")
     start_depth: u.Length | None = Field(default=None, description="depth at which a joined phase begins")

@@ -16,7 +16,7 @@ from stillhook.sea.vessel.boom import parse_point
 from stillhook.spec.lift.lowering import Rigging
 from stillhook.spec.record import Record
 from stillhook.spec.scenario import Number
-from stillhook.tables.table import Part, Text
+from stillhook.tables.table import Name, Part, Text
 
 FEWEST_LEGS, MOST_LEGS = 2, 4
 STEEPEST, FLATTEST = math.radians(89.0), math.radians(20.0)
@@ -88,7 +88,7 @@ class RiggingItem(Record):
     """A piece of rigging, alike in every leg. WLL is held against the dynamic load over `dynamic`, MBL against the
     dynamic load times `factor`; of both the worse counts."""
 
-    name: Text = Field(description="what the lift plan calls it")
+    name: Name = Field(description="what the lift plan calls it")
     kind: ItemKind = ItemKind.SLING
     WLL: Load | None = Field(default=None, gt=0, description='working load limit, such as "55 t" or "540 kN"')
     MBL: Load | None = Field(default=None, gt=0, description='minimum breaking load, such as "200 t"')

@@ -22,12 +22,12 @@ from stillhook.errors import ValidateError
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
+from stillhook.logs.campaign import MARK, HookDepth, LoggedTest, check_names, check_parts, hook_depth, marked_logs
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
-from stillhook.tables.table import Flag, Part, Spec, Text
+from stillhook.tables.table import Flag, Name, Part, Spec, Text
 from stillhook.units import number, quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
 from stillhook.validate.criteria.results import Note, usual_criteria
@@ -84,7 +84,6 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
     return code
 
 
-MARK = "SYNTHETIC"
 TIP_AND_WIRE = ("s_tip", "s_w", "e_c_measured")
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
@@ -133,7 +132,7 @@ class TestTable(LoggedTest):
 class CampaignFile(Spec):
     """A validation campaign."""
 
-    title: Text | None = Field(default=None, description="title of the certificate")
+    title: Name | None = Field(default=None, description="title of the certificate")
     date: Annotated[datetime.date, Field(strict=True)] = Field(description="date of the certificate")
     crane: Text = Field(description="library name or crane file: the twin under test")
     criteria: Text | None = Field(default=None, description="library name or criteria file")
@@ -250,6 +249,7 @@ def _campaign(table: TomlTable) -> Campaign:
     for kind in Kind:
         check_parts([t for t in tests if t.kind is kind], ValidateError)
     title = file.title or table.path.stem
+    marked = [] if file.synthetic or MARK in title else marked_logs(tests)
     return Campaign(
         title=title,
         date=file.date,
@@ -259,8 +259,8 @@ def _campaign(table: TomlTable) -> Campaign:
         criteria=load_criteria(table.relative_toml(file.criteria or usual_criteria(crane))),
         delay=file.delay,
         tests=tests,
-        synthetic=file.synthetic or MARK in title,
-        remarks=file.remarks,
+        synthetic=file.synthetic or MARK in title or bool(marked),
+        remarks=(*file.remarks, *([f"{MARK}, as the head of {', '.join(marked)} says."] if marked else [])),
     )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.logs.campaign import MARK
 from stillhook.report.document import (
     Bullets,
     Cell,
@@ -28,7 +29,6 @@ from stillhook.spec.validity import SHORT, Envelope
 from stillhook.trust.standing import Judgement
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
-from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.report.view import (
     UNDETECTABLE,
     UNJUDGED,

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.logs.campaign import MARK
 from stillhook.report.formatting import fmt
 from stillhook.sea.motion.recorded import wave_periods
 from stillhook.spec.crane import Crane
@@ -34,7 +35,6 @@ from stillhook.validate.criteria.results import (
     Verdict,
     plain,
 )
-from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.data_set.check import RESTS, tip_ranges
 from stillhook.validate.data_set.record import Record, Segment, filled
 from stillhook.validate.validation import Validation
