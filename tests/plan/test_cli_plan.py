@@ -113,9 +113,8 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
     ("arguments", "said"),
     [
         (["no-such-lift"], "the library has"),
-        (["example"], "no folder for the copy"),
         (["no-such-lift.toml"], "no-such-lift.toml"),
-        (["template-to-1500m", "elsewhere"], 'a folder follows "example" only'),
+        (["template-to-1500m", "elsewhere"], "unexpected extra argument(s) (elsewhere)"),
         (["template-to-1500m", "--tier", "tmie"], 'Unknown tier "tmie". Choose closed-form, frequency or time.'),
         (
             ["template-to-1500m", "--tier", "frequency", "--forecast-factors", "nobody"],

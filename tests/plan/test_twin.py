@@ -430,7 +430,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     assert {d.phase for d in first.demands} == {landing} | (
         {splash} if any(d.phase == splash for d in first.demands) else set()
     )
-    assert "not run" in first.reasons[of_kind(plan, PhaseKind.DEEP).name]
+    assert first.reasons[of_kind(plan, PhaseKind.DEEP).name]["cause"] == "not-run"
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     none = next(x for x in first.limits if x.phase == landing and x.alternative is Alternative.NONE)
