@@ -469,7 +469,8 @@ def test_a_search_that_is_cancelled_resumes_from_its_store_with_the_same_limits(
     resumed = refine(plan, limits, search=FEW, execution=Execution(tmp_path), progress=Monitor(more.append))
     calms = len(plan.alternatives)  # the first round: they are stored as well
     assert next(e.done for e in more if e.done > calms) >= 16
-    assert all(a.done <= b.done and a.share <= b.share for a, b in pairwise(more))
+    assert all(a.share <= b.share for a, b in pairwise(more))
+    assert all(a.done <= b.done for a, b in pairwise(more) if a.stage == b.stage)
     fresh = refine(plan, limits, search=FEW, execution=Execution())
     for a, b in zip(resumed.limits, fresh.limits, strict=True):
         for rule, values in a.Hs.items():

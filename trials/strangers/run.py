@@ -136,12 +136,12 @@ def run_draw(drawn: Draw, *, threads: int = 1, commands: Sequence[str] = ()) -> 
 def _plan(drawn: Draw, outcome: Outcome, threads: int) -> None:
     file = str(drawn.folder / PLAN)
     module = stillhook.plan.planning
-    with captured(module, "plan") as given, listened(module, "demand_block") as tables:
+    with captured(module, "plan") as given, listened(module, "PlanState") as states:
         code, _ = run_command(["plan", file, "--json", "--workers", str(threads)], outcome)
     if not given:
         return
     (result,) = given
-    demands = tables[-1][0][2] if tables else ()
+    demands = states[-1][1].demands if states else ()
     outcome.check("plan: exit code says whether it is workable", checks.answered(result, code))
     outcome.check("plan: everything is computed", checks.computed(result))
     outcome.check("plan: limits within their intervals", checks.ordered(result))
