@@ -297,7 +297,11 @@ BAD = [
     ('kind = "lift-off"', 'kind = "lift-off"\ntip = "x=-15 m, y=-2 m, z=12 m"', ["lift-off", "crane tip"]),
     ('kind = "lift-off"', 'kind = "lift-off"\nlimits = { landing-speed = "0.3 m/s" }', ["lift-off", "landing-speed"]),
     ('kind = "lift-off"', 'kind = "lift-off"\nlimits = { dynamic-load = "20 m" }', ["lift-off", "dynamic-load"]),
-    ('kind = "in-air"', 'kind = "in-air"\nspeed = "6 m/min"', ["over the side", "speed is given, and it does not move"]),
+    (
+        'kind = "in-air"',
+        'kind = "in-air"\nspeed = "6 m/min"',
+        ["over the side", "speed is given, and it does not move"],
+    ),
     ('kind = "in-air"', 'kind = "in-air"\ndepth = "2 m"', ["over the side", "splash-zone"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\ndepth = "2 m"', ["splash", "covered"]),
     ('kind = "splash-zone"', 'kind = "splash-zone"\ndepth = "310 m"', ["splash", "below the seabed"]),
