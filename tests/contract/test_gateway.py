@@ -52,6 +52,7 @@ SAID = {
     "export/fmu/system.py": "what was written a line before",
     "formats/binary.py": "in the process that reads, under its limits",
     "formats/out.py": "a file that is written",
+    "formats/waves/wavespectra.py": "in the process that reads, under its limits",
     "formats/table/read.py": "in the process that reads, under its limits",
     "logs/formats/columnar.py": "in the process that reads, under its limits",
     "logs/formats/csv.py": "a piece of bytes that the gateway gave",
