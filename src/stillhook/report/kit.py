@@ -278,15 +278,20 @@ def caption(figure: Figure, text: str) -> Figure:
 
 
 def strips(figure: Figure) -> Figure:
-    """The figure, of panels one below another that are read alone: the end of a page may come between them."""
+    """The figure, of rows of panels that are read alone: the end of a page may come between two rows."""
     figure.set_gid(STRIPS)
     return figure
 
 
 def _cuts(figure: Figure) -> tuple[float, ...]:
-    """Middles between the panels of a figure of strips that was drawn, as shares of its height from the top."""
-    boxes = [box for ax in figure.axes if (box := ax.get_tightbbox()) is not None]
-    middles = [0.5 * (upper.y0 + lower.y1) for upper, lower in pairwise(boxes)]
+    """Middles between the rows of panels of a figure that was drawn, as shares of its height from the top."""
+    rows: dict[int, list[Any]] = {}
+    for ax in figure.axes:
+        of, box = ax.get_subplotspec(), ax.get_tightbbox()
+        if of is not None and box is not None:
+            rows.setdefault(of.rowspan.start, []).append(box)
+    ordered = [rows[i] for i in sorted(rows)]
+    middles = [0.5 * (min(b.y0 for b in upper) + max(b.y1 for b in lower)) for upper, lower in pairwise(ordered)]
     return tuple(round(1.0 - float(middle) / figure.bbox.height, 4) for middle in middles)
 
 

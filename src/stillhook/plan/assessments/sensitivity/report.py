@@ -161,7 +161,7 @@ def tornadoes(of: Mapping[str, Any]) -> Figure | None:
         for ax, (phase, rows) in zip(row, line, strict=False):
             _tornado(ax, phase, rows, top)
         kit.hide(row[len(line) :])
-    return kit.caption(figure, CAPTION)
+    return kit.strips(kit.caption(figure, CAPTION))
 
 
 def _bars(phase: Mapping[str, Any], top: float) -> list[Mapping[str, Any]]:
