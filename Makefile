@@ -41,7 +41,7 @@ test: $(STAMP)
 test-fast: $(STAMP)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not long and not thorough"
 
-# The few tests that take most of the time: continuous integration runs them after `make test`.
+# The tests that take most of the time: continuous integration runs them after `make test`.
 test-long: $(STAMP_MORE)
 	@$(TEST_ENV) $(BIN)/python -m pytest $(PYTEST_ARGS) -m "long and not thorough"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,16 +69,8 @@ def test_a_clock_that_stands_still_is_noticed():
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = compiled(tmp_path_factory.mktemp("shim"))
-    if made is None:
-        pytest.skip("the clock is libc's, on Linux with a C compiler")
-    return made
-
-
-@pytest.fixture(scope="module")
-def bench(library: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    bench = Bench(tmp_path_factory.mktemp("clock"), library)
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    bench = Bench(tmp_path_factory.mktemp("clock"), compiled(tmp_path_factory.mktemp("shim")))
     with bench.injector:
         yield bench
 

@@ -63,7 +63,8 @@ def links_in(folder: Path) -> Iterator[str]:
 
 def plain_name(name: str) -> bool:
     """Whether a text is the name of a file alone, on every system: no folder, drive or link to one."""
-    return PureWindowsPath(name).name == name not in ("", "..") and len(name.encode(errors="replace")) <= LONGEST_NAME
+    alone = name not in ("", "..") and PureWindowsPath(name).name == name
+    return alone and len(name.encode(errors="replace")) <= LONGEST_NAME
 
 
 def _leads_out(end: Path, how: str) -> str:
